@@ -1,0 +1,63 @@
+//! What can go wrong, by kind. The library returns these and prints nothing.
+
+use thiserror::Error;
+
+/// Why a list of radii and energies is not a potential.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum PotentialError {
+    /// There is no discontinuity.
+    #[error("a potential needs at least one radius")]
+    NoRadius,
+    /// The two lists do not fit together.
+    #[error("{radii} radii need {} energies (one more than radii), but there are {energies}", radii + 1)]
+    Count {
+        /// How many radii there are.
+        radii: usize,
+        /// How many energies there are.
+        energies: usize,
+    },
+    /// A radius is not a positive length.
+    #[error("radius number {} is {radius}, expected a positive finite length", index + 1)]
+    Radius {
+        /// Position in the list, from 0.
+        index: usize,
+        /// The value.
+        radius: f64,
+    },
+    /// The radii do not fall.
+    #[error("radius number {} is {radius}, expected less than the one outside of it, {outer}", index + 1)]
+    Order {
+        /// Position in the list, from 0.
+        index: usize,
+        /// The value.
+        radius: f64,
+        /// The radius before it.
+        outer: f64,
+    },
+    /// An energy is not a number, or is infinite where it cannot be.
+    #[error("energy number {} is {energy}, expected a finite value (+inf only outermost or innermost)", index + 1)]
+    Energy {
+        /// Position in the list, from 0.
+        index: usize,
+        /// The value.
+        energy: f64,
+    },
+    /// Every energy is infinite.
+    #[error("every energy is infinite, so the pair could be nowhere")]
+    Inaccessible,
+    /// The energy at infinite distance is neither 0 nor a bond's barrier.
+    #[error("the outermost energy is {energy}, expected 0 (pairs far apart do not interact) or +inf (a bond)")]
+    Outside {
+        /// The value.
+        energy: f64,
+    },
+    /// A parameter of a shorthand is not positive and finite.
+    #[error("{name} is {value}, expected a positive finite value")]
+    Parameter {
+        /// The parameter's name.
+        name: &'static str,
+        /// The value.
+        value: f64,
+    },
+}
