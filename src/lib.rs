@@ -1,8 +1,17 @@
 //! Event-driven particle dynamics.
 
+pub mod detection;
 pub mod error;
+pub mod event;
+pub mod interaction;
+pub mod motion;
+pub mod neighbours;
+pub mod overlap;
 pub mod potential;
+pub mod queue;
+pub mod response;
 pub mod scene;
+pub mod simulation;
 pub mod space;
 
 /// A vector in space; the components along flat axes are exactly zero.

@@ -142,6 +142,14 @@ impl Scene {
         self.table[a.0 as usize * self.species.len() + b.0 as usize]
     }
 
+    /// The distance beyond which no two particles and no particle and wall interact, unless they are bonded `[length]`.
+    #[must_use]
+    pub fn longest_range(&self) -> f64 {
+        let potentials = self.table.iter().flatten().map(|id| self.interactions[id.0 as usize].potential.range());
+        let diameters = self.species.iter().filter(|s| !s.is_static()).map(|s| s.diameter);
+        potentials.chain(diameters).fold(0.0, f64::max)
+    }
+
     /// The species of a particle.
     #[must_use]
     pub fn species_of(&self, particle: ParticleId) -> &Species {

@@ -1,0 +1,108 @@
+//! Events: what is foreseen (a prediction), and what has happened (an event).
+
+use crate::Vector;
+use crate::response::Outcome;
+use crate::scene::ParticleId;
+
+/// What kind of physical event took place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    /// Two particles at a discontinuity of their potential.
+    Pair(Outcome),
+    /// A particle at a wall of the box.
+    Wall {
+        /// The wall's axis: 0, 1 or 2.
+        axis: u8,
+        /// Whether it is the wall at the upper corner.
+        is_upper: bool,
+    },
+}
+
+/// A physical event, as it happened.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// What took place.
+    pub kind: EventKind,
+    /// The particle that it happened to.
+    pub particle: ParticleId,
+    /// The other one of a pair.
+    pub partner: Option<ParticleId>,
+    /// Unit vector from the partner (or the wall) to the particle.
+    pub normal: Vector,
+    /// The momentum that the particle gained along `normal` `[mass length / time]`; a partner gained the opposite.
+    pub impulse: f64,
+    /// Distance of the discontinuity `[length]`; for a wall, of the particle's centre from it.
+    pub distance: f64,
+    /// Potential energy gained `[energy]`.
+    pub energy_step: f64,
+    /// Kinetic energy lost to restitution `[energy]`.
+    pub dissipated: f64,
+}
+
+/// How often what has happened since the start, and the sums that pressure and the audit need.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tally {
+    /// Core events.
+    pub core: u64,
+    /// Capture events.
+    pub capture: u64,
+    /// Release events.
+    pub release: u64,
+    /// Bounce events.
+    pub bounce: u64,
+    /// Contacts with walls.
+    pub wall: u64,
+    /// Cell transitions: not physical, the price of finding neighbours.
+    pub transition: u64,
+    /// Physical events at which the overlap function had a turning point: no relative normal velocity that an impulse
+    /// could reverse.
+    pub turning_point: u64,
+    /// Physical events executed in an invalid state, deeper than the round-off of the positions.
+    pub in_invalid_state: u64,
+    /// Contacts that the TC model made less dissipative.
+    pub tc_altered: u64,
+    /// Deepest overlap at any event, relative to the discontinuity's distance.
+    pub deepest_overlap: f64,
+    /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
+    pub virial: f64,
+    /// Kinetic energy lost to restitution `[energy]`.
+    pub dissipated: f64,
+    /// What rounding cut off `dissipated` (Neumaier's correction).
+    dissipated_correction: f64,
+}
+
+impl Tally {
+    /// Number of physical events: Core, Capture, Release, Bounce and wall.
+    #[must_use]
+    pub fn physical(&self) -> u64 {
+        self.core + self.capture + self.release + self.bounce + self.wall
+    }
+
+    /// Adds to `dissipated` without losing small terms in a large sum.
+    pub(crate) fn dissipate(&mut self, energy: f64) {
+        let sum = self.dissipated + energy;
+        self.dissipated_correction += if self.dissipated.abs() >= energy.abs() {
+            (self.dissipated - sum) + energy
+        } else {
+            (energy - sum) + self.dissipated
+        };
+        self.dissipated = sum;
+    }
+
+    /// Kinetic energy lost to restitution, with the part that a plain sum would have lost `[energy]`.
+    #[must_use]
+    pub fn total_dissipated(&self) -> f64 {
+        self.dissipated + self.dissipated_correction
+    }
+
+    pub(crate) fn count(&mut self, outcome: Outcome) {
+        match outcome {
+            Outcome::Core => self.core += 1,
+            Outcome::Capture => self.capture += 1,
+            Outcome::Release => self.release += 1,
+            Outcome::Bounce => self.bounce += 1,
+        }
+    }
+}

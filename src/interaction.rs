@@ -1,0 +1,4 @@
+//! Who interacts with whom, and in which state: the table of species, and the memory of pairs.
+
+pub mod memory;
+pub mod rules;

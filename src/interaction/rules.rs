@@ -1,0 +1,147 @@
+//! The interactions of a scene, laid out for the event loop.
+
+use crate::Vector;
+use crate::overlap::Side;
+use crate::scene::{Interaction, Scene, Species};
+
+/// One discontinuity, seen by a pair in some state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Discontinuity {
+    /// Its distance `s` `[length]`.
+    pub distance: f64,
+    /// `s^2` `[length^2]`.
+    pub squared: f64,
+    /// Potential energy beyond it less the one before it, `dU` `[energy]`.
+    pub energy_step: f64,
+}
+
+/// A potential as the event loop needs it: what lies outwards and inwards of each pair state.
+#[derive(Debug)]
+pub struct Steps {
+    /// By state: the outer discontinuity, absent in state 0.
+    outer: Vec<Option<Discontinuity>>,
+    /// By state: the inner discontinuity, absent in the last state.
+    inner: Vec<Option<Discontinuity>>,
+    /// Potential energy by state `[energy]`.
+    energies: Vec<f64>,
+    /// Restitution of infinite steps.
+    pub restitution: f64,
+}
+
+impl Steps {
+    fn new(interaction: &Interaction) -> Self {
+        let (radii, energies) = (interaction.potential.radii(), interaction.potential.energies());
+        let at = |radius: usize, from: usize, to: usize| Discontinuity {
+            distance: radii[radius],
+            squared: radii[radius] * radii[radius],
+            energy_step: energies[to] - energies[from],
+        };
+        let states = 0..=radii.len();
+        Self {
+            outer: states.clone().map(|k| (k > 0).then(|| at(k - 1, k, k - 1))).collect(),
+            inner: states.map(|k| (k < radii.len()).then(|| at(k, k, k + 1))).collect(),
+            energies: energies.to_vec(),
+            restitution: interaction.restitution,
+        }
+    }
+
+    /// The discontinuity that a pair in `state` sees on one of its sides.
+    #[inline]
+    #[must_use]
+    pub fn seen_from(&self, state: u16, side: Side) -> Option<Discontinuity> {
+        match side {
+            Side::Positive => self.inner[usize::from(state)],
+            Side::Negative => self.outer[usize::from(state)],
+        }
+    }
+
+    /// Potential energy of a pair in `state` `[energy]`.
+    #[must_use]
+    pub fn energy(&self, state: u16) -> f64 {
+        self.energies[usize::from(state)]
+    }
+}
+
+/// What two strangers (in pair state 0) of given species do when they approach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meeting {
+    /// The square of the potential's range `[length^2]`.
+    pub squared: f64,
+    /// Index of the interaction.
+    pub interaction: u16,
+    /// Whether they interact at all.
+    pub exists: bool,
+    /// Whether the two accelerate relative to each other.
+    pub is_accelerated: bool,
+}
+
+/// The constants of a species.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpeciesRules {
+    /// `1 / m`, 0 for a static species.
+    pub inverse_mass: f64,
+    /// Half the diameter: distance from walls at contact `[length]`.
+    pub radius: f64,
+    /// Constant acceleration.
+    pub acceleration: Vector,
+}
+
+impl SpeciesRules {
+    fn new(species: &Species) -> Self {
+        Self {
+            inverse_mass: species.inverse_mass(),
+            radius: 0.5 * species.diameter,
+            acceleration: species.acceleration,
+        }
+    }
+
+    /// Whether particles of the species never move.
+    #[inline]
+    #[must_use]
+    pub fn is_static(&self) -> bool {
+        self.inverse_mass == 0.0
+    }
+}
+
+/// Everything about species and interactions that the event loop reads.
+#[derive(Debug)]
+pub struct Rules {
+    /// By species.
+    pub species: Vec<SpeciesRules>,
+    /// By interaction.
+    pub steps: Vec<Steps>,
+    /// `species x species`, row by row.
+    meetings: Vec<Meeting>,
+}
+
+impl Rules {
+    /// The rules of a scene.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let species: Vec<_> = scene.species.iter().map(SpeciesRules::new).collect();
+        let meetings = scene
+            .table
+            .iter()
+            .enumerate()
+            .map(|(cell, interaction)| {
+                let (a, b) = (&species[cell / species.len()], &species[cell % species.len()]);
+                let is_accelerated = a.acceleration != b.acceleration;
+                match interaction {
+                    Some(id) if !(a.is_static() && b.is_static()) => {
+                        let range = scene.interactions[id.0 as usize].potential.range();
+                        Meeting { squared: range * range, interaction: id.0 as u16, exists: true, is_accelerated }
+                    }
+                    _ => Meeting { squared: 0.0, interaction: 0, exists: false, is_accelerated },
+                }
+            })
+            .collect();
+        Self { species, steps: scene.interactions.iter().map(Steps::new).collect(), meetings }
+    }
+
+    /// What strangers of two species do.
+    #[inline]
+    #[must_use]
+    pub fn meeting(&self, a: u16, b: u16) -> &Meeting {
+        &self.meetings[usize::from(a) * self.species.len() + usize::from(b)]
+    }
+}

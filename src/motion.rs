@@ -1,0 +1,21 @@
+//! Free flight: how a particle moves between events, and two particles relative to each other.
+
+use crate::Vector;
+
+/// Position after free flight for `dt` from `position` with `velocity` and constant `acceleration` (paper, equation 1).
+///
+/// `r(t + dt) = r + dt v + dt^2/2 a`.
+#[inline]
+#[must_use]
+pub fn stream_position(position: &Vector, velocity: &Vector, acceleration: &Vector, dt: f64) -> Vector {
+    position + (velocity + acceleration * (0.5 * dt)) * dt
+}
+
+/// The motion of particle i as seen from particle j: `r_ij = r_i - r_j`, `v_ij = v_i - v_j`, both at the same time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RelativeState {
+    /// Separation `r_ij` `[length]`.
+    pub position: Vector,
+    /// Relative velocity `v_ij` `[length / time]`.
+    pub velocity: Vector,
+}

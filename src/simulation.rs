@@ -1,0 +1,230 @@
+//! A simulation: a scene in motion.
+
+mod audit;
+mod engine;
+mod execute;
+mod predict;
+mod snapshot;
+
+use crate::event::{Event, Tally};
+use crate::scene::{ParticleId, Scene};
+use crate::space::Boundary;
+use engine::Engine;
+use std::fmt;
+use thiserror::Error;
+
+pub use audit::Overlap;
+pub use snapshot::{Energy, Snapshot};
+
+/// How far to go: whichever comes first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Until {
+    /// Simulated time `[time]`, absolute; infinite for no limit.
+    pub time: f64,
+    /// Number of physical events since the start of the simulation.
+    pub events: u64,
+}
+
+impl Until {
+    /// Up to a simulated time.
+    #[must_use]
+    pub fn time(time: f64) -> Self {
+        Self { time, events: u64::MAX }
+    }
+
+    /// Up to a number of physical events since the start.
+    #[must_use]
+    pub fn events(events: u64) -> Self {
+        Self { time: f64::INFINITY, events }
+    }
+}
+
+/// Why a stretch of a simulation ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reason {
+    /// The simulated time was reached.
+    Time,
+    /// The number of events was reached.
+    Events,
+    /// Nothing will ever happen again, and no time limit was given.
+    Idle,
+}
+
+/// Events go on, but time does not: inelastic collapse, or a contact at rest.
+///
+/// Carom cannot go on from here without changing the model, so it says so instead of spinning.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "dynamical arrest at time {time}: {events} events without time advancing, the last of particle {} and {}",
+    particle.0,
+    partner.map_or("a wall".to_owned(), |id| format!("particle {}", id.0))
+)]
+pub struct Arrest {
+    /// A particle that is part of it.
+    pub particle: ParticleId,
+    /// The other one, or none for a wall.
+    pub partner: Option<ParticleId>,
+    /// When.
+    pub time: f64,
+    /// How many events there were at that time.
+    pub events: u64,
+}
+
+impl Arrest {
+    /// What the user can do about it.
+    pub const CURE: &'static str = "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the \
+        restitution to 1, or start without particles at rest in contact or overlapping";
+}
+
+/// The engine that was chosen for a scene, once and at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EngineChoice {
+    /// Whether particles accelerate, so that flights are parabolas.
+    pub is_falling: bool,
+    /// Whether pairs are looked up in a table of potentials, with a memory of pair states; otherwise there is one species
+    /// of hard spheres.
+    pub has_table: bool,
+}
+
+impl EngineChoice {
+    fn new(scene: &Scene) -> Self {
+        let is_falling = scene.species.iter().any(|s| s.acceleration.iter().any(|a| *a != 0.0));
+        let is_one_hard_sphere = scene.species.len() == 1
+            && scene.bonds.is_empty()
+            && !scene.species[0].is_static()
+            && scene.table[0].is_some_and(|id| {
+                let potential = &scene.interactions[id.0 as usize].potential;
+                potential.is_hard_sphere() && !potential.is_bond()
+            });
+        Self { is_falling, has_table: !is_one_hard_sphere }
+    }
+}
+
+impl fmt::Display for EngineChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let pairs = if self.has_table { "a table of potentials with pair states" } else { "one hard-sphere species" };
+        let motion = if self.is_falling { "falling" } else { "force-free" };
+        write!(f, "{motion} particles, {pairs}, cells")
+    }
+}
+
+#[derive(Debug)]
+enum Chosen {
+    FreeHard(Engine<false, false>),
+    FreeTable(Engine<false, true>),
+    FallingHard(Engine<true, false>),
+    FallingTable(Engine<true, true>),
+}
+
+/// Runs an expression with the chosen engine, whatever its type.
+macro_rules! with_engine {
+    ($simulation:expr, $engine:ident => $body:expr) => {
+        match $simulation {
+            Chosen::FreeHard($engine) => $body,
+            Chosen::FreeTable($engine) => $body,
+            Chosen::FallingHard($engine) => $body,
+            Chosen::FallingTable($engine) => $body,
+        }
+    };
+}
+
+/// A scene in motion.
+#[derive(Debug)]
+pub struct Simulation {
+    scene: Scene,
+    choice: EngineChoice,
+    engine: Chosen,
+}
+
+impl Simulation {
+    /// Chooses the engine and predicts the first events.
+    #[must_use]
+    pub fn new(scene: Scene) -> Self {
+        let choice = EngineChoice::new(&scene);
+        let engine = match (choice.is_falling, choice.has_table) {
+            (false, false) => Chosen::FreeHard(Engine::new(&scene)),
+            (false, true) => Chosen::FreeTable(Engine::new(&scene)),
+            (true, false) => Chosen::FallingHard(Engine::new(&scene)),
+            (true, true) => Chosen::FallingTable(Engine::new(&scene)),
+        };
+        Self { scene, choice, engine }
+    }
+
+    /// The scene that it started from.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Which engine runs it.
+    #[must_use]
+    pub fn engine(&self) -> EngineChoice {
+        self.choice
+    }
+
+    /// Simulated time now `[time]`.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        with_engine!(&self.engine, engine => engine.time())
+    }
+
+    /// What has happened so far.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        with_engine!(&self.engine, engine => &engine.tally)
+    }
+
+    /// Goes on until a time or a number of events.
+    ///
+    /// Where a stretch ends does not change what happens: two stretches are one long one, bit for bit.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn advance(&mut self, until: Until) -> Result<Reason, Arrest> {
+        self.advance_with(until, |_| {})
+    }
+
+    /// Goes on, and shows every physical event to `observe` as it happens.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn advance_with(&mut self, until: Until, observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
+        with_engine!(&mut self.engine, engine => engine.advance(until, observe))
+    }
+
+    /// Where everything is now.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        with_engine!(&self.engine, engine => engine.snapshot())
+    }
+
+    /// The energies now.
+    #[must_use]
+    pub fn energy(&self) -> Energy {
+        with_engine!(&self.engine, engine => engine.energy())
+    }
+
+    /// The deepest overlap now, of all pairs and walls; `None` if nothing overlaps.
+    #[must_use]
+    pub fn deepest_overlap(&self) -> Option<Overlap> {
+        with_engine!(&self.engine, engine => engine.deepest_overlap())
+    }
+
+    /// The state of a pair: through how many radii of its potential it has been captured.
+    #[must_use]
+    pub fn pair_state(&self, a: ParticleId, b: ParticleId) -> u16 {
+        with_engine!(&self.engine, engine => engine.pair_state(a.0, b.0).0)
+    }
+
+    /// Number of particles that move.
+    #[must_use]
+    pub fn moving(&self) -> usize {
+        self.scene.particles.iter().filter(|p| !self.scene.species[p.species.0 as usize].is_static()).count()
+    }
+
+    /// Number of axes along which particles move.
+    #[must_use]
+    pub fn dimensions(&self) -> usize {
+        self.scene.space.boundary.iter().filter(|b| **b != Boundary::Flat).count()
+    }
+}

@@ -1,0 +1,208 @@
+//! Prediction: the earliest contact of one particle, and when it leaves its cell.
+
+use super::engine::{Body, Contact, Engine, Prediction};
+use crate::Vector;
+use crate::detection::{accelerated, inertial, plane};
+use crate::motion::{RelativeState, stream_position};
+use crate::neighbours::cells::Face;
+use crate::overlap::{Quadratic, Quartic, Side};
+use crate::space::minimum_image;
+
+/// A particle streamed to the time of a prediction.
+struct Streamed {
+    id: u32,
+    position: Vector,
+    velocity: Vector,
+    acceleration: Vector,
+    time: f64,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Position and velocity of a particle at `time`, without moving it there.
+    #[inline]
+    pub(super) fn state_at(&self, particle: u32, time: f64) -> (Vector, Vector) {
+        streamed::<FALLING>(&self.bodies[particle as usize], &self.acceleration(particle), time)
+    }
+
+    fn streamed(&self, id: u32, time: f64) -> Streamed {
+        let (position, velocity) = self.state_at(id, time);
+        Streamed { id, position, velocity, acceleration: self.acceleration(id), time }
+    }
+
+    /// Predicts everything about a particle anew.
+    pub(super) fn predict(&mut self, particle: u32, time: f64) {
+        let me = self.streamed(particle, time);
+        let mut prediction = Prediction::NONE;
+        if TABLE {
+            self.predict_known(&me, &mut prediction);
+        }
+        let cell = self.bodies[particle as usize].cell;
+        self.cells.for_each_near(cell, |other| self.predict_stranger(&me, other, &mut prediction));
+        if TABLE {
+            self.unmark_known(particle);
+        }
+        self.predict_walls(&me, cell, &mut prediction);
+        self.predict_transition(&me, cell, &mut prediction);
+        self.predictions[particle as usize] = prediction;
+    }
+
+    /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
+    /// particles that are new to it comes first.
+    pub(super) fn cross(&mut self, particle: u32, time: f64) {
+        self.tally.transition += 1;
+        let mut prediction = self.predictions[particle as usize];
+        let face = prediction.exit;
+        let body = &mut self.bodies[particle as usize];
+        let transition = self.cells.cross(particle, body.cell, face);
+        body.cell = transition.cell;
+        if transition.wrap != 0 {
+            let axis = usize::from(face.axis);
+            body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
+            self.images[particle as usize][axis] -= transition.wrap;
+        }
+        let me = self.streamed(particle, time);
+        if TABLE {
+            for known in self.memory.of(particle) {
+                self.is_known[known.partner as usize] = true;
+            }
+        }
+        self.cells.for_each_new(transition.cell, face, |other| self.predict_stranger(&me, other, &mut prediction));
+        if TABLE {
+            self.unmark_known(particle);
+        }
+        if !self.walls.is_empty() {
+            self.predict_walls(&me, transition.cell, &mut prediction);
+        }
+        self.predict_transition(&me, transition.cell, &mut prediction);
+        self.predictions[particle as usize] = prediction;
+        self.schedule(particle);
+    }
+
+    /// Partners that the particle knows: both sides of the pair's state.
+    fn predict_known(&mut self, me: &Streamed, prediction: &mut Prediction) {
+        for at in 0..self.memory.of(me.id).len() {
+            let known = self.memory.of(me.id)[at];
+            self.is_known[known.partner as usize] = true;
+            let state = self.relative(me, known.partner);
+            let steps = &self.rules.steps[usize::from(known.interaction)];
+            for side in [Side::Positive, Side::Negative] {
+                let Some(seen) = steps.seen_from(known.state, side) else { continue };
+                if let Some(dt) = self.detect(me, known.partner, &state, seen.squared, side) {
+                    self.offer(me, known.partner, side, dt, prediction);
+                }
+            }
+        }
+    }
+
+    fn unmark_known(&mut self, particle: u32) {
+        for known in self.memory.of(particle) {
+            self.is_known[known.partner as usize] = false;
+        }
+    }
+
+    /// A particle near by that is not known: it can only come in from outside.
+    #[inline]
+    fn predict_stranger(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
+        if other == me.id {
+            return;
+        }
+        let squared = if TABLE {
+            let meeting = self.rules.meeting(self.species[me.id as usize], self.species[other as usize]);
+            if !meeting.exists || self.is_known[other as usize] {
+                return;
+            }
+            meeting.squared
+        } else {
+            self.rules.meeting(0, 0).squared
+        };
+        let state = self.relative(me, other);
+        if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive) {
+            self.offer(me, other, Side::Positive, dt, prediction);
+        }
+    }
+
+    /// The particle as seen from another one.
+    #[inline]
+    fn relative(&self, me: &Streamed, other: u32) -> RelativeState {
+        let (position, velocity) = self.state_at(other, me.time);
+        RelativeState {
+            position: minimum_image(me.position - position, &self.periods),
+            velocity: me.velocity - velocity,
+        }
+    }
+
+    /// Time from now to the pair's next event at one discontinuity.
+    #[inline]
+    fn detect(&self, me: &Streamed, other: u32, state: &RelativeState, squared: f64, side: Side) -> Option<f64> {
+        if FALLING && TABLE {
+            let acceleration = me.acceleration - self.acceleration(other);
+            if acceleration != Vector::zeros() {
+                return accelerated::next_event(&Quartic::new(state, &acceleration, squared), side);
+            }
+        }
+        inertial::next_event(&Quadratic::new(state, squared), side)
+    }
+
+    /// Keeps a pair event if it is the earliest so far; between simultaneous ones the lower ids come first.
+    #[inline]
+    fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
+        let time = me.time + dt;
+        let is_first = time < prediction.contact_time
+            || (time == prediction.contact_time
+                && matches!(prediction.contact, Contact::Pair(_))
+                && (me.id.min(other), me.id.max(other))
+                    < (me.id.min(prediction.partner), me.id.max(prediction.partner)));
+        if is_first {
+            prediction.contact_time = time;
+            prediction.partner = other;
+            prediction.partner_events = self.bodies[other as usize].events;
+            prediction.contact = Contact::Pair(side);
+        }
+    }
+
+    fn predict_walls(&self, me: &Streamed, cell: u32, prediction: &mut Prediction) {
+        for wall in &self.walls {
+            let axis = usize::from(wall.face.axis);
+            let [is_first, is_last] = self.cells.is_outermost(cell, axis);
+            if !(if wall.face.is_upper { is_last } else { is_first }) {
+                continue;
+            }
+            let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
+            let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+            let height = inwards * (me.position[axis] - wall.at) - radius;
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis]) {
+                if me.time + dt < prediction.contact_time {
+                    prediction.contact_time = me.time + dt;
+                    prediction.contact = Contact::Wall(wall.face);
+                }
+            }
+        }
+    }
+
+    fn predict_transition(&self, me: &Streamed, cell: u32, prediction: &mut Prediction) {
+        prediction.transition_time = f64::INFINITY;
+        self.cells.for_each_face(cell, |face: Face, at| {
+            let axis = usize::from(face.axis);
+            let inwards = if face.is_upper { -1.0 } else { 1.0 };
+            let height = inwards * (me.position[axis] - at);
+            let acceleration = if FALLING { inwards * me.acceleration[axis] } else { 0.0 };
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], acceleration) {
+                if me.time + dt < prediction.transition_time {
+                    prediction.transition_time = me.time + dt;
+                    prediction.exit = face;
+                }
+            }
+        });
+    }
+}
+
+/// Position and velocity of a body at `time`.
+#[inline]
+pub(super) fn streamed<const FALLING: bool>(body: &Body, acceleration: &Vector, time: f64) -> (Vector, Vector) {
+    let dt = time - body.time;
+    if FALLING {
+        (stream_position(&body.position, &body.velocity, acceleration, dt), body.velocity + acceleration * dt)
+    } else {
+        (body.position + body.velocity * dt, body.velocity)
+    }
+}

@@ -1,0 +1,96 @@
+//! Looking without touching: positions, velocities and energies at one time, from delayed states.
+
+use super::engine::Engine;
+use crate::Vector;
+
+/// All particles at one time, in the order of their ids.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Positions `[length]`, `N x 3`; within the box along periodic axes but for round-off.
+    pub positions: Vec<Vector>,
+    /// Velocities `[length / time]`, `N x 3`.
+    pub velocities: Vec<Vector>,
+    /// Periods travelled along each axis: position + image * period is the unwrapped position.
+    pub images: Vec<[i32; 3]>,
+}
+
+/// Energies of all particles at one time `[energy]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Energy {
+    /// `sum m/2 |v|^2`.
+    pub kinetic: f64,
+    /// Pair energies by pair state, and `- m a . r` of accelerated particles (unwrapped positions).
+    pub potential: f64,
+    /// The part of `potential` that comes from pairs.
+    pub pair: f64,
+    /// Total momentum `[mass length / time]`.
+    pub momentum: Vector,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    pub(super) fn snapshot(&self) -> Snapshot {
+        let (positions, velocities) =
+            (0..self.bodies.len() as u32).map(|particle| self.state_at(particle, self.now)).unzip();
+        Snapshot { time: self.time(), positions, velocities, images: self.images.clone() }
+    }
+
+    pub(super) fn energy(&self) -> Energy {
+        let mut kinetic = Sum::default();
+        let mut external = Sum::default();
+        let mut pair = Sum::default();
+        let mut momentum = [Sum::default(); 3];
+        for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)) {
+            let species = &self.rules.species[usize::from(self.species[particle as usize])];
+            let mass = species.inverse_mass.recip();
+            let (position, velocity) = self.state_at(particle, self.now);
+            kinetic.add(0.5 * mass * velocity.norm_squared());
+            for (sum, component) in momentum.iter_mut().zip(velocity.iter()) {
+                sum.add(mass * component);
+            }
+            if FALLING {
+                for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
+                    let image = self.images[particle as usize][axis];
+                    // The period of an axis that is not periodic is infinite, and its image 0.
+                    let unwrapped =
+                        position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.periods[axis] };
+                    external.add(-mass * species.acceleration[axis] * unwrapped);
+                }
+            }
+            if TABLE {
+                for known in self.memory.of(particle) {
+                    // Two moving particles know each other both: half of the energy each.
+                    let share = if self.is_static(known.partner) { 1.0 } else { 0.5 };
+                    pair.add(share * self.rules.steps[usize::from(known.interaction)].energy(known.state));
+                }
+            }
+        }
+        let pair = pair.total();
+        Energy {
+            kinetic: kinetic.total(),
+            potential: pair + external.total(),
+            pair,
+            momentum: Vector::from_fn(|k, _| momentum[k].total()),
+        }
+    }
+}
+
+/// A sum that keeps what rounding cuts off (Neumaier), so that ledgers measure the dynamics and not the adding up.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Sum {
+    sum: f64,
+    correction: f64,
+}
+
+impl Sum {
+    pub(crate) fn add(&mut self, x: f64) {
+        let sum = self.sum + x;
+        self.correction += if self.sum.abs() >= x.abs() { (self.sum - sum) + x } else { (x - sum) + self.sum };
+        self.sum = sum;
+    }
+
+    pub(crate) fn total(&self) -> f64 {
+        self.sum + self.correction
+    }
+}
