@@ -2,6 +2,41 @@
 //!
 //! A [`Scene`] is built from a scene file ([`Scene::from_file`], [`Scene::from_toml`]) or in code with a
 //! [`SceneBuilder`]. Either way it has passed the same checks: a simulation can be made of it without further questions.
+//!
+//! text -> `file` (what was typed, in its `source`) -> `reading` -> [`SceneBuilder`] (the parts) -> `build` (the checks, with
+//! `groups`, `filling`, `placement`, `surface` and `start`) -> [`Scene`]. A [`SceneError`] knows its [`Place`] in the scene, and
+//! the source turns that into a line.
+
+mod build;
+mod builder;
+mod coordinates;
+mod diagnostic;
+mod draft;
+mod file;
+mod filling;
+mod groups;
+mod interactions;
+mod lattice;
+mod limits;
+mod mesh;
+mod occupancy;
+mod place;
+mod placement;
+mod random;
+mod reading;
+mod source;
+mod start;
+mod surface;
+mod velocity;
+
+use std::path::Path;
+
+pub use builder::SceneBuilder;
+pub use diagnostic::{SceneError, SceneErrorKind};
+pub use draft::{Amount, Arrangement, Chain, Fill, Lattice, MeshDraft, Model, Region, Surface};
+pub use mesh::{Gap, Leak, Mesh};
+pub use place::{Place, Step};
+pub use surface::Side;
 
 use crate::Vector;
 use crate::potential::Potential;
@@ -125,6 +160,8 @@ pub struct Scene {
     pub bonds: Vec<Bond>,
     /// The particles, in the order of their ids.
     pub particles: Vec<Particle>,
+    /// The surfaces among the particles; empty if there are none.
+    pub meshes: Vec<Mesh>,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     pub contact_time: Option<f64>,
     /// Whether overlaps at the start are left to the stable rule instead of being an error.
@@ -136,6 +173,70 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Reads a scene from a file.
+    ///
+    /// # Errors
+    /// [`SceneError`] if the file cannot be read, or with the first mistake in it.
+    pub fn from_file(path: impl AsRef<Path>) -> Result<Self, SceneError> {
+        Self::from_file_with(path, &[])
+    }
+
+    /// Reads a scene from a file, with some of its values replaced.
+    ///
+    /// An override is a path of keys, with dots between them, and a value in TOML or a bare word: `("seed", "5")`,
+    /// `("interaction.0.restitution", "0.1")` or, by name, `("species.A.mass", "2")`. What the file does not give is added.
+    ///
+    /// # Errors
+    /// As [`Scene::from_file`]; a mistake in an override shows the override.
+    pub fn from_file_with(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|source| {
+            SceneError::new(Place::root(), SceneErrorKind::Unreadable { path: path.to_owned(), source })
+        })?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            let offset = error.utf8_error().valid_up_to();
+            // The characters that could be read are enough to show the line.
+            let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+            SceneError::new(Place::root(), SceneErrorKind::NotText { offset }).in_source(
+                &path.to_string_lossy(),
+                std::sync::Arc::new(text),
+                offset..offset,
+            )
+        })?;
+        Self::from_toml_with(text, path, overrides)
+    }
+
+    /// Reads a scene from its text. `name` stands for the file: in messages, as the scene's name unless the text gives
+    /// one, and as the place where relative paths start.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the first mistake.
+    pub fn from_toml(text: impl Into<String>, name: impl AsRef<Path>) -> Result<Self, SceneError> {
+        Self::from_toml_with(text, name, &[])
+    }
+
+    /// Reads a scene from its text, with some of its values replaced as in [`Scene::from_file_with`].
+    ///
+    /// # Errors
+    /// [`SceneError`] with the first mistake.
+    pub fn from_toml_with(
+        text: impl Into<String>,
+        name: impl AsRef<Path>,
+        overrides: &[(&str, &str)],
+    ) -> Result<Self, SceneError> {
+        let path = name.as_ref();
+        let source = source::Source::new(&path.to_string_lossy(), text.into(), overrides);
+        let file = source.read()?;
+        let stem: String = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        // A file may be called what it likes; the folder of a run has a plain name.
+        let plain: String =
+            stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(100).collect();
+        let name = if plain.is_empty() { "scene" } else { &plain };
+        let directory = path.parent().unwrap_or(Path::new(""));
+        let builder = reading::parts(file, name, directory);
+        builder.and_then(|builder| builder.build()).map_err(|error| source.located(error))
+    }
+
     /// The interaction of two species, if they have one.
     #[must_use]
     pub fn interaction_of(&self, a: SpeciesId, b: SpeciesId) -> Option<InteractionId> {

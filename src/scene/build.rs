@@ -1,0 +1,169 @@
+//! From the parts of a scene to a validated [`Scene`].
+
+use std::collections::HashMap;
+
+use crate::Vector;
+use crate::scene::builder::SceneBuilder;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::groups::Groups;
+use crate::scene::interactions::Interactions;
+use crate::scene::limits::{AXES, finite, finite_vector, on_flat_axes, positive, restitution};
+use crate::scene::place::Place;
+use crate::scene::{Limit, Scene, Species, start};
+use crate::space::{Boundary, Face, Space};
+
+impl SceneBuilder {
+    /// Checks the parts and places the particles.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the first mistake: its kind, and its place in the scene.
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        self.check_header()?;
+        let mut species = self.checked_species()?;
+        let space = self.checked_space(&species)?;
+        self.set_accelerations(&mut species, &space)?;
+        let mut interactions = Interactions::new(&self.interactions, &species)?;
+        let groups = Groups::place(self, &species, &space, &mut interactions)?;
+        interactions.check_complete(&groups.counts(species.len()))?;
+        start::check_ranges(&space, &species, &interactions, &groups)?;
+        let contacts = interactions.contacts();
+        if !self.allow_invalid_start {
+            start::check_walls(&groups, &species, &space)?;
+            start::check_bonds(&groups, &space, &interactions)?;
+            start::check_overlaps(&groups, &contacts, &space)?;
+        }
+        let (interactions, table) = interactions.finish();
+        Ok(Scene {
+            name: self.name.clone(),
+            seed: self.seed,
+            start_time: self.start_time,
+            space,
+            species,
+            interactions,
+            table,
+            bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
+            particles: groups.particles,
+            meshes: groups.meshes,
+            contact_time: self.contact_time,
+            allow_invalid_start: self.allow_invalid_start,
+            run: self.run,
+            output: self.output,
+        })
+    }
+
+    fn check_header(&self) -> Result<(), SceneError> {
+        let is_good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if self.name.is_empty() || self.name.len() > 100 || !self.name.chars().all(is_good) {
+            let expected = "up to 100 letters, digits, - and _: it becomes a folder";
+            let kind = SceneErrorKind::value(format!("{:?}", self.name), expected);
+            return Err(SceneError::new(Place::root().key("name"), kind));
+        }
+        finite(self.start_time, Place::root().key("start_time"))?;
+        if let Some(time) = self.contact_time {
+            positive(time, Place::root().key("dynamics").key("contact_time"))?;
+        }
+        let run = Place::root().key("run");
+        check_limit(self.run.equilibration, run.key("equilibration_time"), run.key("equilibration_events"))?;
+        check_limit(self.run.limit, run.key("until_time"), run.key("until_events"))?;
+        let output = Place::root().key("output");
+        for (interval, key) in
+            [(self.output.thermo_interval, "thermo_interval"), (self.output.frame_interval, "frame_interval")]
+        {
+            if let Some(interval) = interval {
+                positive(interval, output.key(key))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The species, with no acceleration yet.
+    fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
+        if self.species.is_empty() {
+            let kind = SceneErrorKind::Missing { key: "species", why: "a scene needs at least one [[species]]".into() };
+            return Err(SceneError::new(Place::root(), kind));
+        }
+        let mut names = HashMap::new();
+        let mut species = Vec::with_capacity(self.species.len());
+        for (index, draft) in self.species.iter().enumerate() {
+            let place = Place::entry("species", index);
+            // Names are columns of trajectory files.
+            if draft.name.is_empty() || draft.name.chars().any(char::is_whitespace) {
+                let kind = SceneErrorKind::value(format!("{:?}", draft.name), "a name without blanks");
+                return Err(SceneError::new(place.key("name"), kind));
+            }
+            if let Some(first) = names.insert(&draft.name, index) {
+                let kind =
+                    SceneErrorKind::Duplicate { name: draft.name.clone(), first: Place::entry("species", first) };
+                return Err(SceneError::new(place.key("name"), kind));
+            }
+            positive(draft.diameter, place.key("diameter"))?;
+            let mass = draft.mass.map_or(Ok(f64::INFINITY), |mass| positive(mass, place.key("mass")))?;
+            species.push(Species {
+                name: draft.name.clone(),
+                mass,
+                diameter: draft.diameter,
+                acceleration: Vector::zeros(),
+            });
+        }
+        Ok(species)
+    }
+
+    fn set_accelerations(&self, species: &mut [Species], space: &Space) -> Result<(), SceneError> {
+        let zero = Vector::zeros();
+        on_flat_axes(&self.gravity, &zero, space, &Place::root().key("dynamics").key("gravity"))?;
+        for (index, (species, draft)) in species.iter_mut().zip(&self.species).enumerate() {
+            let place = Place::entry("species", index).key("acceleration");
+            let acceleration = draft.acceleration.unwrap_or(self.gravity);
+            if !species.is_static() {
+                on_flat_axes(&acceleration, &zero, space, &place)?;
+                species.acceleration = acceleration;
+            } else if draft.acceleration.is_some_and(|given| given != zero) {
+                return Err(SceneError::new(place, SceneErrorKind::value("given", "none: a static species stays")));
+            }
+        }
+        Ok(())
+    }
+
+    fn checked_space(&self, species: &[Species]) -> Result<Space, SceneError> {
+        let place = Place::root().key("space");
+        finite_vector(&self.lower, &place.key("lower"))?;
+        for (k, boundary) in self.boundary.iter().enumerate() {
+            if let Boundary::Bounded { lower, upper } = boundary {
+                for face in [lower, upper] {
+                    if let Face::Wall { restitution: value } = face {
+                        restitution(*value, place.key(["x", "y", "z"][k]).key("restitution"))?;
+                    }
+                }
+            }
+        }
+        let unsized_space = Space { lower: self.lower, size: Vector::zeros(), boundary: self.boundary };
+        if unsized_space.dimensions() == 0 {
+            let kind = SceneErrorKind::value("flat along every axis", "an axis along which particles can move");
+            return Err(SceneError::new(place, kind));
+        }
+        let size = match self.size {
+            Some(size) => size,
+            None => self.derived_size(species, &unsized_space)?,
+        };
+        for k in 0..3 {
+            let place = place.key("size").index(k);
+            if self.boundary[k] != Boundary::Flat {
+                positive(size[k], place)?;
+            } else if size[k] != 0.0 {
+                let kind = SceneErrorKind::value(size[k], format!("0 because {} is flat", AXES[k]));
+                return Err(SceneError::new(place, kind));
+            }
+        }
+        Ok(Space { size, ..unsized_space })
+    }
+}
+
+fn check_limit(limit: Limit, time: Place, events: Place) -> Result<(), SceneError> {
+    if let Some(value) = limit.time {
+        positive(value, time)?;
+    }
+    if limit.events == Some(0) {
+        return Err(SceneError::new(events, SceneErrorKind::value(0, "at least 1")));
+    }
+    Ok(())
+}

@@ -1,0 +1,233 @@
+//! A scene built in code, with the same checks as one from a file.
+
+use crate::Vector;
+use crate::potential::Potential;
+use crate::scene::draft::{
+    Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Listed, MeshDraft, Model, PlacedGroup,
+    SpeciesDraft,
+};
+use crate::scene::place::Place;
+use crate::scene::{OutputPlan, RunPlan};
+use crate::space::{Boundary, Space};
+
+/// Collects the parts of a scene; [`SceneBuilder::build`] checks them and places the particles.
+///
+/// Ids count from 0 in the order in which particles are added.
+///
+/// ```
+/// use carom::potential::Potential;
+/// use carom::scene::{Amount, Lattice, SceneBuilder};
+///
+/// let scene = SceneBuilder::new("fluid")
+///     .species("A", 1.0, 1.0)
+///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+///     .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.4))
+///     .temperature(1.0)
+///     .build()?;
+/// assert_eq!(scene.particles.len(), 500);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+#[must_use = "a builder does nothing until `build`"]
+pub struct SceneBuilder {
+    pub(crate) name: String,
+    pub(crate) seed: u64,
+    pub(crate) start_time: f64,
+    pub(crate) allow_invalid_start: bool,
+    /// `None` derives it from the one fill that has a count and a density.
+    pub(crate) size: Option<Vector>,
+    pub(crate) lower: Vector,
+    pub(crate) boundary: [Boundary; 3],
+    pub(crate) gravity: Vector,
+    pub(crate) contact_time: Option<f64>,
+    pub(crate) species: Vec<SpeciesDraft>,
+    pub(crate) interactions: Vec<InteractionDraft>,
+    pub(crate) groups: Vec<PlacedGroup>,
+    pub(crate) bonds: Vec<BondDraft>,
+    pub(crate) run: RunPlan,
+    pub(crate) output: OutputPlan,
+}
+
+impl SceneBuilder {
+    /// An empty scene: no gravity, no TC model, periodic along every axis, seed 1.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            seed: 1,
+            start_time: 0.0,
+            allow_invalid_start: false,
+            size: None,
+            lower: Vector::zeros(),
+            boundary: [Boundary::Periodic; 3],
+            gravity: Vector::zeros(),
+            contact_time: None,
+            species: Vec::new(),
+            interactions: Vec::new(),
+            groups: Vec::new(),
+            bonds: Vec::new(),
+            run: RunPlan::default(),
+            output: OutputPlan { thermo_interval: None, frame_interval: None },
+        }
+    }
+
+    /// The seed of all random numbers.
+    pub fn seed(mut self, seed: u64) -> Self {
+        self.seed = seed;
+        self
+    }
+
+    /// Simulated time at the start `[time]`.
+    pub fn start_time(mut self, time: f64) -> Self {
+        self.start_time = time;
+        self
+    }
+
+    /// Leaves overlaps at the start to the stable rule.
+    pub fn allow_invalid_start(mut self, allow: bool) -> Self {
+        self.allow_invalid_start = allow;
+        self
+    }
+
+    /// The box. Without it, a periodic cube follows from the one fill that has a count and a density.
+    pub fn space(mut self, space: Space) -> Self {
+        self.size = Some(space.size);
+        self.lower = space.lower;
+        self.boundary = space.boundary;
+        self
+    }
+
+    /// What happens at the sides of a box whose size follows from a fill.
+    pub fn boundary(mut self, boundary: [Boundary; 3]) -> Self {
+        self.boundary = boundary;
+        self
+    }
+
+    /// The acceleration of every species that moves and has none of its own `[length / time^2]`.
+    pub fn gravity(mut self, gravity: Vector) -> Self {
+        self.gravity = gravity;
+        self
+    }
+
+    /// Switches the TC model on `[time]`.
+    pub fn contact_time(mut self, time: f64) -> Self {
+        self.contact_time = Some(time);
+        self
+    }
+
+    /// A species that moves.
+    pub fn species(mut self, name: &str, mass: f64, diameter: f64) -> Self {
+        self.species.push(SpeciesDraft { name: name.to_owned(), mass: Some(mass), diameter, acceleration: None });
+        self
+    }
+
+    /// A species that never moves.
+    pub fn static_species(mut self, name: &str, diameter: f64) -> Self {
+        self.species.push(SpeciesDraft { name: name.to_owned(), mass: None, diameter, acceleration: None });
+        self
+    }
+
+    /// What particles of two species do to each other.
+    pub fn interaction(mut self, first: &str, second: &str, potential: Potential, restitution: f64) -> Self {
+        self.interactions.push(InteractionDraft {
+            name: None,
+            species: Some([first.to_owned(), second.to_owned()]),
+            model: Model::Exact(potential),
+            diameter: None,
+            restitution,
+        });
+        self
+    }
+
+    /// Lets particles of two species pass through each other.
+    pub fn no_interaction(mut self, first: &str, second: &str) -> Self {
+        self.interactions.push(InteractionDraft {
+            name: None,
+            species: Some([first.to_owned(), second.to_owned()]),
+            model: Model::None,
+            diameter: None,
+            restitution: 1.0,
+        });
+        self
+    }
+
+    /// An interaction for bonds, by name.
+    pub fn bond_interaction(mut self, name: &str, potential: Potential, restitution: f64) -> Self {
+        self.interactions.push(InteractionDraft {
+            name: Some(name.to_owned()),
+            species: None,
+            model: Model::Exact(potential),
+            diameter: None,
+            restitution,
+        });
+        self
+    }
+
+    /// One particle.
+    pub fn particle(mut self, species: &str, position: Vector, velocity: Vector) -> Self {
+        let listed = Listed { species: species.to_owned(), position, velocity };
+        let place = Place::entry("particle", self.count_groups(|group| matches!(group, Group::Listed(_))));
+        self.groups.push(PlacedGroup { place, group: Group::Listed(vec![listed]) });
+        self
+    }
+
+    /// Particles of one species by number and density; the size of the box follows if it is not given.
+    pub fn fill(self, arrangement: impl Into<Arrangement>, species: &str, count: u64, amount: Amount) -> Self {
+        self.add_fill(Fill::new(arrangement, species).count(count).amount(amount))
+    }
+
+    /// Many particles.
+    pub fn add_fill(mut self, fill: Fill) -> Self {
+        let place = Place::entry("fill", self.count_groups(|group| matches!(group, Group::Fill(_))));
+        self.groups.push(PlacedGroup { place, group: Group::Fill(fill) });
+        self
+    }
+
+    /// Maxwell velocities for the fills and chains added so far that have no temperature yet `[energy]`.
+    pub fn temperature(mut self, temperature: f64) -> Self {
+        for PlacedGroup { group, .. } in &mut self.groups {
+            match group {
+                Group::Fill(Fill { temperature: t @ None, .. }) | Group::Chain(Chain { temperature: t @ None, .. }) => {
+                    *t = Some(temperature);
+                }
+                _ => {}
+            }
+        }
+        self
+    }
+
+    /// Bonded chains.
+    pub fn chain(mut self, chain: Chain) -> Self {
+        let place = Place::entry("chain", self.count_groups(|group| matches!(group, Group::Chain(_))));
+        self.groups.push(PlacedGroup { place, group: Group::Chain(chain) });
+        self
+    }
+
+    /// A surface of static spheres.
+    pub fn mesh(mut self, mesh: MeshDraft) -> Self {
+        let place = Place::entry("mesh", self.count_groups(|group| matches!(group, Group::Mesh(_))));
+        self.groups.push(PlacedGroup { place, group: Group::Mesh(mesh) });
+        self
+    }
+
+    /// A bond between two particles, by a named interaction.
+    pub fn bond(mut self, first: u32, second: u32, interaction: &str) -> Self {
+        self.bonds.push(BondDraft { pair: [first, second], interaction: interaction.to_owned() });
+        self
+    }
+
+    /// How long to run.
+    pub fn run(mut self, run: RunPlan) -> Self {
+        self.run = run;
+        self
+    }
+
+    /// What to write.
+    pub fn output(mut self, output: OutputPlan) -> Self {
+        self.output = output;
+        self
+    }
+
+    fn count_groups(&self, is_counted: impl Fn(&Group) -> bool) -> usize {
+        self.groups.iter().filter(|placed| is_counted(&placed.group)).count()
+    }
+}

@@ -1,0 +1,265 @@
+//! What is wrong with a scene, where, and what was expected instead.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
+use thiserror::Error;
+
+use crate::error::PotentialError;
+use crate::scene::place::Place;
+
+/// The kinds of mistakes in a scene.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the fields are the words of the messages")]
+pub enum SceneErrorKind {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Unreadable { path: PathBuf, source: io::Error },
+    /// The file is not text.
+    #[error("is not UTF-8 text: byte {offset} cannot be read as a character")]
+    NotText { offset: usize },
+    /// The file says nothing.
+    #[error("the scene is empty")]
+    Empty,
+    /// Not TOML, or a value of the wrong type.
+    #[error("{message}")]
+    Syntax { message: String },
+    /// A key that means nothing here.
+    #[error("unknown key `{key}`")]
+    UnknownKey { key: String, nearest: Option<String>, known: Vec<String> },
+    /// A key that another key's value has no use for.
+    #[error("`{key}` does not belong to {context}")]
+    Misplaced { key: &'static str, context: String, known: Vec<&'static str> },
+    /// A key that is needed.
+    #[error("`{key}` is missing: {why}")]
+    Missing { key: &'static str, why: String },
+    /// A value outside of its range.
+    #[error("is {value}, expected {expected}")]
+    Value { value: String, expected: String },
+    /// A word that is not one of the known ones.
+    #[error("unknown {what} `{word}`")]
+    UnknownWord { what: &'static str, word: String, nearest: Option<String>, known: Vec<String> },
+    /// A name given twice.
+    #[error("the name `{name}` is already taken by {first}")]
+    Duplicate { name: String, first: Place },
+    /// Two species that can meet, and nothing says what happens then.
+    #[error("species `{first}` and `{second}` can meet, but no [[interaction]] says what happens then")]
+    NoInteraction { first: String, second: String },
+    /// Not a potential.
+    #[error(transparent)]
+    Potential(#[from] PotentialError),
+    /// A periodic axis on which a pair could meet twice.
+    #[error(
+        "the box is {size} long along periodic {axis}, expected at least {needed}, twice the longest range {range}"
+    )]
+    SmallBox { axis: char, size: f64, range: f64, needed: f64 },
+    /// Two particles inside of their core.
+    #[error(
+        "particles {first} and {second} overlap at the start: {distance} apart where {contact} is needed, a gap of {}",
+        distance - contact
+    )]
+    Overlap { first: u32, second: u32, distance: f64, contact: f64 },
+    /// A particle that reaches through a wall.
+    #[error("particle {particle} reaches {depth} through the {side} wall of {axis}")]
+    InWall { particle: u32, axis: char, side: &'static str, depth: f64 },
+    /// A bond to a particle that does not exist.
+    #[error("there is no particle {id}, expected an id below {particles}")]
+    NoParticle { id: u32, particles: usize },
+    /// A pair bonded twice.
+    #[error("particles {first} and {second} are bonded twice")]
+    BondedTwice { first: u32, second: u32 },
+    /// A bond that is too short or too long at the start.
+    #[error("particles {first} and {second} start {distance} apart, but their bond holds from {shortest} to {longest}")]
+    BondLength { first: u32, second: u32, distance: f64, shortest: f64, longest: f64 },
+    /// More than spheres can fill.
+    #[error("a packing fraction of {value} is impossible: equal spheres fill at most {limit}")]
+    PackingFraction { value: f64, limit: f64 },
+    /// A lattice whose sites are too close.
+    #[error(
+        "{count} particles do not fit on this lattice: its sites would be {spacing} apart where {contact} is needed"
+    )]
+    LatticeTooTight { count: usize, spacing: f64, contact: f64 },
+    /// A region without room for more.
+    #[error("only {placed} of {count} fitted: {attempts} random attempts found no place for the next one")]
+    NoRoom { placed: usize, count: usize, attempts: usize },
+    /// More particles than the memory is meant for.
+    #[error("{particles} particles need about {} GiB, more than the {} GiB a scene may take", bytes >> 30, budget >> 30)]
+    TooMany { particles: u64, bytes: u64, budget: u64 },
+    /// A coordinate file that cannot be understood.
+    #[error("{}, line {line}: {problem}", path.display())]
+    Coordinates { path: PathBuf, line: usize, problem: String },
+    /// An override that leads nowhere.
+    #[error("cannot set `{key}`: {problem}")]
+    Override { key: String, problem: String },
+}
+
+impl SceneErrorKind {
+    /// A value outside of its range.
+    pub(crate) fn value(value: impl fmt::Display, expected: impl Into<String>) -> Self {
+        Self::Value { value: value.to_string(), expected: expected.into() }
+    }
+
+    /// A word that is not one of `known`, with the nearest of them.
+    pub(crate) fn unknown_word<'a>(what: &'static str, word: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
+        let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
+        Self::UnknownWord { what, word: word.to_owned(), nearest: nearest(word, &known), known }
+    }
+
+    /// What to do about it, where one thing is likely.
+    fn help(&self) -> Option<String> {
+        match self {
+            Self::UnknownKey { nearest: Some(nearest), .. } | Self::UnknownWord { nearest: Some(nearest), .. } => {
+                Some(format!("did you mean `{nearest}`?"))
+            }
+            Self::UnknownKey { known, .. } | Self::UnknownWord { known, .. } if !known.is_empty() => {
+                Some(format!("expected {}", one_of(known)))
+            }
+            Self::Misplaced { known, .. } => Some(format!("expected {}", one_of(known))),
+            Self::NoInteraction { first, second } => Some(format!(
+                "add an [[interaction]] with species = [\"{first}\", \"{second}\"], or with potential = \"none\" to let them pass"
+            )),
+            Self::Overlap { .. } | Self::InWall { .. } => {
+                Some("move them apart, or let the stable rule resolve it with allow_invalid_start = true".to_owned())
+            }
+            Self::NoRoom { .. } => Some(
+                "random insertion jams at a packing fraction of about 0.38 in 3D, 0.54 in 2D and 0.74 in 1D: use a lattice"
+                    .to_owned(),
+            ),
+            Self::Empty => Some("a scene needs [space], [[species]], particles and [run]; `carom new` prints one".to_owned()),
+            _ => None,
+        }
+    }
+}
+
+/// `a`, `b` or `c`.
+fn one_of<S: AsRef<str>>(words: &[S]) -> String {
+    let quoted: Vec<String> = words.iter().map(|word| format!("`{}`", word.as_ref())).collect();
+    match quoted.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        Some((last, _)) => last.clone(),
+        None => String::new(),
+    }
+}
+
+/// The known word most like `word`, if one is alike.
+pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> {
+    // Jaro-Winkler similarity of unrelated key names stays below 0.7, one or two typos above 0.8.
+    const ALIKE: f64 = 0.75;
+    known
+        .iter()
+        .map(|candidate| (strsim::jaro_winkler(word, candidate.as_ref()), candidate.as_ref()))
+        .filter(|(likeness, _)| *likeness >= ALIKE)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate.to_owned())
+}
+
+/// Why a scene cannot be simulated.
+///
+/// Displays as one line. As a [`miette::Diagnostic`] it also shows the file, the line with the value underlined, and
+/// what to do about it.
+#[derive(Debug)]
+pub struct SceneError(Box<Inner>);
+
+#[derive(Debug)]
+struct Inner {
+    kind: SceneErrorKind,
+    place: Place,
+    source: Option<(NamedSource<Arc<String>>, SourceSpan)>,
+}
+
+impl SceneError {
+    /// A mistake at a place of the scene.
+    pub(crate) fn new(place: Place, kind: impl Into<SceneErrorKind>) -> Self {
+        Self(Box::new(Inner { kind: kind.into(), place, source: None }))
+    }
+
+    /// What is wrong.
+    #[must_use]
+    pub fn kind(&self) -> &SceneErrorKind {
+        &self.0.kind
+    }
+
+    /// Where in the scene; the root if no one place is to blame.
+    #[must_use]
+    pub fn place(&self) -> &Place {
+        &self.0.place
+    }
+
+    /// The line of the scene's text, from 1, if it has one.
+    #[must_use]
+    pub fn line(&self) -> Option<usize> {
+        let (source, span) = self.0.source.as_ref()?;
+        let before = source.inner().as_bytes().get(..span.offset())?;
+        Some(1 + before.iter().filter(|&&byte| byte == b'\n').count())
+    }
+
+    /// The same mistake, with the text that contains it.
+    pub(crate) fn in_source(mut self, name: &str, text: Arc<String>, span: std::ops::Range<usize>) -> Self {
+        let source = NamedSource::new(name, text).with_language("TOML");
+        self.0.source = Some((source, SourceSpan::new(span.start.into(), span.len())));
+        self
+    }
+
+    /// Whether the text that contains the mistake is known.
+    pub(crate) fn has_source(&self) -> bool {
+        self.0.source.is_some()
+    }
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !self.0.place.steps().is_empty() {
+            let separator = if matches!(self.0.kind, SceneErrorKind::Value { .. }) { "" } else { ":" };
+            write!(f, "{}{separator} ", self.0.place)?;
+        }
+        self.0.kind.fmt(f)
+    }
+}
+
+impl std::error::Error for SceneError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        None
+    }
+}
+
+impl Diagnostic for SceneError {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.0.kind.help().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.0.source.as_ref().map(|(source, _)| source as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let (_, span) = self.0.source.as_ref()?;
+        let label = match &self.0.kind {
+            SceneErrorKind::Value { expected, .. } => format!("expected {expected}"),
+            _ => "here".to_owned(),
+        };
+        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some(label), *span))))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearest_word_is_suggested_only_if_it_is_alike() {
+        let known = ["restitution", "species", "potential"];
+        assert_eq!(nearest("restituton", &known).as_deref(), Some("restitution"));
+        assert_eq!(nearest("xyz", &known), None);
+    }
+
+    #[test]
+    fn an_error_is_small_and_says_where() {
+        assert_eq!(size_of::<SceneError>(), size_of::<usize>());
+        let error = SceneError::new(Place::root().key("seed"), SceneErrorKind::value(-1, "a whole number"));
+        assert_eq!(error.to_string(), "seed is -1, expected a whole number");
+    }
+}

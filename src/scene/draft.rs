@@ -1,0 +1,236 @@
+//! The parts of a scene before they are checked: what a [`SceneBuilder`](crate::scene::SceneBuilder) collects, be it from
+//! code or from a file.
+
+use crate::Vector;
+use crate::error::PotentialError;
+use crate::potential::Potential;
+pub use crate::scene::lattice::Lattice;
+use crate::scene::place::Place;
+pub use crate::scene::surface::Surface;
+
+/// How many particles there are in a volume.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Amount {
+    /// Number of particles per volume `[length^-D]`, `D` the number of axes that are not flat.
+    NumberDensity(f64),
+    /// Fraction of the volume that the particles' own volumes add up to.
+    PackingFraction(f64),
+}
+
+/// Where the particles of a [`Fill`] go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Arrangement {
+    /// On the sites of a lattice that is stretched to fit the region.
+    Lattice(Lattice),
+    /// One by one at random places where they overlap nothing.
+    Random,
+}
+
+impl From<Lattice> for Arrangement {
+    fn from(lattice: Lattice) -> Self {
+        Self::Lattice(lattice)
+    }
+}
+
+/// A box, aligned with the axes `[length]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// Lower corner.
+    pub lower: Vector,
+    /// Upper corner.
+    pub upper: Vector,
+}
+
+/// Many particles in a region.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fill {
+    /// The species and their shares, which need not add up to one.
+    pub composition: Vec<(String, f64)>,
+    /// On a lattice or at random.
+    pub arrangement: Arrangement,
+    /// How many; follows from `amount` if it is not given.
+    pub count: Option<u64>,
+    /// How dense; follows from `count` if it is not given.
+    pub amount: Option<Amount>,
+    /// Where; the whole box if it is not given. The particles stay inside of it with their surfaces, too.
+    pub region: Option<Region>,
+    /// Temperature of their Maxwell velocities `[energy]`; at rest if it is not given.
+    pub temperature: Option<f64>,
+    /// Added to every velocity `[length / time]`.
+    pub velocity: Vector,
+}
+
+impl Fill {
+    /// Particles of one species.
+    #[must_use]
+    pub fn new(arrangement: impl Into<Arrangement>, species: &str) -> Self {
+        Self {
+            composition: vec![(species.to_owned(), 1.0)],
+            arrangement: arrangement.into(),
+            count: None,
+            amount: None,
+            region: None,
+            temperature: None,
+            velocity: Vector::zeros(),
+        }
+    }
+
+    /// With a number of particles.
+    #[must_use]
+    pub fn count(mut self, count: u64) -> Self {
+        self.count = Some(count);
+        self
+    }
+
+    /// With a density.
+    #[must_use]
+    pub fn amount(mut self, amount: Amount) -> Self {
+        self.amount = Some(amount);
+        self
+    }
+
+    /// Inside of a region.
+    #[must_use]
+    pub fn region(mut self, lower: Vector, upper: Vector) -> Self {
+        self.region = Some(Region { lower, upper });
+        self
+    }
+}
+
+/// Chains of bonded particles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// The species of every particle.
+    pub species: String,
+    /// Particles per chain.
+    pub length: u64,
+    /// Number of chains.
+    pub count: u64,
+    /// The name of the interaction that bonds each particle to the next.
+    pub bond: String,
+    /// Distance of neighbours at the start `[length]`; the middle of what the bond allows if it is not given.
+    pub spacing: Option<f64>,
+    /// First particle and direction of a straight chain; without it chains grow at random where they overlap nothing.
+    pub straight: Option<(Vector, Vector)>,
+    /// Temperature of their Maxwell velocities `[energy]`; at rest if it is not given.
+    pub temperature: Option<f64>,
+}
+
+/// A surface made of static spheres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshDraft {
+    /// Name in messages.
+    pub name: Option<String>,
+    /// The static species.
+    pub species: String,
+    /// Its shape.
+    pub surface: Surface,
+    /// Largest distance of neighbouring spheres `[length]`; chosen so that nothing leaks if it is not given.
+    pub spacing: Option<f64>,
+}
+
+/// What two particles do to each other, before their diameter is known.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+#[allow(missing_docs, reason = "the fields are those of the constructors of `Potential`")]
+pub enum Model {
+    /// They pass through each other.
+    None,
+    HardSphere,
+    SquareWell {
+        lambda: f64,
+        well_depth: f64,
+    },
+    SquareShoulder {
+        lambda: f64,
+        height: f64,
+    },
+    Penetrable {
+        height: f64,
+    },
+    /// From the diameter to `lambda` times the diameter.
+    Bond {
+        lambda: f64,
+    },
+    SteppedLennardJones {
+        well_depth: f64,
+        cutoff: f64,
+        steps: usize,
+        core_energy: f64,
+    },
+    /// Complete by itself.
+    Exact(Potential),
+}
+
+impl Model {
+    /// The potential of a pair with this diameter; `None` where they pass through each other.
+    pub(crate) fn potential(&self, diameter: f64) -> Result<Option<Potential>, PotentialError> {
+        Ok(Some(match *self {
+            Self::None => return Ok(None),
+            Self::HardSphere => Potential::hard_sphere(diameter)?,
+            Self::SquareWell { lambda, well_depth } => Potential::square_well(diameter, lambda, well_depth)?,
+            Self::SquareShoulder { lambda, height } => Potential::square_shoulder(diameter, lambda, height)?,
+            Self::Penetrable { height } => Potential::penetrable(diameter, height)?,
+            Self::Bond { lambda } => Potential::bond(diameter, lambda * diameter)?,
+            Self::SteppedLennardJones { well_depth, cutoff, steps, core_energy } => {
+                Potential::stepped_lennard_jones(diameter, well_depth, cutoff, steps, core_energy)?
+            }
+            Self::Exact(ref potential) => potential.clone(),
+        }))
+    }
+}
+
+/// One `[[species]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct SpeciesDraft {
+    pub name: String,
+    /// `None` for a static species.
+    pub mass: Option<f64>,
+    pub diameter: f64,
+    /// Instead of gravity.
+    pub acceleration: Option<Vector>,
+}
+
+/// One `[[interaction]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct InteractionDraft {
+    /// For bonds.
+    pub name: Option<String>,
+    /// For the table.
+    pub species: Option<[String; 2]>,
+    pub model: Model,
+    /// Half the sum of the species' diameters if it is not given.
+    pub diameter: Option<f64>,
+    pub restitution: f64,
+}
+
+/// One particle at a given place.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Listed {
+    pub species: String,
+    pub position: Vector,
+    pub velocity: Vector,
+}
+
+/// One `[[bond]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct BondDraft {
+    pub pair: [u32; 2],
+    pub interaction: String,
+}
+
+/// Particles that start together.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Group {
+    Listed(Vec<Listed>),
+    Fill(Fill),
+    Chain(Chain),
+    Mesh(MeshDraft),
+}
+
+/// A group, and where the scene asks for it.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PlacedGroup {
+    pub place: Place,
+    pub group: Group,
+}

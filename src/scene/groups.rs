@@ -1,0 +1,372 @@
+//! The particles of a scene, group by group: placed in the order that leaves room, numbered in the order given.
+
+use crate::Vector;
+use crate::scene::builder::SceneBuilder;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::draft::{Arrangement, Chain, Group, Listed, MeshDraft, PlacedGroup};
+use crate::scene::filling::Filling;
+use crate::scene::interactions::{Interactions, species_named};
+use crate::scene::limits::{affordable, finite_vector, not_negative, on_flat_axes, positive};
+use crate::scene::mesh::Mesh;
+use crate::scene::occupancy::{Contacts, Occupancy};
+use crate::scene::place::Place;
+use crate::scene::placement::{Links, grow, insert, wrapped};
+use crate::scene::random::{Purpose, Random};
+use crate::scene::surface::{Layout, default_spacing};
+use crate::scene::velocity::maxwell;
+use crate::scene::{Bond, Particle, ParticleId, Species, SpeciesId, start};
+use crate::space::Space;
+
+/// All particles, and which group each came from.
+pub(crate) struct Groups {
+    pub particles: Vec<Particle>,
+    pub bonds: Vec<(Bond, Place)>,
+    pub meshes: Vec<Mesh>,
+    /// Place of each group in the scene, and the id of its first particle.
+    starts: Vec<(usize, Place)>,
+}
+
+impl Groups {
+    /// Places everything: first what stands at given places, then meshes and lattices, then what has to find room
+    /// among them, chains before single particles.
+    pub(crate) fn place(
+        scene: &SceneBuilder,
+        species: &[Species],
+        space: &Space,
+        interactions: &mut Interactions<'_>,
+    ) -> Result<Self, SceneError> {
+        let contacts = interactions.contacts();
+        let mut placing = Placing { scene, species, space, contacts: &contacts, layouts: Vec::new() };
+        let mut parts: Vec<Vec<Particle>> = vec![Vec::new(); scene.groups.len()];
+        placing.check_amounts()?;
+        for order in [Order::Given, Order::Random] {
+            let mut occupancy = None;
+            for (index, placed) in scene.groups.iter().enumerate().filter(|(_, placed)| Order::of(placed) == order) {
+                if order == Order::Random && occupancy.is_none() {
+                    occupancy = Some(placing.occupied(&parts));
+                }
+                parts[index] = match &placed.group {
+                    Group::Listed(listed) => placing.listed(listed, &placed.place)?,
+                    Group::Mesh(mesh) => placing.mesh(index, mesh, &placed.place)?,
+                    Group::Fill(_) => placing.fill(index, placed, occupancy.as_mut())?,
+                    Group::Chain(chain) => {
+                        placing.chains(index, chain, &placed.place, interactions, occupancy.as_mut())?
+                    }
+                };
+            }
+        }
+        Self::joined(placing, parts, interactions)
+    }
+
+    fn joined(
+        placing: Placing<'_>,
+        parts: Vec<Vec<Particle>>,
+        interactions: &mut Interactions<'_>,
+    ) -> Result<Self, SceneError> {
+        let scene = placing.scene;
+        let particles = Vec::with_capacity(parts.iter().map(Vec::len).sum());
+        let mut groups = Self { particles, bonds: Vec::new(), meshes: Vec::new(), starts: Vec::new() };
+        for (index, (part, PlacedGroup { place, group })) in parts.into_iter().zip(&scene.groups).enumerate() {
+            let first = groups.particles.len();
+            groups.starts.push((first, place.clone()));
+            match group {
+                Group::Chain(chain) => {
+                    for k in (1..part.len()).filter(|k| *k as u64 % chain.length != 0) {
+                        let kind = part[k].species;
+                        let interaction = interactions.bond(&chain.bond, kind, kind, &place.key("bond"))?;
+                        let pair = [first + k - 1, first + k].map(|id| ParticleId(id as u32));
+                        groups.bonds.push((Bond { pair, interaction }, place.clone()));
+                    }
+                }
+                Group::Mesh(mesh) => {
+                    let layout = placing.layouts.iter().find(|(of, _)| *of == index).map(|(_, layout)| layout);
+                    groups.meshes.extend(layout.map(|layout| Mesh::new(mesh, part[0].species, first, layout, index)));
+                }
+                Group::Listed(_) | Group::Fill(_) => {}
+            }
+            groups.particles.extend(part);
+        }
+        if groups.particles.is_empty() {
+            let why = "give [[particle]], [[file]], [[chain]] or [[fill]]".to_owned();
+            return Err(SceneError::new(Place::root(), SceneErrorKind::Missing { key: "particle", why }));
+        }
+        start::list_bonds(&mut groups, placing.species, &scene.bonds, interactions)?;
+        Ok(groups)
+    }
+
+    /// Number of particles of each species.
+    pub(crate) fn counts(&self, species: usize) -> Vec<usize> {
+        let mut counts = vec![0; species];
+        for particle in &self.particles {
+            counts[particle.species.0 as usize] += 1;
+        }
+        counts
+    }
+
+    /// Where the scene asks for a particle.
+    pub(crate) fn place_of(&self, id: usize) -> Place {
+        let group = self.starts.partition_point(|(first, _)| *first <= id);
+        self.starts.get(group.wrapping_sub(1)).map_or_else(Place::root, |(_, place)| place.clone())
+    }
+}
+
+/// What has to be placed before what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Order {
+    Given,
+    Random,
+}
+
+impl Order {
+    fn of(placed: &PlacedGroup) -> Self {
+        match &placed.group {
+            Group::Fill(fill) if fill.arrangement == Arrangement::Random => Self::Random,
+            Group::Chain(chain) if chain.straight.is_none() => Self::Random,
+            _ => Self::Given,
+        }
+    }
+}
+
+/// What placing needs to know.
+struct Placing<'a> {
+    scene: &'a SceneBuilder,
+    species: &'a [Species],
+    space: &'a Space,
+    contacts: &'a Contacts,
+    /// Of the meshes, by group.
+    layouts: Vec<(usize, Layout)>,
+}
+
+impl<'a> Placing<'a> {
+    /// Refuses more particles than the memory is meant for, before the first is made.
+    fn check_amounts(&self) -> Result<(), SceneError> {
+        let mut total = 0_u64;
+        for PlacedGroup { place, group } in &self.scene.groups {
+            let count = match group {
+                Group::Listed(listed) => listed.len() as u64,
+                Group::Fill(fill) => Filling::count(fill, self.species, self.space, place)?,
+                Group::Chain(chain) => chain.length.saturating_mul(chain.count),
+                Group::Mesh(_) => 0,
+            };
+            total = total.saturating_add(count);
+            affordable(total, place)?;
+        }
+        Ok(())
+    }
+
+    fn occupied(&self, parts: &[Vec<Particle>]) -> Occupancy<'a> {
+        let filled: usize = parts.iter().map(Vec::len).sum();
+        let random = self.scene.groups.iter().filter(|placed| Order::of(placed) == Order::Random);
+        let to_come: u64 = random
+            .map(|placed| match &placed.group {
+                Group::Fill(fill) => Filling::count(fill, self.species, self.space, &placed.place).unwrap_or(0),
+                Group::Chain(chain) => chain.length.saturating_mul(chain.count),
+                _ => 0,
+            })
+            .sum();
+        let mut occupancy = Occupancy::new(self.space, self.contacts, filled + to_come as usize);
+        for particle in parts.iter().flatten() {
+            occupancy.take(particle.position, particle.species.0);
+        }
+        occupancy
+    }
+
+    fn listed(&self, listed: &[Listed], place: &Place) -> Result<Vec<Particle>, SceneError> {
+        let mut particles = Vec::with_capacity(listed.len());
+        for Listed { species, position, velocity } in listed {
+            let species = species_named(self.species, species, &place.key("species"))?;
+            on_flat_axes(position, &self.space.lower, self.space, &place.key("position"))?;
+            on_flat_axes(velocity, &Vector::zeros(), self.space, &place.key("velocity"))?;
+            self.check_motion(species, velocity, &place.key("velocity"))?;
+            particles.push(Particle { species, position: wrapped(*position, self.space), velocity: *velocity });
+        }
+        Ok(particles)
+    }
+
+    fn check_motion(&self, species: SpeciesId, velocity: &Vector, place: &Place) -> Result<(), SceneError> {
+        if self.species[species.0 as usize].is_static() && *velocity != Vector::zeros() {
+            let kind = SceneErrorKind::value(format!("{:?}", velocity.as_slice()), "none: a static species stays");
+            return Err(SceneError::new(place.clone(), kind));
+        }
+        Ok(())
+    }
+
+    fn mesh(&mut self, index: usize, mesh: &MeshDraft, place: &Place) -> Result<Vec<Particle>, SceneError> {
+        let species = species_named(self.species, &mesh.species, &place.key("species"))?;
+        let kind = &self.species[species.0 as usize];
+        if !kind.is_static() {
+            let expected = "a static species (static = true)";
+            return Err(SceneError::new(place.key("species"), SceneErrorKind::value(&mesh.species, expected)));
+        }
+        mesh.surface.check(place)?;
+        if let Some(spacing) = mesh.spacing {
+            positive(spacing, place.key("spacing"))?;
+        }
+        // The smallest that meets the mesh decides: it is the first to leak.
+        let moving = (0..self.species.len()).filter(|&other| !self.species[other].is_static());
+        let contacts =
+            moving.map(|other| self.contacts.get(other, species.0 as usize)).filter(|contact| *contact > 0.0);
+        let contact = contacts.reduce(f64::min).unwrap_or(kind.diameter);
+        let spacing = mesh.spacing.unwrap_or(default_spacing(contact));
+        let estimate = mesh.surface.estimate(spacing);
+        affordable(if estimate < 1e18 { estimate as u64 } else { u64::MAX }, place)?;
+        let layout = mesh.surface.layout(spacing);
+        let mut particles = Vec::with_capacity(layout.points.len());
+        for point in &layout.points {
+            finite_vector(point, place)?;
+            on_flat_axes(point, &self.space.lower, self.space, place)?;
+            let position = wrapped(*point, self.space);
+            particles.push(Particle { species, position, velocity: Vector::zeros() });
+        }
+        self.layouts.push((index, layout));
+        Ok(particles)
+    }
+
+    fn fill(
+        &self,
+        index: usize,
+        placed: &PlacedGroup,
+        occupancy: Option<&mut Occupancy<'_>>,
+    ) -> Result<Vec<Particle>, SceneError> {
+        let (Group::Fill(fill), place) = (&placed.group, &placed.place) else { return Ok(Vec::new()) };
+        let filling = Filling::new(fill, self.species, self.space, place)?;
+        let mut kinds = filling.kinds();
+        Random::new(self.scene.seed, Purpose::Composition, index).shuffle(&mut kinds);
+        let radius = |kind: &SpeciesId| 0.5 * self.species[kind.0 as usize].diameter;
+        let positions = match (fill.arrangement, occupancy) {
+            (Arrangement::Lattice(lattice), _) => {
+                let contacts = (!self.scene.allow_invalid_start).then_some(self.contacts);
+                filling.on_lattice(lattice, self.space, self.species, contacts, place)?
+            }
+            (Arrangement::Random, Some(occupancy)) => {
+                let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
+                let sizes = kinds.iter().map(|kind| (radius(kind), kind.0));
+                insert(sizes, &filling.region, self.space, occupancy, &mut random)
+                    .map_err(|kind| SceneError::new(place.clone(), kind))?
+            }
+            (Arrangement::Random, None) => Vec::new(),
+        };
+        for kind in filling.species() {
+            self.check_motion(kind, &fill.velocity, &place.key("velocity"))?;
+        }
+        on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &place.key("velocity"))?;
+        let mut particles: Vec<Particle> = positions
+            .into_iter()
+            .zip(kinds)
+            .map(|(position, species)| Particle {
+                species,
+                position: wrapped(position, self.space),
+                velocity: Vector::zeros(),
+            })
+            .collect();
+        self.heat(index, &mut particles, fill.temperature, place)?;
+        for particle in &mut particles {
+            particle.velocity += fill.velocity;
+        }
+        Ok(particles)
+    }
+
+    fn heat(
+        &self,
+        index: usize,
+        particles: &mut [Particle],
+        temperature: Option<f64>,
+        place: &Place,
+    ) -> Result<(), SceneError> {
+        let Some(temperature) = temperature else { return Ok(()) };
+        not_negative(temperature, place.key("temperature"))?;
+        let mut random = Random::new(self.scene.seed, Purpose::Velocities, index);
+        maxwell(particles, self.species, self.space, temperature, &mut random);
+        Ok(())
+    }
+
+    fn chains(
+        &self,
+        index: usize,
+        chain: &Chain,
+        place: &Place,
+        interactions: &mut Interactions<'_>,
+        occupancy: Option<&mut Occupancy<'_>>,
+    ) -> Result<Vec<Particle>, SceneError> {
+        let species = species_named(self.species, &chain.species, &place.key("species"))?;
+        for (value, key) in [(chain.length, "length"), (chain.count, "count")] {
+            if value == 0 {
+                return Err(SceneError::new(place.key(key), SceneErrorKind::value(0, "at least 1")));
+            }
+        }
+        let bond = interactions.bond(&chain.bond, species, species, &place.key("bond"))?;
+        let potential = &interactions.get(bond).potential;
+        let spacing = match (chain.spacing, potential.is_bond()) {
+            (Some(spacing), _) => positive(spacing, place.key("spacing"))?,
+            (None, true) => 0.5 * (potential.range() + potential.core().unwrap_or(0.0)),
+            (None, false) => {
+                let why = "this interaction lets its pair part, so there is no middle to start in".to_owned();
+                return Err(SceneError::new(place.clone(), SceneErrorKind::Missing { key: "spacing", why }));
+            }
+        };
+        let positions = match (chain.straight, occupancy) {
+            (Some((start, direction)), _) => self.straight(chain, &start, &direction, spacing, place)?,
+            (None, occupancy) => {
+                let links = Links {
+                    length: chain.length as usize,
+                    spacing,
+                    radius: 0.5 * self.species[species.0 as usize].diameter,
+                    species: species.0,
+                    contact: self.contacts.get(species.0 as usize, species.0 as usize),
+                };
+                self.grown(index, chain, &links, occupancy, place)?
+            }
+        };
+        let mut particles: Vec<Particle> = positions
+            .into_iter()
+            .map(|position| Particle { species, position: wrapped(position, self.space), velocity: Vector::zeros() })
+            .collect();
+        self.heat(index, &mut particles, chain.temperature, place)?;
+        Ok(particles)
+    }
+
+    fn straight(
+        &self,
+        chain: &Chain,
+        start: &Vector,
+        direction: &Vector,
+        spacing: f64,
+        place: &Place,
+    ) -> Result<Vec<Vector>, SceneError> {
+        on_flat_axes(start, &self.space.lower, self.space, &place.key("start"))?;
+        on_flat_axes(direction, &Vector::zeros(), self.space, &place.key("direction"))?;
+        positive(direction.norm(), place.key("direction"))?;
+        if chain.count != 1 {
+            let expected = "1: several chains cannot start at one place";
+            return Err(SceneError::new(place.key("count"), SceneErrorKind::value(chain.count, expected)));
+        }
+        let step = direction.normalize() * spacing;
+        Ok((0..chain.length).map(|k| start + step * k as f64).collect())
+    }
+
+    fn grown(
+        &self,
+        index: usize,
+        chain: &Chain,
+        links: &Links,
+        occupancy: Option<&mut Occupancy<'_>>,
+        place: &Place,
+    ) -> Result<Vec<Vector>, SceneError> {
+        let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
+        let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
+        let mut positions = Vec::with_capacity(links.length * chain.count as usize);
+        for _ in 0..chain.count {
+            let Some(chain) = grow(links, self.space, occupancy, &mut random) else {
+                let count = links.length * chain.count as usize;
+                let kind = SceneErrorKind::NoRoom {
+                    placed: positions.len(),
+                    count,
+                    attempts: super::placement::CHAIN_ATTEMPTS,
+                };
+                return Err(SceneError::new(place.clone(), kind));
+            };
+            positions.extend(chain);
+        }
+        Ok(positions)
+    }
+}

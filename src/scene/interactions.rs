@@ -1,0 +1,208 @@
+//! Who does what to whom: named and per-species interactions become potentials of actual pairs.
+
+use std::collections::HashMap;
+
+use crate::error::PotentialError;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::draft::{InteractionDraft, Model};
+use crate::scene::limits::{above_one, finite, positive, restitution};
+use crate::scene::occupancy::Contacts;
+use crate::scene::place::Place;
+use crate::scene::{Interaction, InteractionId, Species, SpeciesId};
+
+/// The most steps of a stepped potential: more are a slip of the keyboard.
+const MOST_STEPS: usize = 10_000;
+
+/// The interactions in use. One draft makes several if it stands for pairs of different diameters.
+pub(crate) struct Interactions<'a> {
+    drafts: &'a [InteractionDraft],
+    species: &'a [Species],
+    list: Vec<Interaction>,
+    made: HashMap<(usize, u64), Option<InteractionId>>,
+    /// For each two species, whether and how they interact; the outer `None` if nothing says.
+    table: Vec<Option<Option<InteractionId>>>,
+}
+
+impl<'a> Interactions<'a> {
+    /// Checks every draft and fills the table of species.
+    pub(crate) fn new(drafts: &'a [InteractionDraft], species: &'a [Species]) -> Result<Self, SceneError> {
+        let table = vec![None; species.len() * species.len()];
+        let mut these = Self { drafts, species, list: Vec::new(), made: HashMap::new(), table };
+        let mut given_by: HashMap<[usize; 2], usize> = HashMap::new();
+        let mut names: HashMap<&str, usize> = HashMap::new();
+        for (index, draft) in drafts.iter().enumerate() {
+            let place = Place::entry("interaction", index);
+            check(draft, &place)?;
+            if let Some(name) = &draft.name
+                && let Some(first) = names.insert(name, index)
+            {
+                let kind = SceneErrorKind::Duplicate { name: name.clone(), first: Place::entry("interaction", first) };
+                return Err(SceneError::new(place.key("name"), kind));
+            }
+            let Some(words) = &draft.species else { continue };
+            let mut pair = [0; 2];
+            for (k, word) in words.iter().enumerate() {
+                pair[k] = species_named(species, word, &place.key("species").index(k))?.0 as usize;
+            }
+            pair.sort_unstable();
+            if let Some(first) = given_by.insert(pair, index) {
+                let name = format!("{} and {}", words[0], words[1]);
+                let kind = SceneErrorKind::Duplicate { name, first: Place::entry("interaction", first) };
+                return Err(SceneError::new(place.key("species"), kind));
+            }
+            these.enter(index, pair, &place)?;
+        }
+        Ok(these)
+    }
+
+    fn enter(&mut self, index: usize, pair: [usize; 2], place: &Place) -> Result<(), SceneError> {
+        let [a, b] = pair;
+        if self.species[a].is_static() && self.species[b].is_static() {
+            let expected = "at least one species that moves: static ones never meet";
+            return Err(SceneError::new(place.key("species"), SceneErrorKind::value("static", expected)));
+        }
+        let id = self.make(index, a, b)?;
+        if let Some(id) = id
+            && self.list[id.0 as usize].potential.is_bond()
+        {
+            let expected = "a potential that ends at some distance; a bond holds single pairs: give it a name instead \
+                            of species, and use it in [[bond]] or [[chain]]";
+            return Err(SceneError::new(place.key("potential"), SceneErrorKind::value("a bond", expected)));
+        }
+        self.table[a * self.species.len() + b] = Some(id);
+        self.table[b * self.species.len() + a] = Some(id);
+        Ok(())
+    }
+
+    /// The interaction that a draft means for two species; pairs of equal diameter share it.
+    fn make(&mut self, index: usize, a: usize, b: usize) -> Result<Option<InteractionId>, SceneError> {
+        let draft = &self.drafts[index];
+        let additive = 0.5 * (self.species[a].diameter + self.species[b].diameter);
+        let diameter = draft.diameter.unwrap_or(additive);
+        let key = if matches!(draft.model, Model::Exact(_)) { 0 } else { diameter.to_bits() };
+        if let Some(&made) = self.made.get(&(index, key)) {
+            return Ok(made);
+        }
+        let potential = draft.model.potential(diameter).map_err(|error| {
+            let key = match error {
+                PotentialError::Order { .. } if matches!(draft.model, Model::SteppedLennardJones { .. }) => "cutoff",
+                _ => "potential",
+            };
+            SceneError::new(Place::entry("interaction", index).key(key), error)
+        })?;
+        let id = potential.map(|potential| {
+            self.list.push(Interaction { potential, restitution: draft.restitution });
+            InteractionId(self.list.len() as u32 - 1)
+        });
+        self.made.insert((index, key), id);
+        Ok(id)
+    }
+
+    /// The named interaction for a bond of two particles of these species.
+    pub(crate) fn bond(
+        &mut self,
+        name: &str,
+        a: SpeciesId,
+        b: SpeciesId,
+        place: &Place,
+    ) -> Result<InteractionId, SceneError> {
+        let Some(index) = self.drafts.iter().position(|draft| draft.name.as_deref() == Some(name)) else {
+            let known = self.drafts.iter().filter_map(|draft| draft.name.as_deref());
+            return Err(SceneError::new(place.clone(), SceneErrorKind::unknown_word("interaction", name, known)));
+        };
+        self.make(index, a.0 as usize, b.0 as usize)?.ok_or_else(|| {
+            let expected = "an interaction with a potential";
+            SceneError::new(place.clone(), SceneErrorKind::value(format!("`{name}`, which has none"), expected))
+        })
+    }
+
+    /// What has been made so far.
+    pub(crate) fn get(&self, id: InteractionId) -> &Interaction {
+        &self.list[id.0 as usize]
+    }
+
+    /// The distances that cores of species keep.
+    pub(crate) fn contacts(&self) -> Contacts {
+        let mut contacts = Contacts::new(self.species.len());
+        for a in 0..self.species.len() {
+            for b in a..self.species.len() {
+                if let Some(Some(id)) = self.table[a * self.species.len() + b] {
+                    contacts.set(a, b, self.get(id).potential.core().unwrap_or(0.0));
+                }
+            }
+        }
+        contacts
+    }
+
+    /// The longest range of two species for which `can_meet` holds.
+    pub(crate) fn longest_range(&self, can_meet: impl Fn(usize, usize) -> bool) -> f64 {
+        let n = self.species.len();
+        let pairs = (0..n).flat_map(|a| (a..n).map(move |b| (a, b))).filter(|&(a, b)| can_meet(a, b));
+        pairs
+            .filter_map(|(a, b)| self.table[a * n + b].flatten())
+            .map(|id| self.get(id).potential.range())
+            .fold(0.0, f64::max)
+    }
+
+    /// Refuses two species that can meet without an interaction: `counts` are the particles of each.
+    pub(crate) fn check_complete(&self, counts: &[usize]) -> Result<(), SceneError> {
+        for (a, first) in self.species.iter().enumerate() {
+            for (b, second) in self.species.iter().enumerate().skip(a) {
+                let can_meet = if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 };
+                let is_fixed = first.is_static() && second.is_static();
+                if can_meet && !is_fixed && self.table[a * self.species.len() + b].is_none() {
+                    let kind = SceneErrorKind::NoInteraction { first: first.name.clone(), second: second.name.clone() };
+                    return Err(SceneError::new(Place::entry("species", a), kind));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The interactions and the table of species.
+    pub(crate) fn finish(self) -> (Vec<Interaction>, Vec<Option<InteractionId>>) {
+        (self.list, self.table.into_iter().map(Option::flatten).collect())
+    }
+}
+
+/// The species of this name.
+pub(crate) fn species_named(species: &[Species], name: &str, place: &Place) -> Result<SpeciesId, SceneError> {
+    species.iter().position(|candidate| candidate.name == name).map(|index| SpeciesId(index as u32)).ok_or_else(|| {
+        let known = species.iter().map(|candidate| candidate.name.as_str());
+        SceneError::new(place.clone(), SceneErrorKind::unknown_word("species", name, known))
+    })
+}
+
+fn check(draft: &InteractionDraft, place: &Place) -> Result<(), SceneError> {
+    restitution(draft.restitution, place.key("restitution"))?;
+    if let Some(diameter) = draft.diameter {
+        positive(diameter, place.key("diameter"))?;
+    }
+    match draft.model {
+        Model::SquareWell { lambda, well_depth } => {
+            above_one(lambda, place.key("lambda"))?;
+            positive(well_depth, place.key("well_depth"))?;
+        }
+        Model::SquareShoulder { lambda, height } => {
+            above_one(lambda, place.key("lambda"))?;
+            positive(height, place.key("height"))?;
+        }
+        Model::Penetrable { height } => {
+            finite(height, place.key("height"))?;
+        }
+        Model::Bond { lambda } => {
+            above_one(lambda, place.key("lambda"))?;
+        }
+        Model::SteppedLennardJones { well_depth, cutoff, steps, core_energy } => {
+            positive(well_depth, place.key("well_depth"))?;
+            positive(cutoff, place.key("cutoff"))?;
+            positive(core_energy, place.key("core_energy"))?;
+            if !(1..=MOST_STEPS).contains(&steps) {
+                let expected = format!("a number of steps from 1 to {MOST_STEPS}");
+                return Err(SceneError::new(place.key("steps"), SceneErrorKind::value(steps, expected)));
+            }
+        }
+        Model::None | Model::HardSphere | Model::Exact(_) => {}
+    }
+    Ok(())
+}

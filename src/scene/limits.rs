@@ -1,0 +1,100 @@
+//! Which numbers a scene may contain.
+
+use crate::Vector;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::place::Place;
+use crate::space::{Boundary, Space};
+
+/// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: squares and
+/// products of three of them stay finite.
+const LARGEST: f64 = 1e100;
+
+/// Memory that a particle takes in a simulation, with its prediction, cell and outputs `[bytes]`.
+const BYTES_PER_PARTICLE: u64 = 512;
+
+/// Memory that the particles of a scene may take `[bytes]`: 16 GiB, some 33 million particles.
+const MEMORY_BUDGET: u64 = 16 << 30;
+
+/// Refuses numbers of particles beyond the memory budget, before anything is allocated for them.
+pub(crate) fn affordable(particles: u64, place: &Place) -> Result<(), SceneError> {
+    let bytes = particles.saturating_mul(BYTES_PER_PARTICLE);
+    if bytes > MEMORY_BUDGET {
+        let kind = SceneErrorKind::TooMany { particles, bytes, budget: MEMORY_BUDGET };
+        return Err(SceneError::new(place.clone(), kind));
+    }
+    Ok(())
+}
+
+fn check(value: f64, is_good: bool, expected: &str, place: Place) -> Result<f64, SceneError> {
+    if is_good { Ok(value) } else { Err(SceneError::new(place, SceneErrorKind::value(value, expected))) }
+}
+
+/// A number, neither NaN nor infinite.
+pub(crate) fn finite(value: f64, place: Place) -> Result<f64, SceneError> {
+    check(value, value.abs() <= LARGEST, "a finite number", place)
+}
+
+/// A number above zero.
+pub(crate) fn positive(value: f64, place: Place) -> Result<f64, SceneError> {
+    check(value, (1.0 / LARGEST..=LARGEST).contains(&value), "a positive finite number", place)
+}
+
+/// Zero or a number above it.
+pub(crate) fn not_negative(value: f64, place: Place) -> Result<f64, SceneError> {
+    check(value, (0.0..=LARGEST).contains(&value), "zero or a positive finite number", place)
+}
+
+/// A ratio of speeds.
+pub(crate) fn restitution(value: f64, place: Place) -> Result<f64, SceneError> {
+    check(value, (0.0..=1.0).contains(&value), "a number from 0 to 1", place)
+}
+
+/// A ratio above one.
+pub(crate) fn above_one(value: f64, place: Place) -> Result<f64, SceneError> {
+    check(value, value > 1.0 && value <= LARGEST, "a finite number above 1", place)
+}
+
+/// Three finite numbers.
+pub(crate) fn finite_vector(vector: &Vector, place: &Place) -> Result<(), SceneError> {
+    for (k, &component) in vector.iter().enumerate() {
+        finite(component, place.index(k))?;
+    }
+    Ok(())
+}
+
+/// Three finite numbers, of which those along flat axes have to be those of `flat`.
+pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, place: &Place) -> Result<(), SceneError> {
+    finite_vector(vector, place)?;
+    for k in 0..3 {
+        if space.boundary[k] == Boundary::Flat && vector[k] != flat[k] {
+            let expected = format!("{} because {} is flat", flat[k], AXES[k]);
+            return Err(SceneError::new(place.index(k), SceneErrorKind::value(vector[k], expected)));
+        }
+    }
+    Ok(())
+}
+
+/// The names of the axes.
+pub(crate) const AXES: [char; 3] = ['x', 'y', 'z'];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_one_float_outside_of_their_range_are_refused() {
+        let place = Place::root;
+        assert!(restitution(1.0, place()).is_ok() && restitution(0.0, place()).is_ok());
+        assert!(restitution(1.0_f64.next_up(), place()).is_err() && restitution(-1e-300, place()).is_err());
+        assert!(above_one(1.0, place()).is_err() && above_one(1.0_f64.next_up(), place()).is_ok());
+        assert!(positive(0.0, place()).is_err() && positive(f64::INFINITY, place()).is_err());
+        assert!(not_negative(0.0, place()).is_ok() && not_negative(f64::NAN, place()).is_err());
+        assert!(finite(f64::NEG_INFINITY, place()).is_err() && finite(-1.0, place()).is_ok());
+    }
+
+    #[test]
+    fn the_budget_is_checked_without_overflow() {
+        assert!(affordable(1_000_000, &Place::root()).is_ok());
+        assert!(affordable(u64::MAX, &Place::root()).is_err());
+    }
+}

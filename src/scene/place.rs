@@ -1,0 +1,83 @@
+//! Where in a scene something stands: the path of keys and indices that leads to it.
+
+use std::borrow::Cow;
+use std::fmt;
+
+/// One step of a [`Place`].
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Step {
+    /// Into a table, by key.
+    Key(Cow<'static, str>),
+    /// Into an array, by index from 0.
+    Index(usize),
+}
+
+/// A path into a scene, such as `interaction[0].restitution`.
+///
+/// Scenes built in code have the same places as scenes from a file, so an error reads the same; a file can show the
+/// line as well.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
+pub struct Place(Vec<Step>);
+
+impl Place {
+    /// The whole scene.
+    #[must_use]
+    pub fn root() -> Self {
+        Self::default()
+    }
+
+    /// The value of `key` in the table at this place.
+    #[must_use]
+    pub fn key(&self, key: impl Into<Cow<'static, str>>) -> Self {
+        self.step(Step::Key(key.into()))
+    }
+
+    /// The element `index` of the array at this place.
+    #[must_use]
+    pub fn index(&self, index: usize) -> Self {
+        self.step(Step::Index(index))
+    }
+
+    /// The element `index` of the top-level array of tables `table`.
+    #[must_use]
+    pub fn entry(table: &'static str, index: usize) -> Self {
+        Self::root().key(table).index(index)
+    }
+
+    /// The steps, from the root.
+    #[must_use]
+    pub fn steps(&self) -> &[Step] {
+        &self.0
+    }
+
+    fn step(&self, step: Step) -> Self {
+        let mut steps = self.0.clone();
+        steps.push(step);
+        Self(steps)
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (depth, step) in self.0.iter().enumerate() {
+            match step {
+                Step::Key(key) if depth == 0 => f.write_str(key)?,
+                Step::Key(key) => write!(f, ".{key}")?,
+                Step::Index(index) => write!(f, "[{index}]")?,
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_reads_like_a_path() {
+        assert_eq!(Place::entry("mesh", 2).key("edge_1").index(0).to_string(), "mesh[2].edge_1[0]");
+        assert_eq!(Place::root().to_string(), "");
+    }
+}

@@ -1,0 +1,394 @@
+//! From what was typed to the parts of a scene: words become kinds, and every kind has the keys that it needs.
+
+use std::path::Path;
+
+use crate::Vector;
+use crate::potential::Potential;
+use crate::scene::builder::SceneBuilder;
+use crate::scene::coordinates;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::draft::{
+    Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Lattice, Listed, MeshDraft, Model,
+    PlacedGroup, Region, SpeciesDraft,
+};
+use crate::scene::file::{
+    AxisFile, ChainFile, FillFile, InteractionFile, MeshFile, RunFile, SceneFile, SpaceFile, SpeciesFile,
+};
+use crate::scene::place::Place;
+use crate::scene::surface::{Side, Surface};
+use crate::scene::{Limit, OutputPlan, RunPlan};
+use crate::space::{Boundary, Face};
+
+/// The keys of an entry that depend on its kind, and which of them are given.
+struct Keys<'k> {
+    place: &'k Place,
+    context: String,
+    given: &'k [(&'static str, bool)],
+}
+
+impl Keys<'_> {
+    /// Refuses every given key that is not among those of the kind.
+    fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
+        match self.given.iter().find(|(key, is_given)| *is_given && !known.contains(key)) {
+            None => Ok(()),
+            Some((key, _)) => {
+                let (context, known) = (self.context.clone(), known.to_vec());
+                Err(SceneError::new(self.place.key(*key), SceneErrorKind::Misplaced { key, context, known }))
+            }
+        }
+    }
+
+    /// The value of a key that the kind needs.
+    fn need<T>(&self, value: Option<T>, key: &'static str) -> Result<T, SceneError> {
+        value.ok_or_else(|| missing(self.place, key, format!("{} needs it", self.context)))
+    }
+}
+
+fn missing(place: &Place, key: &'static str, why: impl Into<String>) -> SceneError {
+    SceneError::new(place.clone(), SceneErrorKind::Missing { key, why: why.into() })
+}
+
+fn vector(components: [f64; 3]) -> Vector {
+    Vector::from(components)
+}
+
+/// The parts of the scene in a file. `directory` is where relative paths start.
+pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<SceneBuilder, SceneError> {
+    let mut scene = SceneBuilder::new(file.name.as_deref().unwrap_or(name));
+    scene.seed = file.seed.unwrap_or(scene.seed);
+    scene.start_time = file.start_time.unwrap_or(0.0);
+    scene.allow_invalid_start = file.allow_invalid_start;
+    scene.gravity = vector(file.dynamics.gravity.unwrap_or_default());
+    scene.contact_time = file.dynamics.contact_time;
+    read_space(&file.space, &mut scene)?;
+    for (index, species) in file.species.into_iter().enumerate() {
+        scene.species.push(read_species(species, &Place::entry("species", index))?);
+    }
+    for (index, interaction) in file.interaction.into_iter().enumerate() {
+        scene.interactions.push(read_interaction(interaction, &Place::entry("interaction", index))?);
+    }
+    for (index, particle) in file.particle.into_iter().enumerate() {
+        let (position, velocity) = (vector(particle.position), vector(particle.velocity));
+        let group = Group::Listed(vec![Listed { species: particle.species, position, velocity }]);
+        scene.groups.push(PlacedGroup { place: Place::entry("particle", index), group });
+    }
+    for (index, coordinates) in file.file.iter().enumerate() {
+        let place = Place::entry("file", index);
+        let path = directory.join(&coordinates.path);
+        let listed =
+            coordinates::read(&path, coordinates.frame).map_err(|kind| SceneError::new(place.key("path"), kind))?;
+        scene.groups.push(PlacedGroup { place, group: Group::Listed(listed) });
+    }
+    for (index, chain) in file.chain.into_iter().enumerate() {
+        let place = Place::entry("chain", index);
+        let group = Group::Chain(read_chain(chain, &place)?);
+        scene.groups.push(PlacedGroup { place, group });
+    }
+    for (index, fill) in file.fill.into_iter().enumerate() {
+        let place = Place::entry("fill", index);
+        let group = Group::Fill(read_fill(fill, &place, scene.size.is_some())?);
+        scene.groups.push(PlacedGroup { place, group });
+    }
+    for (index, mesh) in file.mesh.into_iter().enumerate() {
+        let place = Place::entry("mesh", index);
+        let group = Group::Mesh(read_mesh(mesh, &place)?);
+        scene.groups.push(PlacedGroup { place, group });
+    }
+    for bond in file.bond {
+        scene.bonds.push(BondDraft { pair: bond.particles, interaction: bond.interaction });
+    }
+    scene.run = read_run(file.run)?;
+    scene.output =
+        OutputPlan { thermo_interval: file.output.thermo_interval, frame_interval: file.output.frame_interval };
+    Ok(scene)
+}
+
+fn read_run(run: Option<RunFile>) -> Result<RunPlan, SceneError> {
+    let Some(run) = run else {
+        return Err(missing(&Place::root(), "run", "a scene needs [run] with until_time or until_events"));
+    };
+    if run.until_time.is_none() && run.until_events.is_none() {
+        return Err(missing(&Place::root().key("run"), "until_time", "or until_events, or both"));
+    }
+    Ok(RunPlan {
+        equilibration: Limit { time: run.equilibration_time, events: run.equilibration_events },
+        limit: Limit { time: run.until_time, events: run.until_events },
+    })
+}
+
+fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
+    scene.size = space.size.map(vector);
+    scene.lower = vector(space.lower.unwrap_or_default());
+    for (k, (name, axis)) in [("x", &space.x), ("y", &space.y), ("z", &space.z)].into_iter().enumerate() {
+        let place = Place::root().key("space").key(name);
+        scene.boundary[k] = match axis {
+            None => Boundary::Periodic,
+            Some(AxisFile::Word(word)) => match word.as_str() {
+                "periodic" => Boundary::Periodic,
+                "open" => Boundary::OPEN,
+                "walls" => Boundary::walls(1.0),
+                "flat" => Boundary::Flat,
+                _ => {
+                    let known = ["periodic", "open", "walls", "flat"];
+                    return Err(SceneError::new(place, SceneErrorKind::unknown_word("boundary", word, known)));
+                }
+            },
+            Some(AxisFile::Sides(sides)) => {
+                let restitution = sides.restitution.unwrap_or(1.0);
+                let face = |key: &'static str, word: &str| match word {
+                    "open" => Ok(Face::Open),
+                    "wall" => Ok(Face::Wall { restitution }),
+                    _ => {
+                        let kind = SceneErrorKind::unknown_word("side", word, ["open", "wall"]);
+                        Err(SceneError::new(place.key(key), kind))
+                    }
+                };
+                Boundary::Bounded { lower: face("lower", &sides.lower)?, upper: face("upper", &sides.upper)? }
+            }
+        };
+    }
+    Ok(())
+}
+
+fn read_species(species: SpeciesFile, place: &Place) -> Result<SpeciesDraft, SceneError> {
+    let SpeciesFile { name, diameter, mass, is_static, acceleration } = species;
+    match mass {
+        None if !is_static => return Err(missing(place, "mass", "every species that moves has one")),
+        Some(mass) if is_static => {
+            let kind = SceneErrorKind::value(mass, "no mass: static = true makes it infinite");
+            return Err(SceneError::new(place.key("mass"), kind));
+        }
+        _ => {}
+    }
+    Ok(SpeciesDraft { name, mass, diameter, acceleration: acceleration.map(vector) })
+}
+
+/// The shorthands, and the keys that each one takes.
+const POTENTIALS: [(&str, &[&str]); 8] = [
+    ("hard-sphere", &["diameter"]),
+    ("square-well", &["diameter", "lambda", "well_depth"]),
+    ("square-shoulder", &["diameter", "lambda", "height"]),
+    ("penetrable", &["diameter", "height"]),
+    ("bond", &["diameter", "lambda", "shortest", "longest"]),
+    ("stepped", &["radii", "energies"]),
+    ("stepped-lennard-jones", &["diameter", "well_depth", "cutoff", "steps", "core_energy"]),
+    ("none", &[]),
+];
+
+fn read_interaction(file: InteractionFile, place: &Place) -> Result<InteractionDraft, SceneError> {
+    let Some((word, known)) = POTENTIALS.into_iter().find(|(word, _)| *word == file.potential) else {
+        let kind = SceneErrorKind::unknown_word("potential", &file.potential, POTENTIALS.map(|(word, _)| word));
+        return Err(SceneError::new(place.key("potential"), kind));
+    };
+    let given = [
+        ("diameter", file.diameter.is_some()),
+        ("lambda", file.lambda.is_some()),
+        ("well_depth", file.well_depth.is_some()),
+        ("height", file.height.is_some()),
+        ("shortest", file.shortest.is_some()),
+        ("longest", file.longest.is_some()),
+        ("radii", file.radii.is_some()),
+        ("energies", file.energies.is_some()),
+        ("cutoff", file.cutoff.is_some()),
+        ("steps", file.steps.is_some()),
+        ("core_energy", file.core_energy.is_some()),
+    ];
+    let keys = Keys { place, context: format!("potential = \"{word}\""), given: &given };
+    keys.allow(known)?;
+    if file.species.is_none() && file.name.is_none() {
+        return Err(missing(place, "species", "or a name, to use it in bonds"));
+    }
+    let model = match word {
+        "hard-sphere" => Model::HardSphere,
+        "square-well" => Model::SquareWell {
+            lambda: keys.need(file.lambda, "lambda")?,
+            well_depth: keys.need(file.well_depth, "well_depth")?,
+        },
+        "square-shoulder" => Model::SquareShoulder {
+            lambda: keys.need(file.lambda, "lambda")?,
+            height: keys.need(file.height, "height")?,
+        },
+        "penetrable" => Model::Penetrable { height: keys.need(file.height, "height")? },
+        "bond" => read_bond(&file, &keys)?,
+        "stepped" => {
+            let (radii, energies) = (keys.need(file.radii, "radii")?, keys.need(file.energies, "energies")?);
+            Model::Exact(
+                Potential::new(radii, energies).map_err(|error| SceneError::new(stepped(place, &error), error))?,
+            )
+        }
+        "stepped-lennard-jones" => Model::SteppedLennardJones {
+            well_depth: keys.need(file.well_depth, "well_depth")?,
+            cutoff: keys.need(file.cutoff, "cutoff")?,
+            steps: usize::try_from(keys.need(file.steps, "steps")?).unwrap_or(usize::MAX),
+            core_energy: keys.need(file.core_energy, "core_energy")?,
+        },
+        _ => Model::None,
+    };
+    let restitution = file.restitution.unwrap_or(1.0);
+    Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
+}
+
+/// Which of the lists of a stepped potential an error is about.
+fn stepped(place: &Place, error: &crate::error::PotentialError) -> Place {
+    use crate::error::PotentialError as E;
+    match *error {
+        E::Radius { index, .. } | E::Order { index, .. } => place.key("radii").index(index),
+        E::Energy { index, .. } => place.key("energies").index(index),
+        E::Outside { .. } => place.key("energies").index(0),
+        E::NoRadius => place.key("radii"),
+        _ => place.key("energies"),
+    }
+}
+
+/// Two ways to give a bond: by its lengths, or relative to the diameter.
+fn read_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneError> {
+    if let Some(lambda) = file.lambda {
+        keys.allow(&["diameter", "lambda"])?;
+        return Ok(Model::Bond { lambda });
+    }
+    if file.diameter.is_some() {
+        return Err(missing(keys.place, "lambda", "a bond with a diameter reaches to lambda times the diameter"));
+    }
+    let shortest = keys.need(file.shortest, "shortest")?;
+    let longest = keys.need(file.longest, "longest")?;
+    let potential =
+        Potential::bond(shortest, longest).map_err(|error| SceneError::new(keys.place.key("longest"), error))?;
+    Ok(Model::Exact(potential))
+}
+
+fn read_chain(file: ChainFile, place: &Place) -> Result<Chain, SceneError> {
+    let straight = match (file.start, file.direction) {
+        (Some(start), Some(direction)) => Some((vector(start), vector(direction))),
+        (None, None) => None,
+        (Some(_), None) => return Err(missing(place, "direction", "a straight chain has a start and a direction")),
+        (None, Some(_)) => return Err(missing(place, "start", "a straight chain has a start and a direction")),
+    };
+    Ok(Chain {
+        species: file.species,
+        length: file.length,
+        count: file.count.unwrap_or(1),
+        bond: file.bond,
+        spacing: file.spacing,
+        straight,
+        temperature: file.temperature,
+    })
+}
+
+/// The words for arrangements.
+const ARRANGEMENTS: [(&str, Arrangement); 8] = [
+    ("sc", Arrangement::Lattice(Lattice::SimpleCubic)),
+    ("bcc", Arrangement::Lattice(Lattice::BodyCentredCubic)),
+    ("fcc", Arrangement::Lattice(Lattice::FaceCentredCubic)),
+    ("hcp", Arrangement::Lattice(Lattice::HexagonalClosePacked)),
+    ("square", Arrangement::Lattice(Lattice::Square)),
+    ("hexagonal", Arrangement::Lattice(Lattice::Hexagonal)),
+    ("line", Arrangement::Lattice(Lattice::Line)),
+    ("random", Arrangement::Random),
+];
+
+fn read_fill(file: FillFile, place: &Place, has_size: bool) -> Result<Fill, SceneError> {
+    let Some((_, arrangement)) = ARRANGEMENTS.into_iter().find(|(word, _)| *word == file.arrangement) else {
+        let known = ARRANGEMENTS.map(|(word, _)| word);
+        let kind = SceneErrorKind::unknown_word("arrangement", &file.arrangement, known);
+        return Err(SceneError::new(place.key("arrangement"), kind));
+    };
+    let contradiction = |key: &'static str, given: &str| {
+        let kind = SceneErrorKind::value("given as well", format!("either it or {given}"));
+        Err(SceneError::new(place.key(key), kind))
+    };
+    let composition = match (file.species, file.composition) {
+        (Some(_), Some(_)) => return contradiction("composition", "species"),
+        (Some(species), None) => vec![(species, 1.0)],
+        (None, Some(composition)) => composition.into_iter().collect(),
+        (None, None) => return Err(missing(place, "species", "or composition, for a mixture")),
+    };
+    let amount = match (file.number_density, file.packing_fraction) {
+        (Some(_), Some(_)) => return contradiction("packing_fraction", "number_density"),
+        (Some(density), None) => Some(Amount::NumberDensity(density)),
+        (None, Some(fraction)) => Some(Amount::PackingFraction(fraction)),
+        (None, None) => None,
+    };
+    if amount.is_some() && file.count.is_some() && (has_size || file.region.is_some()) {
+        return contradiction("count", "a density, because the volume is given");
+    }
+    Ok(Fill {
+        composition,
+        arrangement,
+        count: file.count,
+        amount,
+        region: file.region.map(|region| Region { lower: vector(region.lower), upper: vector(region.upper) }),
+        temperature: file.temperature,
+        velocity: vector(file.velocity.unwrap_or_default()),
+    })
+}
+
+/// The surfaces, and the keys that each one takes.
+const SURFACES: [(&str, &[&str]); 6] = [
+    ("plane", &["corner", "edge_1", "edge_2"]),
+    ("box", &["lower", "upper", "open"]),
+    ("cylinder", &["base", "axis", "radius", "length"]),
+    ("cone", &["base", "axis", "radii", "length"]),
+    ("sphere", &["centre", "radius"]),
+    ("points", &["points"]),
+];
+
+fn read_mesh(file: MeshFile, place: &Place) -> Result<MeshDraft, SceneError> {
+    let Some((word, known)) = SURFACES.into_iter().find(|(word, _)| *word == file.surface) else {
+        let kind = SceneErrorKind::unknown_word("surface", &file.surface, SURFACES.map(|(word, _)| word));
+        return Err(SceneError::new(place.key("surface"), kind));
+    };
+    let given = [
+        ("corner", file.corner.is_some()),
+        ("edge_1", file.edge_1.is_some()),
+        ("edge_2", file.edge_2.is_some()),
+        ("lower", file.lower.is_some()),
+        ("upper", file.upper.is_some()),
+        ("open", file.open.is_some()),
+        ("base", file.base.is_some()),
+        ("axis", file.axis.is_some()),
+        ("length", file.length.is_some()),
+        ("radii", file.radii.is_some()),
+        ("radius", file.radius.is_some()),
+        ("centre", file.centre.is_some()),
+        ("points", file.points.is_some()),
+    ];
+    let keys = Keys { place, context: format!("surface = \"{word}\""), given: &given };
+    keys.allow(known)?;
+    let surface = match word {
+        "plane" => Surface::Plane {
+            corner: vector(keys.need(file.corner, "corner")?),
+            edges: [vector(keys.need(file.edge_1, "edge_1")?), vector(keys.need(file.edge_2, "edge_2")?)],
+        },
+        "box" => Surface::Box {
+            lower: vector(keys.need(file.lower, "lower")?),
+            upper: vector(keys.need(file.upper, "upper")?),
+            open: read_sides(&file.open.unwrap_or_default(), place)?,
+        },
+        "cylinder" | "cone" => Surface::Cone {
+            base: vector(keys.need(file.base, "base")?),
+            axis: vector(keys.need(file.axis, "axis")?),
+            radii: if word == "cone" {
+                keys.need(file.radii, "radii")?
+            } else {
+                [keys.need(file.radius, "radius")?; 2]
+            },
+            length: keys.need(file.length, "length")?,
+        },
+        "sphere" => Surface::Sphere {
+            centre: vector(keys.need(file.centre, "centre")?),
+            radius: keys.need(file.radius, "radius")?,
+        },
+        _ => Surface::Points(keys.need(file.points, "points")?.into_iter().map(vector).collect()),
+    };
+    Ok(MeshDraft { name: file.name, species: file.species, surface, spacing: file.spacing })
+}
+
+fn read_sides(words: &[String], place: &Place) -> Result<Vec<Side>, SceneError> {
+    let side = |(index, word): (usize, &String)| {
+        Side::NAMES.into_iter().find(|(name, _)| name == word).map(|(_, side)| side).ok_or_else(|| {
+            let kind = SceneErrorKind::unknown_word("side", word, Side::NAMES.map(|(name, _)| name));
+            SceneError::new(place.key("open").index(index), kind)
+        })
+    };
+    words.iter().enumerate().map(side).collect()
+}

@@ -1,0 +1,221 @@
+//! The text of a scene: the file and what overrides replace in it, with the place of every value.
+//!
+//! Overrides are read as if they stood behind the file's text, so that one range of bytes names a place in either.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::sync::Arc;
+
+use serde::Deserialize;
+use serde_spanned::Spanned;
+use toml::de::{DeTable, DeValue, Deserializer};
+
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, nearest};
+use crate::scene::file::SceneFile;
+use crate::scene::place::{Place, Step};
+
+/// One `key=value` that replaces or adds a value.
+struct Override {
+    key: String,
+    value: String,
+    /// Where its text starts, behind the file and the overrides before it.
+    start: usize,
+    /// `v=value`, preceded by blanks so that the value has its place in the whole.
+    padded: String,
+}
+
+impl Override {
+    fn value_range(&self) -> Range<usize> {
+        let start = self.start + self.key.len() + 1;
+        start..start + self.value.len()
+    }
+
+    /// The value as TOML, or else as a bare string.
+    fn parsed(&self) -> Spanned<DeValue<'_>> {
+        if let Ok(document) = DeTable::parse(&self.padded) {
+            let mut table = document.into_inner().into_iter();
+            // A value with line breaks could contain further keys: that is not one value.
+            if let (Some((_, value)), None) = (table.next(), table.next()) {
+                return value;
+            }
+        }
+        Spanned::new(self.value_range(), DeValue::String(Cow::Borrowed(&self.value)))
+    }
+}
+
+/// A scene's text under its name.
+pub(crate) struct Source {
+    name: String,
+    text: Arc<String>,
+    overrides: Vec<Override>,
+}
+
+impl Source {
+    pub(crate) fn new(name: &str, text: String, overrides: &[(&str, &str)]) -> Self {
+        let mut start = text.len() + 1;
+        let overrides = overrides
+            .iter()
+            .map(|(key, value)| {
+                let padding = " ".repeat((start + key.len() + 1).saturating_sub(2));
+                let padded = format!("{padding}v={value}");
+                let this = Override { key: (*key).to_owned(), value: (*value).to_owned(), start, padded };
+                start = this.value_range().end + 1;
+                this
+            })
+            .collect();
+        Self { name: name.to_owned(), text: Arc::new(text), overrides }
+    }
+
+    /// What was typed.
+    ///
+    /// # Errors
+    /// [`SceneErrorKind::Syntax`], [`SceneErrorKind::UnknownKey`], [`SceneErrorKind::Empty`] or
+    /// [`SceneErrorKind::Override`].
+    pub(crate) fn read(&self) -> Result<SceneFile, SceneError> {
+        let tree = self.tree()?;
+        if tree.get_ref().is_empty() {
+            return Err(self.at(SceneError::new(Place::root(), SceneErrorKind::Empty), 0..0));
+        }
+        SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.refused(&error))
+    }
+
+    /// The same error with the text that it is about.
+    pub(crate) fn located(&self, error: SceneError) -> SceneError {
+        if error.has_source() {
+            return error;
+        }
+        // Reading it a second time is cheaper than keeping the tree of a good scene.
+        let range = self.tree().map_or(0..0, |tree| range_of(error.place(), &tree));
+        self.at(error, range)
+    }
+
+    fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
+        let mut document = DeTable::parse(&self.text).map_err(|error| self.refused(&error))?;
+        for this in &self.overrides {
+            let keys: Vec<&str> = this.key.split('.').map(str::trim).collect();
+            let key_range = this.start..this.start + this.key.len();
+            set(document.get_mut(), &keys, this.parsed(), &key_range).map_err(|problem| {
+                let kind = SceneErrorKind::Override { key: this.key.clone(), problem };
+                self.at(SceneError::new(Place::root(), kind), key_range.clone())
+            })?;
+        }
+        Ok(document)
+    }
+
+    fn refused(&self, error: &toml::de::Error) -> SceneError {
+        let range = error.span().unwrap_or(0..0);
+        self.at(SceneError::new(Place::root(), kind_of(error.message())), range)
+    }
+
+    /// The text that contains a range: the file, or the override.
+    fn at(&self, error: SceneError, range: Range<usize>) -> SceneError {
+        match self.overrides.iter().rev().find(|this| range.start >= this.start) {
+            Some(this) => {
+                let text = format!("{}={}", this.key, this.value);
+                let start = (range.start - this.start).min(text.len());
+                let end = range.end.saturating_sub(this.start).clamp(start, text.len());
+                error.in_source("--set", Arc::new(text), start..end)
+            }
+            None => {
+                let end = range.end.min(self.text.len());
+                error.in_source(&self.name, Arc::clone(&self.text), range.start.min(end)..end)
+            }
+        }
+    }
+}
+
+/// Puts a value where the keys lead, through tables by key and through arrays by index or by the entry's `name`.
+fn set<'t>(
+    table: &mut DeTable<'t>,
+    keys: &[&str],
+    value: Spanned<DeValue<'t>>,
+    key_range: &Range<usize>,
+) -> Result<(), String> {
+    let Some((&key, rest)) = keys.split_first() else { return Err("the key is empty".to_owned()) };
+    if key.is_empty() {
+        return Err("a part of the key is empty".to_owned());
+    }
+    if !table.contains_key(key) {
+        let empty = Spanned::new(key_range.clone(), DeValue::Table(DeTable::new()));
+        table.insert(Spanned::new(key_range.clone(), Cow::Owned(key.to_owned())), empty);
+    }
+    let Some(entry) = table.get_mut(key) else { return Err(format!("there is no `{key}`")) };
+    set_in(entry, key, rest, value, key_range)
+}
+
+fn set_in<'t>(
+    entry: &mut Spanned<DeValue<'t>>,
+    key: &str,
+    rest: &[&str],
+    value: Spanned<DeValue<'t>>,
+    key_range: &Range<usize>,
+) -> Result<(), String> {
+    let Some((&next, after)) = rest.split_first() else {
+        *entry = value;
+        return Ok(());
+    };
+    match entry.get_mut() {
+        DeValue::Table(table) => set(table, rest, value, key_range),
+        DeValue::Array(array) => {
+            let named = |element: &Spanned<DeValue<'_>>| {
+                let table = element.get_ref().as_table();
+                table.and_then(|table| table.get("name")).and_then(|name| name.get_ref().as_str()) == Some(next)
+            };
+            let index = array.iter().position(named).or_else(|| next.parse().ok());
+            let length = array.len();
+            let Some(element) = index.and_then(|index| array.get_mut(index)) else {
+                return Err(format!("`{key}` has {length} entries, none named or numbered `{next}` (from 0)"));
+            };
+            set_in(element, next, after, value, key_range)
+        }
+        other => Err(format!("`{key}` is a {}, so there is no `{next}` in it", other.type_str())),
+    }
+}
+
+/// The value at a place, or the innermost table on the way there.
+fn range_of(place: &Place, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
+    let mut found: Option<&Spanned<DeValue<'_>>> = None;
+    for (depth, step) in place.steps().iter().enumerate() {
+        let next = match (step, found) {
+            (Step::Key(key), None) if depth == 0 => tree.get_ref().get(key.as_ref()),
+            (Step::Key(key), Some(value)) => value.get_ref().as_table().and_then(|table| table.get(key.as_ref())),
+            (Step::Index(index), Some(value)) => value.get_ref().as_array().and_then(|array| array.get(*index)),
+            _ => None,
+        };
+        match next {
+            Some(value) => found = Some(value),
+            None => break,
+        }
+    }
+    found.map_or(0..0, Spanned::span)
+}
+
+/// The kind of a mistake that TOML or serde found. Their messages name keys in backticks, first the one in question.
+fn kind_of(message: &str) -> SceneErrorKind {
+    if message.starts_with("unknown field") {
+        let mut words = message.split('`').skip(1).step_by(2).map(str::to_owned);
+        if let Some(key) = words.next() {
+            let known: Vec<String> = words.collect();
+            return SceneErrorKind::UnknownKey { nearest: nearest(&key, &known), key, known };
+        }
+    }
+    let mut message = message.trim().to_owned();
+    for (rust, words) in [
+        ("expected f64", "expected a number"),
+        ("expected u64", "expected a whole number from 0"),
+        ("expected usize", "expected a whole number from 0"),
+        ("expected u32", "expected a whole number from 0 to 4294967295"),
+        ("expected an array of length 3", "expected three numbers, [x, y, z]"),
+        ("expected an array of length 2", "expected two values, [a, b]"),
+        ("expected a sequence", "expected a list in brackets"),
+        ("expected a boolean", "expected true or false"),
+        ("expected a map", "expected a table"),
+        ("missing field", "missing key"),
+    ] {
+        message = message.replace(rust, words);
+    }
+    if let Some(start) = message.find("expected struct ") {
+        message.replace_range(start.., "expected a table");
+    }
+    SceneErrorKind::Syntax { message }
+}

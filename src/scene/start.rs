@@ -1,0 +1,150 @@
+//! What a start must be to be valid: nothing overlaps, nothing reaches through a wall, every bond holds.
+
+use std::collections::{HashMap, HashSet};
+
+use crate::scene::Species;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::groups::Groups;
+use crate::scene::interactions::Interactions;
+use crate::scene::limits::AXES;
+use crate::scene::occupancy::{Contacts, Occupancy};
+use crate::scene::place::Place;
+use crate::scene::placement::first_overlap;
+use crate::scene::{ParticleId, SpeciesId};
+use crate::space::{Boundary, Face, Space, minimum_image};
+
+/// A wall or the end of a bond may be passed by the rounding of the coordinates that put the particle there.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// A pair must never meet an image of its partner: periodic axes are at least two ranges long.
+pub(crate) fn check_ranges(
+    space: &Space,
+    species: &[Species],
+    interactions: &Interactions<'_>,
+    groups: &Groups,
+) -> Result<(), SceneError> {
+    let counts = groups.counts(species.len());
+    let range = interactions.longest_range(|a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
+    let bonded = groups.bonds.iter().map(|(bond, _)| interactions.get(bond.interaction).potential.range());
+    let range = bonded.fold(range, f64::max);
+    for k in 0..3 {
+        if space.boundary[k] == Boundary::Periodic && space.size[k] < 2.0 * range {
+            let kind = SceneErrorKind::SmallBox { axis: AXES[k], size: space.size[k], range, needed: 2.0 * range };
+            return Err(SceneError::new(Place::root().key("space").key("size").index(k), kind));
+        }
+    }
+    Ok(())
+}
+
+/// No moving particle reaches through a wall.
+pub(crate) fn check_walls(groups: &Groups, species: &[Species], space: &Space) -> Result<(), SceneError> {
+    if space.is_fully_periodic() {
+        return Ok(());
+    }
+    for (id, particle) in groups.particles.iter().enumerate() {
+        let species = &species[particle.species.0 as usize];
+        if species.is_static() {
+            continue;
+        }
+        for k in 0..3 {
+            let Boundary::Bounded { lower, upper } = space.boundary[k] else { continue };
+            let radius = 0.5 * species.diameter;
+            let x = particle.position[k];
+            let rounding = ROUNDING * (x.abs() + space.lower[k].abs() + space.size[k] + radius);
+            for (side, face, room) in [("lower", lower, x - space.lower[k]), ("upper", upper, space.upper()[k] - x)] {
+                if matches!(face, Face::Wall { .. }) && room < radius - rounding {
+                    let kind =
+                        SceneErrorKind::InWall { particle: id as u32, axis: AXES[k], side, depth: radius - room };
+                    return Err(SceneError::new(groups.place_of(id), kind));
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Every bonded pair starts where its bond allows.
+pub(crate) fn check_bonds(groups: &Groups, space: &Space, interactions: &Interactions<'_>) -> Result<(), SceneError> {
+    let periods = space.periods();
+    for (bond, place) in &groups.bonds {
+        let [first, second] = bond.pair.map(|id| groups.particles[id.0 as usize].position);
+        let distance = minimum_image(first - second, &periods).norm();
+        let potential = &interactions.get(bond.interaction).potential;
+        let rounding = ROUNDING * (first.amax() + second.amax() + potential.range());
+        if potential.violation_at(distance) * potential.range() > rounding {
+            let longest = if potential.is_bond() { potential.range() } else { f64::INFINITY };
+            let kind = SceneErrorKind::BondLength {
+                first: bond.pair[0].0,
+                second: bond.pair[1].0,
+                distance,
+                shortest: potential.core().unwrap_or(0.0),
+                longest,
+            };
+            return Err(SceneError::new(place.clone(), kind));
+        }
+    }
+    Ok(())
+}
+
+/// No two particles are inside of each other's core, but for bonded pairs, which have a core of their own.
+pub(crate) fn check_overlaps(groups: &Groups, contacts: &Contacts, space: &Space) -> Result<(), SceneError> {
+    if contacts.largest() == 0.0 {
+        return Ok(());
+    }
+    let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
+    let occupancy = Occupancy::new(space, contacts, groups.particles.len());
+    let particles = groups.particles.iter().map(|particle| (&particle.position, particle.species.0));
+    let is_bonded = |a: u32, b: u32| bonded.contains(&[ParticleId(a), ParticleId(b)]);
+    match first_overlap(particles, occupancy, is_bonded) {
+        None => Ok(()),
+        Some((second, overlapping)) => {
+            let kind = SceneErrorKind::Overlap {
+                first: overlapping.other,
+                second,
+                distance: overlapping.distance,
+                contact: overlapping.contact,
+            };
+            Err(SceneError::new(groups.place_of(second as usize), kind))
+        }
+    }
+}
+
+/// Adds the bonds that a scene lists, after those of its chains, and checks that each names a pair that can move.
+pub(crate) fn list_bonds(
+    groups: &mut Groups,
+    species: &[Species],
+    drafts: &[crate::scene::draft::BondDraft],
+    interactions: &mut Interactions<'_>,
+) -> Result<(), SceneError> {
+    for (index, draft) in drafts.iter().enumerate() {
+        let place = Place::entry("bond", index);
+        let particles = groups.particles.len();
+        for (k, &id) in draft.pair.iter().enumerate() {
+            if id as usize >= particles {
+                let kind = SceneErrorKind::NoParticle { id, particles };
+                return Err(SceneError::new(place.key("particles").index(k), kind));
+            }
+        }
+        let [a, b] = draft.pair;
+        if a == b {
+            let kind = SceneErrorKind::value(format!("[{a}, {b}]"), "two different particles");
+            return Err(SceneError::new(place.key("particles"), kind));
+        }
+        let kinds: [SpeciesId; 2] = draft.pair.map(|id| groups.particles[id as usize].species);
+        if kinds.iter().all(|kind| species[kind.0 as usize].is_static()) {
+            let kind = SceneErrorKind::value("static", "at least one particle that moves");
+            return Err(SceneError::new(place.key("particles"), kind));
+        }
+        let interaction = interactions.bond(&draft.interaction, kinds[0], kinds[1], &place.key("interaction"))?;
+        let pair = [ParticleId(a.min(b)), ParticleId(a.max(b))];
+        groups.bonds.push((crate::scene::Bond { pair, interaction }, place.key("particles")));
+    }
+    let mut seen = HashMap::new();
+    for (bond, place) in &groups.bonds {
+        if seen.insert(bond.pair, ()).is_some() {
+            let kind = SceneErrorKind::BondedTwice { first: bond.pair[0].0, second: bond.pair[1].0 };
+            return Err(SceneError::new(place.clone(), kind));
+        }
+    }
+    Ok(())
+}

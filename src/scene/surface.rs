@@ -1,0 +1,314 @@
+//! Surfaces made of static spheres, laid out so that nothing that should be held can leak.
+//!
+//! A sphere whose contact distance with the mesh spheres is `s` passes through a hole between them only if the hole's
+//! circumradius `R`, the distance from its middle to the nearest mesh spheres, exceeds `s`. Rows of spheres at most `d`
+//! apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) / 2`, however the rows are shifted:
+//! an empty circle cuts no chord longer than `d` out of either row, so its centre lies at most `h / 2` from both.
+
+use std::collections::BTreeSet;
+use std::f64::consts::{SQRT_2, TAU};
+
+use crate::Vector;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::limits::{finite_vector, not_negative, positive};
+use crate::scene::place::Place;
+
+/// Holes are this much smaller than the contact distance unless a scene sets the spacing itself. A particle's centre
+/// then sinks by at most `1 - sqrt(1 - 0.65^2) = 24 %` of the contact distance between mesh spheres, so that the surface
+/// is smooth as well as tight.
+const HOLE_TO_CONTACT: f64 = 0.65;
+
+/// The largest spacing of a square grid that a mesh uses by itself `[length]`.
+pub(crate) fn default_spacing(contact: f64) -> f64 {
+    HOLE_TO_CONTACT * contact * SQRT_2
+}
+
+/// One side of a box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Side {
+    /// The axis across it: 0, 1 or 2.
+    pub axis: usize,
+    /// Whether it is the side at the upper corner.
+    pub is_upper: bool,
+}
+
+impl Side {
+    /// The names of the sides, with z upwards and y away from the viewer.
+    pub const NAMES: [(&'static str, Self); 6] = [
+        ("left", Self { axis: 0, is_upper: false }),
+        ("right", Self { axis: 0, is_upper: true }),
+        ("front", Self { axis: 1, is_upper: false }),
+        ("back", Self { axis: 1, is_upper: true }),
+        ("bottom", Self { axis: 2, is_upper: false }),
+        ("top", Self { axis: 2, is_upper: true }),
+    ];
+}
+
+/// The shape of a mesh `[length]`.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Surface {
+    /// A parallelogram.
+    Plane {
+        /// One corner.
+        corner: Vector,
+        /// The two edges that start there.
+        edges: [Vector; 2],
+    },
+    /// The sides of a box, but for the open ones.
+    Box {
+        /// Lower corner.
+        lower: Vector,
+        /// Upper corner.
+        upper: Vector,
+        /// Sides that are left out.
+        open: Vec<Side>,
+    },
+    /// A cone's frustum without ends: a funnel, or a cylinder if the radii are equal.
+    Cone {
+        /// Centre of the first end.
+        base: Vector,
+        /// Direction from the first end to the second.
+        axis: Vector,
+        /// Radii of the ends.
+        radii: [f64; 2],
+        /// Distance of the ends along the axis.
+        length: f64,
+    },
+    /// A hollow sphere.
+    Sphere {
+        /// Its centre.
+        centre: Vector,
+        /// Its radius.
+        radius: f64,
+    },
+    /// Spheres at given places.
+    Points(Vec<Vector>),
+}
+
+/// A surface as static spheres.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Layout {
+    pub points: Vec<Vector>,
+    /// Largest circumradius of a hole; `None` if the spheres are not laid out as a surface.
+    pub hole: Option<f64>,
+    /// Indices of the spheres along the open ends.
+    pub rim: Vec<usize>,
+}
+
+impl Surface {
+    /// About how many spheres the surface needs, and never less than half of it: to refuse a mesh before it is made.
+    pub(crate) fn estimate(&self, spacing: f64) -> f64 {
+        let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
+        match self {
+            Self::Plane { edges: [a, b], .. } => patch(a.norm(), b.norm()),
+            Self::Box { lower, upper, .. } => {
+                let size = upper - lower;
+                2.0 * (patch(size.x, size.y) + patch(size.y, size.z) + patch(size.z, size.x))
+            }
+            Self::Cone { radii: [a, b], length, .. } => patch(TAU * a.max(*b), length.hypot(b - a)),
+            Self::Sphere { radius, .. } => patch(TAU * radius, 0.5 * TAU * radius),
+            Self::Points(points) => points.len() as f64,
+        }
+    }
+
+    /// The spheres, neighbours at most `spacing` apart.
+    pub(crate) fn layout(&self, spacing: f64) -> Layout {
+        match self {
+            Self::Plane { corner, edges } => plane(corner, edges, spacing),
+            Self::Box { lower, upper, open } => sides(lower, upper, open, spacing),
+            Self::Cone { base, axis, radii, length } => cone(base, axis, *radii, *length, spacing),
+            Self::Sphere { centre, radius } => sphere(centre, *radius, spacing),
+            Self::Points(points) => Layout { points: points.clone(), ..Layout::default() },
+        }
+    }
+}
+
+/// Number of equal intervals of at most `spacing`.
+fn intervals(length: f64, spacing: f64) -> usize {
+    // The rounding of a length that is a whole number of spacings must not add an interval.
+    ((length / spacing - 1e-9).ceil() as usize).max(1)
+}
+
+fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {
+    let [columns, rows] = edges.map(|edge| intervals(edge.norm(), spacing));
+    let (a, b) = (edges[0] / columns as f64, edges[1] / rows as f64);
+    let mut layout = Layout::default();
+    for row in 0..=rows {
+        for column in 0..=columns {
+            if row == 0 || row == rows || column == 0 || column == columns {
+                layout.rim.push(layout.points.len());
+            }
+            layout.points.push(corner + a * column as f64 + b * row as f64);
+        }
+    }
+    layout.hole = Some(hole_of_cell(&a, &b));
+    layout
+}
+
+/// Circumradius of the holes of a grid of parallelograms: that of the triangle of its edges and the shorter diagonal,
+/// `R = |a| |b| |a - b| / (2 |a x b|)`, which is not obtuse if both diagonals are longer than the edges.
+fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
+    let b = if a.dot(b) < 0.0 { -b } else { *b };
+    let diagonal = a - b;
+    let circumradius = a.norm() * b.norm() * diagonal.norm() / (2.0 * a.cross(&b).norm());
+    let longest = a.norm().max(b.norm());
+    if diagonal.norm_squared() + a.norm().min(b.norm()).powi(2) >= longest * longest {
+        circumradius
+    } else {
+        // Slanted rows: `h` between rows is less than the edge, so the bound for rows of any shift holds with it.
+        0.5 * a.norm().hypot(b.norm())
+    }
+}
+
+/// The sides share one division of each edge, so that they join in common spheres.
+fn sides(lower: &Vector, upper: &Vector, open: &[Side], spacing: f64) -> Layout {
+    let size = upper - lower;
+    let cells = [0, 1, 2].map(|k| intervals(size[k], spacing));
+    let mut sites = BTreeSet::new();
+    for (_, side) in Side::NAMES.iter().filter(|(_, side)| !open.contains(side)) {
+        let (u, v) = ((side.axis + 1) % 3, (side.axis + 2) % 3);
+        for i in 0..=cells[u] {
+            for j in 0..=cells[v] {
+                let mut site = [0; 3];
+                site[side.axis] = if side.is_upper { cells[side.axis] } else { 0 };
+                (site[u], site[v]) = (i, j);
+                // From bottom to top, so that ids follow the height.
+                sites.insert([site[2], site[1], site[0]]);
+            }
+        }
+    }
+    let mut layout = Layout::default();
+    for [z, y, x] in sites {
+        let site = [x, y, z];
+        if open.iter().any(|side| site[side.axis] == if side.is_upper { cells[side.axis] } else { 0 }) {
+            layout.rim.push(layout.points.len());
+        }
+        layout.points.push(Vector::from_fn(|k, _| lower[k] + size[k] * (site[k] as f64 / cells[k] as f64)));
+    }
+    let edge = |k: usize| size[k] / cells[k] as f64;
+    layout.hole = Side::NAMES
+        .iter()
+        .filter(|(_, side)| !open.contains(side))
+        .map(|(_, side)| 0.5 * edge((side.axis + 1) % 3).hypot(edge((side.axis + 2) % 3)))
+        .reduce(f64::max);
+    layout
+}
+
+/// One ring of spheres; every other ring is turned by half a step, which makes most holes smaller than the bound.
+fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: f64) -> (Vec<Vector>, f64) {
+    let count = if radius > 0.0 { intervals(TAU * radius, spacing) } else { 1 };
+    let points = (0..count)
+        .map(|k| {
+            let angle = TAU * (k as f64 + turn) / count as f64;
+            centre + u * (radius * libm::cos(angle)) + v * (radius * libm::sin(angle))
+        })
+        .collect();
+    (points, TAU * radius / count as f64)
+}
+
+/// Two directions at right angles to `axis` and to each other.
+fn across(axis: &Vector) -> [Vector; 2] {
+    let least = if axis.x.abs() <= axis.y.abs() && axis.x.abs() <= axis.z.abs() {
+        Vector::x()
+    } else if axis.y.abs() <= axis.z.abs() {
+        Vector::y()
+    } else {
+        Vector::z()
+    };
+    let u = axis.cross(&least).normalize();
+    [u, axis.cross(&u).normalize()]
+}
+
+fn cone(base: &Vector, axis: &Vector, radii: [f64; 2], length: f64, spacing: f64) -> Layout {
+    let axis = axis.normalize();
+    let directions = across(&axis);
+    let slant = length.hypot(radii[1] - radii[0]);
+    let rows = intervals(slant, spacing);
+    let mut layout = Layout::default();
+    let mut widest: f64 = 0.0;
+    for row in 0..=rows {
+        let part = row as f64 / rows as f64;
+        let radius = radii[0] + (radii[1] - radii[0]) * part;
+        let (points, step) =
+            ring(&(base + axis * (length * part)), &directions, radius, spacing, 0.5 * (row % 2) as f64);
+        if (row == 0 || row == rows) && radius > 0.0 {
+            layout.rim.extend(layout.points.len()..layout.points.len() + points.len());
+        }
+        layout.points.extend(points);
+        widest = widest.max(step);
+    }
+    layout.hole = Some(0.5 * widest.hypot(slant / rows as f64));
+    layout
+}
+
+fn sphere(centre: &Vector, radius: f64, spacing: f64) -> Layout {
+    let rows = intervals(0.5 * TAU * radius, spacing).max(2);
+    let directions = [Vector::x(), Vector::y()];
+    let mut layout = Layout::default();
+    let mut widest: f64 = 0.0;
+    for row in 0..=rows {
+        let angle = 0.5 * TAU * row as f64 / rows as f64;
+        // The sine of pi is not exactly zero; the pole is one sphere.
+        let across = if row == 0 || row == rows { 0.0 } else { radius * libm::sin(angle) };
+        let height = Vector::z() * (radius * libm::cos(angle));
+        let (points, step) = ring(&(centre + height), &directions, across, spacing, 0.5 * (row % 2) as f64);
+        layout.points.extend(points);
+        widest = widest.max(step);
+    }
+    layout.hole = Some(0.5 * widest.hypot(0.5 * TAU * radius / rows as f64));
+    layout
+}
+
+impl Surface {
+    /// Refuses surfaces without extent, and numbers that are none.
+    pub(crate) fn check(&self, place: &Place) -> Result<(), SceneError> {
+        match self {
+            Self::Plane { corner, edges } => {
+                finite_vector(corner, &place.key("corner"))?;
+                finite_vector(&edges[0], &place.key("edge_1"))?;
+                finite_vector(&edges[1], &place.key("edge_2"))?;
+                let area = edges[0].cross(&edges[1]).norm();
+                // Edges in one direction have an area of rounding only.
+                if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
+                    let kind = SceneErrorKind::value("parallel to edge_1 or zero", "an edge in another direction");
+                    return Err(SceneError::new(place.key("edge_2"), kind));
+                }
+            }
+            Self::Box { lower, upper, .. } => {
+                finite_vector(lower, &place.key("lower"))?;
+                finite_vector(upper, &place.key("upper"))?;
+                for k in 0..3 {
+                    if lower[k] >= upper[k] {
+                        let kind = SceneErrorKind::value(upper[k], format!("more than the lower end, {}", lower[k]));
+                        return Err(SceneError::new(place.key("upper").index(k), kind));
+                    }
+                }
+            }
+            Self::Cone { base, axis, radii, length } => {
+                finite_vector(base, &place.key("base"))?;
+                finite_vector(axis, &place.key("axis"))?;
+                positive(axis.norm(), place.key("axis"))?;
+                for (k, radius) in radii.iter().enumerate() {
+                    not_negative(*radius, place.key("radii").index(k))?;
+                }
+                positive(radii[0].max(radii[1]), place.key("radii"))?;
+                positive(*length, place.key("length"))?;
+            }
+            Self::Sphere { centre, radius } => {
+                finite_vector(centre, &place.key("centre"))?;
+                positive(*radius, place.key("radius"))?;
+            }
+            Self::Points(points) => {
+                for (index, point) in points.iter().enumerate() {
+                    finite_vector(point, &place.key("points").index(index))?;
+                }
+                if points.is_empty() {
+                    let kind = SceneErrorKind::value("empty", "at least one point");
+                    return Err(SceneError::new(place.key("points"), kind));
+                }
+            }
+        }
+        Ok(())
+    }
+}
