@@ -1,6 +1,8 @@
 //! Event-driven particle dynamics.
 
 pub mod error;
+pub mod output;
+pub mod picture;
 pub mod potential;
 pub mod scene;
 pub mod space;
