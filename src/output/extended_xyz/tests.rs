@@ -37,7 +37,7 @@ fn two_discs() -> Frame {
 #[test]
 fn frame_of_the_documentation() {
     let expected = "2\n\
-        Lattice=\"5 0 0 0 5 0 0 0 1\" Origin=\"0 0 0\" Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 \
+        Lattice=\"5 0 0 0 5 0 0 0 1\" Origin=\"0 0 0\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 \
         Time=0.5 pbc=\"T T F\" flat=\"F F T\" species_table=\"ball\" static=\"F\"\n\
         ball 0.5 0.5 0 1 0 0 0.5 0\n\
         ball 2.5 0.5 0 -1 0 0 0.5 1\n";

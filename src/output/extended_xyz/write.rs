@@ -60,7 +60,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
         text.extend_from_slice(if axis == 0 { b"" } else { b" " });
         write_number(text, frame.lower[axis])?;
     }
-    text.extend_from_slice(b"\" Properties=species:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 Time=");
+    text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 Time=");
     write_number(text, frame.time)?;
     let words = |flags: &[bool]| flags.iter().map(|&flag| if flag { "T" } else { "F" }).collect::<Vec<_>>().join(" ");
     write!(text, " pbc=\"{}\"", words(&frame.periodic))?;
