@@ -5,6 +5,7 @@ pub mod error;
 pub mod event;
 pub mod interaction;
 pub mod motion;
+pub mod output;
 pub mod neighbours;
 pub mod overlap;
 pub mod potential;
