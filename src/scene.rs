@@ -120,6 +120,20 @@ pub struct Limit {
     pub events: Option<u64>,
 }
 
+impl Limit {
+    /// Up to a simulated time.
+    #[must_use]
+    pub fn time(time: f64) -> Self {
+        Self { time: Some(time), events: None }
+    }
+
+    /// Up to a number of physical events.
+    #[must_use]
+    pub fn events(events: u64) -> Self {
+        Self { time: None, events: Some(events) }
+    }
+}
+
 /// How long to run, and what to do first.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RunPlan {
@@ -129,13 +143,36 @@ pub struct RunPlan {
     pub limit: Limit,
 }
 
+/// A box in which a run counts particles as time goes on: a container that fills, a half of the space.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CountRegion {
+    /// Name of the column, unique in the scene.
+    pub name: String,
+    /// Where.
+    pub region: Region,
+}
+
+impl CountRegion {
+    /// Whether a point is inside; the lower faces belong to the box, the upper ones to its neighbour. Along flat axes
+    /// everything is.
+    #[must_use]
+    pub fn contains(&self, point: &Vector) -> bool {
+        let Region { lower, upper } = &self.region;
+        (0..3).all(|k| (lower[k]..upper[k]).contains(&point[k]) || (lower[k] == upper[k] && point[k] == lower[k]))
+    }
+}
+
 /// What to write, in intervals of simulated time `[time]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct OutputPlan {
     /// Between two rows of `thermo.csv`; `None` lets the run choose some 200 rows.
     pub thermo_interval: Option<f64>,
     /// Between two frames of `trajectory.xyz`; `None` lets the run choose some 20 frames.
     pub frame_interval: Option<f64>,
+    /// Where to count particles, a column of `thermo.csv` each.
+    pub regions: Vec<CountRegion>,
+    /// Whether every physical event is written to `contacts.csv`.
+    pub has_contacts: bool,
 }
 
 /// A validated scene. The fields are public to read; [`SceneBuilder`] makes one.

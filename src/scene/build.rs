@@ -9,7 +9,7 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{AXES, finite, finite_vector, on_flat_axes, positive, restitution};
 use crate::scene::place::Place;
-use crate::scene::{Limit, Scene, Species, start};
+use crate::scene::{CountRegion, Limit, Scene, Species, start};
 use crate::space::{Boundary, Face, Space};
 
 impl SceneBuilder {
@@ -47,7 +47,7 @@ impl SceneBuilder {
             contact_time: self.contact_time,
             allow_invalid_start: self.allow_invalid_start,
             run: self.run,
-            output: self.output,
+            output: self.output.clone(),
         })
     }
 
@@ -73,7 +73,7 @@ impl SceneBuilder {
                 positive(interval, output.key(key))?;
             }
         }
-        Ok(())
+        check_regions(&self.output.regions)
     }
 
     /// The species, with no acceleration yet.
@@ -156,6 +156,30 @@ impl SceneBuilder {
         }
         Ok(Space { size, ..unsized_space })
     }
+}
+
+/// Boxes with an inside, whose names can stand at the head of a column.
+fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
+    let mut names = HashMap::new();
+    for (index, CountRegion { name, region }) in regions.iter().enumerate() {
+        let place = Place::root().key("output").key("count").index(index);
+        if name.is_empty() || name.len() > 100 || name.chars().any(|c| c.is_control() || matches!(c, ',' | '"')) {
+            let kind = SceneErrorKind::value(format!("{name:?}"), "a short name without commas and quotes");
+            return Err(SceneError::new(place.key("name"), kind));
+        }
+        if let Some(first) = names.insert(name, index) {
+            let first = Place::root().key("output").key("count").index(first);
+            return Err(SceneError::new(place.key("name"), SceneErrorKind::Duplicate { name: name.clone(), first }));
+        }
+        finite_vector(&region.lower, &place.key("lower"))?;
+        finite_vector(&region.upper, &place.key("upper"))?;
+        if let Some(k) = (0..3).find(|&k| region.upper[k] < region.lower[k]) {
+            let expected = format!("at least {}, the lower corner's", region.lower[k]);
+            let kind = SceneErrorKind::value(region.upper[k], expected);
+            return Err(SceneError::new(place.key("upper").index(k), kind));
+        }
+    }
+    Ok(())
 }
 
 fn check_limit(limit: Limit, time: Place, events: Place) -> Result<(), SceneError> {

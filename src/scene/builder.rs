@@ -66,7 +66,7 @@ impl SceneBuilder {
             groups: Vec::new(),
             bonds: Vec::new(),
             run: RunPlan::default(),
-            output: OutputPlan { thermo_interval: None, frame_interval: None },
+            output: OutputPlan::default(),
         }
     }
 

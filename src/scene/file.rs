@@ -234,4 +234,17 @@ pub(crate) struct RunFile {
 pub(crate) struct OutputFile {
     pub thermo_interval: Option<f64>,
     pub frame_interval: Option<f64>,
+    #[serde(default)]
+    pub contacts: bool,
+    #[serde(default)]
+    pub count: Vec<CountFile>,
+}
+
+/// `[[output.count]]`
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CountFile {
+    pub name: String,
+    pub lower: [f64; 3],
+    pub upper: [f64; 3],
 }

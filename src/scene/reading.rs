@@ -12,11 +12,11 @@ use crate::scene::draft::{
     PlacedGroup, Region, SpeciesDraft,
 };
 use crate::scene::file::{
-    AxisFile, ChainFile, FillFile, InteractionFile, MeshFile, RunFile, SceneFile, SpaceFile, SpeciesFile,
+    AxisFile, ChainFile, CountFile, FillFile, InteractionFile, MeshFile, OutputFile, RunFile, SceneFile, SpaceFile, SpeciesFile,
 };
 use crate::scene::place::Place;
 use crate::scene::surface::{Side, Surface};
-use crate::scene::{Limit, OutputPlan, RunPlan};
+use crate::scene::{CountRegion, Limit, OutputPlan, RunPlan};
 use crate::space::{Boundary, Face};
 
 /// The keys of an entry that depend on its kind, and which of them are given.
@@ -98,9 +98,21 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
         scene.bonds.push(BondDraft { pair: bond.particles, interaction: bond.interaction });
     }
     scene.run = read_run(file.run)?;
-    scene.output =
-        OutputPlan { thermo_interval: file.output.thermo_interval, frame_interval: file.output.frame_interval };
+    scene.output = read_output(file.output);
     Ok(scene)
+}
+
+fn read_output(output: OutputFile) -> OutputPlan {
+    let region = |count: CountFile| CountRegion {
+        name: count.name,
+        region: Region { lower: vector(count.lower), upper: vector(count.upper) },
+    };
+    OutputPlan {
+        thermo_interval: output.thermo_interval,
+        frame_interval: output.frame_interval,
+        regions: output.count.into_iter().map(region).collect(),
+        has_contacts: output.contacts,
+    }
 }
 
 fn read_run(run: Option<RunFile>) -> Result<RunPlan, SceneError> {

@@ -1,0 +1,61 @@
+//! What can go wrong while a run is written.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::extended_xyz::WriteError;
+
+/// Why the folder of a run could not be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The folder holds something that is not a run.
+    #[error("{} exists and holds something that is not a run of carom", .0.display())]
+    Occupied(PathBuf),
+    /// A file stands where the folder should be.
+    #[error("{} is not a folder", .0.display())]
+    NotFolder(PathBuf),
+    /// The folder cannot be read or made.
+    #[error("cannot make the folder {}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file cannot be written: no permission, no space.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A frame cannot be written.
+    #[error("cannot write a frame to {}", path.display())]
+    Frame {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: WriteError,
+    },
+}
+
+impl OutputError {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn cure(&self) -> &'static str {
+        match self {
+            Self::Occupied(_) => "choose another folder with --out, or remove it",
+            Self::NotFolder(_) => "choose another folder with --out",
+            _ => "choose a folder with --out that can be written to, on a disk with space left",
+        }
+    }
+
+    pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Write { path, source }
+    }
+}

@@ -1,0 +1,31 @@
+//! Numbers in tables.
+
+use std::fmt;
+
+/// The fewest digits that read back as the same number, with an exponent where there would be many zeros; nothing for
+/// what is not known.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cell(pub Option<f64>);
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(number) if number == 0.0 || (1e-4..1e16).contains(&number.abs()) => write!(f, "{number}"),
+            Some(number) => write!(f, "{number:e}"),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_read_back_as_the_same() {
+        for (number, text) in [(0.1, "0.1"), (0.0, "0"), (1e300, "1e300"), (-2.5e-9, "-2.5e-9"), (9999.0, "9999")] {
+            assert_eq!(Cell(Some(number)).to_string(), text);
+        }
+        assert_eq!(Cell(None).to_string(), "");
+    }
+}

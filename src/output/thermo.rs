@@ -1,0 +1,71 @@
+//! The table of measurements at even times, `thermo.csv`.
+//!
+//! Columns have a name and a unit in brackets. A column that means nothing for a scene is absent; a cell that cannot be
+//! known, as a rate at the start, is empty.
+
+use std::fmt::Write;
+
+use super::number::Cell;
+use crate::observe::{Meaning, Row};
+use crate::scene::Scene;
+
+/// Which columns a scene has.
+#[derive(Debug, Clone)]
+pub(super) struct Columns {
+    meaning: Meaning,
+    regions: Vec<String>,
+}
+
+impl Columns {
+    pub fn of(scene: &Scene) -> Self {
+        let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
+        Self { meaning: Meaning::of(scene), regions }
+    }
+
+    /// The first line.
+    pub fn header(&self) -> String {
+        let mut line = "time [time],events [1]".to_owned();
+        let meaning = &self.meaning;
+        for (has, column) in [
+            (meaning.has_temperature, ",temperature [energy]"),
+            (true, ",kinetic [energy],potential [energy],energy_and_dissipated [energy]"),
+            (meaning.has_pressure, ",pressure [energy/length^D]"),
+            (meaning.has_core, ",collision_rate [1/time]"),
+            (meaning.has_height(), ",height [length]"),
+        ] {
+            line.push_str(if has { column } else { "" });
+        }
+        for region in &self.regions {
+            line.push_str(",in ");
+            line.push_str(region);
+            line.push_str(" [1]");
+        }
+        line.push('\n');
+        line
+    }
+
+    /// A line of measurements.
+    pub fn line(&self, row: &Row) -> String {
+        let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
+        let meaning = &self.meaning;
+        for (has, cell) in [
+            (meaning.has_temperature, row.temperature),
+            (true, Some(row.kinetic)),
+            (true, Some(row.potential)),
+            (true, Some(row.ledger)),
+            (meaning.has_pressure, row.pressure),
+            (meaning.has_core, row.collision_rate),
+            (meaning.has_height(), row.height),
+        ] {
+            if has {
+                // Writing to a string cannot fail.
+                let _ = write!(line, ",{}", Cell(cell));
+            }
+        }
+        for count in &row.counts {
+            let _ = write!(line, ",{count}");
+        }
+        line.push('\n');
+        line
+    }
+}

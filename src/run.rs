@@ -1,0 +1,126 @@
+//! A run: equilibration, then a measured stretch with rows and frames at even times.
+//!
+//! ```
+//! use std::ops::ControlFlow;
+//! use carom::potential::Potential;
+//! use carom::run;
+//! use carom::scene::{Amount, Lattice, Limit, RunPlan, SceneBuilder};
+//!
+//! let scene = SceneBuilder::new("fluid")
+//!     .species("A", 1.0, 1.0)
+//!     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+//!     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+//!     .temperature(1.0)
+//!     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000) })
+//!     .build()?;
+//! let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(()))?;
+//! let (name, temperature) = finished.observables[0];
+//! assert_eq!(name, "temperature");
+//! assert!((temperature.mean - 1.0).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod driver;
+mod progress;
+mod ticks;
+
+pub use driver::run;
+pub use progress::{Progress, Stage};
+
+use std::convert::Infallible;
+
+use crate::audit::Audit;
+use crate::event::{Event, Tally};
+use crate::observe::Row;
+use crate::simulation::{Arrest, Simulation, Snapshot};
+use crate::statistics::Estimate;
+
+/// Where the rows, frames and events of a run go. `()` keeps nothing.
+pub trait Recorder {
+    /// Why something could not be kept: ends the run.
+    type Error;
+
+    /// Keeps a row of measurements.
+    ///
+    /// # Errors
+    /// If it cannot be kept.
+    fn row(&mut self, row: &Row) -> Result<(), Self::Error>;
+
+    /// Keeps the positions and velocities of all particles.
+    ///
+    /// # Errors
+    /// If they cannot be kept.
+    fn frame(&mut self, snapshot: &Snapshot) -> Result<(), Self::Error>;
+
+    /// Whether every event of the measured stretch is shown to [`Recorder::event`].
+    fn has_events(&self) -> bool {
+        false
+    }
+
+    /// Keeps an event.
+    ///
+    /// # Errors
+    /// If it cannot be kept.
+    fn event(&mut self, _event: &Event) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}
+
+impl Recorder for () {
+    type Error = Infallible;
+
+    fn row(&mut self, _row: &Row) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn frame(&mut self, _snapshot: &Snapshot) -> Result<(), Infallible> {
+        Ok(())
+    }
+}
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Ending {
+    /// The simulated time was reached.
+    Time,
+    /// The number of events was reached.
+    Events,
+    /// Nothing will happen any more, and there is no time limit.
+    Idle,
+    /// The caller wanted no more.
+    Interrupted,
+    /// The simulation could not go on.
+    Arrested(Arrest),
+}
+
+/// The measured stretch of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch {
+    /// Simulated time at its start `[time]`.
+    pub start: f64,
+    /// Simulated time that it took `[time]`.
+    pub duration: f64,
+    /// What happened in it; the deepest overlap is that of the whole run.
+    pub tally: Tally,
+    /// How long it took on the clock `[seconds]`.
+    pub wall_seconds: f64,
+}
+
+/// A run at its end.
+///
+/// Counts, observables and speed are those of the measured stretch. The audit spans the equilibration, too.
+#[derive(Debug)]
+pub struct Finished {
+    /// The simulation as it stands.
+    pub simulation: Simulation,
+    /// Why it ended.
+    pub ending: Ending,
+    /// In which stage it ended.
+    pub stage: Stage,
+    /// The measured stretch.
+    pub stretch: Stretch,
+    /// Means and standard errors, by name; only those that mean something for the scene.
+    pub observables: Vec<(&'static str, Estimate)>,
+    /// What the run found out about its own correctness.
+    pub audit: Audit,
+}

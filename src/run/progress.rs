@@ -1,0 +1,51 @@
+//! How far a run has come.
+
+use crate::scene::Limit;
+
+/// The part of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stage {
+    /// Before measuring.
+    Equilibration,
+    /// While measuring.
+    Measurement,
+}
+
+/// How far a stage of a run has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Which stage.
+    pub stage: Stage,
+    /// Simulated time now `[time]`.
+    pub time: f64,
+    /// Simulated time since the start of the stage `[time]`.
+    pub elapsed: f64,
+    /// Physical events since the start of the stage.
+    pub events: u64,
+    /// Where the stage ends.
+    pub limit: Limit,
+}
+
+impl Progress {
+    /// The part of the stage that is done, 0 to 1, by the limit that is nearer.
+    #[must_use]
+    pub fn fraction(&self) -> f64 {
+        let by_time = self.limit.time.map_or(0.0, |limit| self.elapsed / limit);
+        let by_events = self.limit.events.map_or(0.0, |limit| self.events as f64 / limit as f64);
+        by_time.max(by_events).clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_nearer_limit_decides() {
+        let limit = Limit { time: Some(10.0), events: Some(100) };
+        let progress = Progress { stage: Stage::Measurement, time: 7.0, elapsed: 2.0, events: 50, limit };
+        assert_eq!(progress.fraction(), 0.5);
+        assert_eq!(Progress { elapsed: 9.0, ..progress }.fraction(), 0.9);
+        assert_eq!(Progress { limit: Limit::default(), ..progress }.fraction(), 0.0);
+    }
+}

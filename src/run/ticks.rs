@@ -1,0 +1,107 @@
+//! Even times at which something is written.
+
+/// A run that chooses its interval itself aims at this many rows, and at most twice as many.
+pub(super) const ROWS: u32 = 200;
+
+/// As [`ROWS`], for frames.
+pub(super) const FRAMES: u32 = 20;
+
+/// Times `start + k interval`, `k = 1, 2, ...`
+///
+/// An interval that the scene gives is kept. One that the run chose is doubled whenever there are twice as many
+/// ticks as were aimed at, because the duration that it was chosen from may be a poor guess.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Ticks {
+    start: f64,
+    interval: f64,
+    index: f64,
+    /// Number of ticks since the interval was last doubled, and how many are aimed at; none if it is kept.
+    chosen: Option<(u32, u32)>,
+}
+
+impl Ticks {
+    /// Ticks at a given interval.
+    pub fn given(start: f64, interval: f64) -> Self {
+        Self { start, interval, index: 1.0, chosen: None }
+    }
+
+    /// Some `aim` ticks in a duration that is expected.
+    pub fn expecting(start: f64, duration: f64, aim: u32) -> Self {
+        Self { chosen: Some((0, aim)), ..Self::given(start, duration / f64::from(aim)) }
+    }
+
+    /// The next tick.
+    pub fn next(&self) -> f64 {
+        self.start + self.index * self.interval
+    }
+
+    /// Goes on to the first tick after `time`.
+    pub fn pass(&mut self, time: f64) {
+        if let Some((count, aim)) = &mut self.chosen {
+            *count += 1;
+            if *count == 2 * *aim {
+                self.interval *= 2.0;
+                *count = *aim;
+            }
+        }
+        self.index = ((time - self.start) / self.interval).floor() + 1.0;
+        // Rounding leaves a tick that is not after `time`, also where the interval is below the spacing of numbers.
+        let mut step = 1.0;
+        while self.next() <= time {
+            self.index += step;
+            step *= 2.0;
+        }
+    }
+}
+
+/// A duration rounded to two digits, for intervals that somebody will read.
+pub(super) fn rounded(duration: f64) -> f64 {
+    format!("{duration:.1e}").parse().unwrap_or(duration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_given_interval_is_kept_and_does_not_accumulate_rounding() {
+        let mut ticks = Ticks::given(1.0, 0.1);
+        for k in 1..=1000 {
+            assert_eq!(ticks.next(), 1.0 + f64::from(k) * 0.1);
+            ticks.pass(ticks.next());
+        }
+    }
+
+    #[test]
+    fn ticks_that_were_passed_are_left_out() {
+        let mut ticks = Ticks::given(0.0, 1.0);
+        ticks.pass(7.5);
+        assert_eq!(ticks.next(), 8.0);
+        ticks.pass(8.0);
+        assert_eq!(ticks.next(), 9.0);
+    }
+
+    #[test]
+    fn a_chosen_interval_doubles_when_the_run_lasts_longer_than_expected() {
+        let mut ticks = Ticks::expecting(0.0, 20.0, 20);
+        let mut count = 0;
+        while ticks.next() <= 20.0 * 1024.0 {
+            ticks.pass(ticks.next());
+            count += 1;
+        }
+        assert!((200..=240).contains(&count), "{count}");
+    }
+
+    #[test]
+    fn an_interval_below_the_spacing_of_numbers_ends() {
+        let mut ticks = Ticks::given(1e10, 1e-90);
+        ticks.pass(1e10);
+        assert!(ticks.next() > 1e10);
+    }
+
+    #[test]
+    fn durations_are_rounded_to_two_digits() {
+        assert_eq!(rounded(123.4), 120.0);
+        assert_eq!(rounded(0.000_678_9), 0.000_68);
+    }
+}
