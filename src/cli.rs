@@ -1,0 +1,115 @@
+//! The command line: what was typed, and what comes of it.
+
+mod check;
+mod describe;
+mod failure;
+mod new;
+mod picture;
+mod progress;
+mod report;
+mod run;
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use carom::scene::{Scene, SceneError};
+use clap::{Args, Parser, Subcommand};
+
+use failure::Failure;
+
+const EXAMPLES: &str = "\
+Examples:
+  carom new fluid > fluid.toml              a scene to start from, with comments
+  carom check fluid.toml                    what will be simulated, and what is wrong with it
+  carom run fluid.toml                      simulates it; the results are in runs/fluid
+  carom run fluid.toml --until-events 1e5   shorter
+  carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
+  carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
+
+Exit codes:
+  0  done
+  1  the simulation failed, its own audit did, or it was interrupted
+  2  bad input";
+
+/// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and meshes.
+#[derive(Debug, Parser)]
+#[command(version, after_help = EXAMPLES, subcommand_required = true, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Simulates a scene and writes thermo.csv, trajectory.xyz, summary.json and report.txt
+    Run(run::Run),
+    /// Says in words what will be simulated, and finds what is wrong
+    Check(check::Check),
+    /// Draws a frame of a run as a PNG
+    Picture(picture::Picture),
+    /// Prints a commented scene to start from
+    New(new::New),
+}
+
+/// A scene file, and what replaces its values.
+#[derive(Debug, Args)]
+struct SceneArgs {
+    /// The scene, a TOML file
+    scene: PathBuf,
+    /// Seed of the random numbers that place particles and draw velocities
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    seed: Option<u64>,
+    /// Replaces a value of the scene: dots lead through tables, entries of lists go by number (from 0) or by name
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_and_value)]
+    overrides: Vec<(String, String)>,
+}
+
+impl SceneArgs {
+    fn load(&self) -> Result<Scene, SceneError> {
+        let seed = self.seed.map(|seed| seed.to_string());
+        let overrides = self.overrides.iter().map(|(key, value)| (key.as_str(), value.as_str()));
+        let all: Vec<(&str, &str)> = overrides.chain(seed.as_deref().map(|seed| ("seed", seed))).collect();
+        Scene::from_file_with(&self.scene, &all)
+    }
+}
+
+fn key_and_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
+        _ => Err("expected KEY=VALUE, such as dynamics.contact_time=0.01".to_owned()),
+    }
+}
+
+/// Does what was typed.
+pub fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Also help and version, which are no mistakes; a closed pipe is none either.
+            let _ = error.print();
+            return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
+        }
+    };
+    let result = match &cli.command {
+        Command::Run(run) => run.execute(),
+        Command::Check(check) => check.execute(),
+        Command::Picture(picture) => picture.execute(),
+        Command::New(new) => new.execute(),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+/// Writes to standard output. Whoever closes it early, as `head` does, has read enough.
+fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Failure::failed("cannot write to the standard output", Some(Box::new(error)), None))
+        }
+        _ => Ok(()),
+    }
+}

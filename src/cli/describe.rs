@@ -1,0 +1,159 @@
+//! What a scene is, in words.
+
+use carom::potential::Potential;
+use carom::scene::{Interaction, Limit, Scene, SpeciesId};
+use carom::simulation::EngineChoice;
+use carom::space::{Boundary, Face};
+
+/// A number of things: `1 wall`, `2 walls`.
+pub fn plural(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Numbers of particles of each species.
+pub fn counts(scene: &Scene) -> Vec<usize> {
+    let mut counts = vec![0; scene.species.len()];
+    for particle in &scene.particles {
+        counts[particle.species.0 as usize] += 1;
+    }
+    counts
+}
+
+/// Whom the scene consists of.
+pub fn population(scene: &Scene) -> String {
+    let counts = counts(scene);
+    let of = |is_static: bool| {
+        let species = scene.species.iter().zip(&counts).filter(|(species, _)| species.is_static() == is_static);
+        let words: Vec<String> = species.map(|(species, count)| format!("{count} {}", species.name)).collect();
+        words.join(" + ")
+    };
+    let moving = if of(false).is_empty() { "nothing".to_owned() } else { of(false) };
+    if of(true).is_empty() { format!("{moving} moving") } else { format!("{moving} moving, {} static", of(true)) }
+}
+
+/// The box, axis by axis.
+pub fn space(scene: &Scene) -> String {
+    let axes = ["x", "y", "z"].iter().enumerate().map(|(k, name)| {
+        let (lower, upper) = (scene.space.lower[k], scene.space.upper()[k]);
+        let what = match &scene.space.boundary[k] {
+            Boundary::Flat => return format!("{name} flat"),
+            Boundary::Periodic => "periodic".to_owned(),
+            Boundary::Bounded { lower, upper } if lower == upper => face(lower),
+            Boundary::Bounded { lower, upper } => format!("{} below, {} above", face(lower), face(upper)),
+        };
+        format!("{name} from {} to {} {what}", digits(lower), digits(upper))
+    });
+    axes.collect::<Vec<_>>().join("; ")
+}
+
+fn face(face: &Face) -> String {
+    match face {
+        Face::Open => "open".to_owned(),
+        Face::Wall { restitution } => format!("wall (restitution {restitution})"),
+    }
+}
+
+/// The engine and the reasons for it.
+pub fn engine(scene: &Scene, choice: EngineChoice) -> String {
+    let motion = if choice.is_falling {
+        let falling = scene.species.iter().filter(|species| species.acceleration.norm() > 0.0);
+        format!("{} accelerates", falling.map(|species| species.name.as_str()).collect::<Vec<_>>().join(", "))
+    } else {
+        "nothing accelerates".to_owned()
+    };
+    let pairs = if !choice.has_table {
+        "all particles are hard spheres of one species"
+    } else if scene.species.iter().any(carom::scene::Species::is_static) {
+        "some particles are static"
+    } else if scene.species.len() > 1 {
+        "there are several species"
+    } else if !scene.bonds.is_empty() {
+        "there are bonds"
+    } else {
+        "pairs remember the steps that they are captured in"
+    };
+    format!("{choice}: {motion}, and {pairs}")
+}
+
+/// An interaction in a line.
+pub fn interaction(interaction: &Interaction) -> String {
+    let restitution = if interaction.restitution < 1.0 {
+        format!(", restitution {}", interaction.restitution)
+    } else {
+        String::new()
+    };
+    format!("{}{restitution}", potential(&interaction.potential))
+}
+
+fn potential(potential: &Potential) -> String {
+    let (radii, energies) = (potential.radii(), potential.energies());
+    let innermost = digits(radii[radii.len() - 1]);
+    match (potential.is_bond(), potential.core().is_some(), radii.len()) {
+        (true, true, 2) => format!("bond from {innermost} to {}", digits(radii[0])),
+        (false, true, 1) => format!("hard spheres of contact distance {innermost}"),
+        (false, true, 2) => {
+            let what = if energies[1] < 0.0 { "well" } else { "shoulder" };
+            let size = digits(energies[1].abs());
+            format!("hard core {innermost} with a square {what} of {size} up to {}", digits(radii[0]))
+        }
+        (false, false, 1) => format!("penetrable spheres of {innermost} that cost {} to enter", digits(energies[1])),
+        _ => {
+            let range = energies.iter().copied().filter(|energy| energy.is_finite());
+            let lowest = digits(range.clone().fold(f64::INFINITY, f64::min));
+            let highest = digits(range.fold(f64::NEG_INFINITY, f64::max));
+            let core = if potential.core().is_some() { format!(", core {innermost}") } else { String::new() };
+            let steps = plural(radii.len(), "step");
+            format!("{steps} between energies {lowest} and {highest}, range {}{core}", digits(radii[0]))
+        }
+    }
+}
+
+/// The table of interactions, a line per two species that can meet, and one per interaction of bonds.
+pub fn interactions(scene: &Scene) -> Vec<String> {
+    let mut lines = Vec::new();
+    let species = |index: usize| &scene.species[index];
+    for a in 0..scene.species.len() {
+        for b in a..scene.species.len() {
+            if species(a).is_static() && species(b).is_static() {
+                continue;
+            }
+            let what = match scene.interaction_of(SpeciesId(a as u32), SpeciesId(b as u32)) {
+                Some(id) => interaction(&scene.interactions[id.0 as usize]),
+                None => "pass through each other".to_owned(),
+            };
+            lines.push(format!("{} and {}: {what}", species(a).name, species(b).name));
+        }
+    }
+    let mut bonds: Vec<(u32, usize)> = Vec::new();
+    for bond in &scene.bonds {
+        match bonds.iter_mut().find(|(id, _)| *id == bond.interaction.0) {
+            Some((_, count)) => *count += 1,
+            None => bonds.push((bond.interaction.0, 1)),
+        }
+    }
+    for (id, count) in bonds {
+        lines.push(format!("{}: {}", plural(count, "bonded pair"), interaction(&scene.interactions[id as usize])));
+    }
+    lines
+}
+
+/// How long something lasts.
+pub fn limit(limit: &Limit) -> String {
+    match (limit.time, limit.events) {
+        (Some(time), Some(events)) => format!("for a time of {time} or {events} events, whichever comes first"),
+        (Some(time), None) => format!("for a time of {time}"),
+        (None, Some(events)) => format!("for {events} events"),
+        (None, None) => "not at all".to_owned(),
+    }
+}
+
+/// Six digits, as many as a reader compares.
+pub fn digits(number: f64) -> String {
+    if number == 0.0 || (1e-4..1e7).contains(&number.abs()) {
+        let whole = number.abs().log10().floor().max(0.0) as usize;
+        let text = format!("{number:.*}", 5_usize.saturating_sub(whole));
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    } else {
+        format!("{number:.3e}")
+    }
+}

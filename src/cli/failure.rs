@@ -1,0 +1,104 @@
+//! How a command fails: a report and an exit code.
+
+use std::error::Error;
+use std::fmt;
+use std::io::Write;
+use std::process::ExitCode;
+
+use carom::output::OutputError;
+use carom::scene::SceneError;
+use miette::{Diagnostic, Report};
+
+/// Why a command ends with another exit code than 0.
+#[derive(Debug)]
+pub struct Failure {
+    report: Report,
+    code: u8,
+}
+
+/// The simulation failed.
+const FAILED: u8 = 1;
+/// What was typed is wrong.
+const BAD_INPUT: u8 = 2;
+
+impl Failure {
+    /// Something went wrong with good input.
+    pub fn failed(message: impl Into<String>, source: Option<Box<dyn Error + Send + Sync>>, help: Option<&str>) -> Self {
+        Self::new(message, source, help, FAILED)
+    }
+
+    /// The input is wrong.
+    pub fn bad_input(
+        message: impl Into<String>,
+        source: Option<Box<dyn Error + Send + Sync>>,
+        help: Option<&str>,
+    ) -> Self {
+        Self::new(message, source, help, BAD_INPUT)
+    }
+
+    fn new(
+        message: impl Into<String>,
+        source: Option<Box<dyn Error + Send + Sync>>,
+        help: Option<&str>,
+        code: u8,
+    ) -> Self {
+        let problem = Problem { message: message.into(), source, help: help.map(str::to_owned) };
+        Self { report: Report::new(problem), code }
+    }
+
+    /// Says what is wrong on standard error, and returns the exit code.
+    pub fn report(&self) -> ExitCode {
+        // Where nobody reads the report, the exit code still tells.
+        let _ = writeln!(std::io::stderr().lock(), "{:?}", self.report);
+        ExitCode::from(self.code)
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        Self { report: Report::new(error), code: BAD_INPUT }
+    }
+}
+
+impl From<OutputError> for Failure {
+    fn from(error: OutputError) -> Self {
+        let code = match error {
+            OutputError::Occupied(_) | OutputError::NotFolder(_) | OutputError::Folder { .. } => BAD_INPUT,
+            _ => FAILED,
+        };
+        let cure = error.cure();
+        let mut message = error.to_string();
+        let mut source = error.source();
+        while let Some(cause) = source {
+            message = format!("{message}: {cause}");
+            source = cause.source();
+        }
+        Self::new(message, None, Some(cure), code)
+    }
+}
+
+/// A message with its cause and its cure.
+#[derive(Debug)]
+struct Problem {
+    message: String,
+    source: Option<Box<dyn Error + Send + Sync>>,
+    help: Option<String>,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl Error for Problem {
+    fn source(&self) -> Option<&(dyn Error + 'static)> {
+        self.source.as_ref().map(|source| source.as_ref() as &(dyn Error + 'static))
+    }
+}
+
+impl Diagnostic for Problem {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+}

@@ -1,0 +1,54 @@
+//! `carom new`: scenes to start from. They are those of `configs/`, which the tests run.
+
+use clap::{Args, ValueEnum};
+
+use super::failure::Failure;
+
+/// Prints a commented scene to start from
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  carom new hopper > hopper.toml && carom run hopper.toml")]
+pub struct New {
+    /// What kind of scene
+    kind: Kind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Kind {
+    /// Hard spheres in a periodic box
+    Fluid,
+    /// A square-well fluid
+    Well,
+    /// A Lennard-Jones liquid in steps
+    LennardJones,
+    /// Grains that run out of a hopper of mesh spheres
+    Hopper,
+    /// A chain of bonded beads with a bob, under gravity
+    Pendulum,
+    /// Bonded chains that attract each other
+    Polymer,
+    /// A granular gas that cools
+    Granular,
+    /// A ball that bounces until it rests
+    Ball,
+}
+
+impl Kind {
+    fn text(self) -> &'static str {
+        match self {
+            Self::Fluid => include_str!("../../configs/hard_sphere_fluid.toml"),
+            Self::Well => include_str!("../../configs/square_well_fluid.toml"),
+            Self::LennardJones => include_str!("../../configs/stepped_lennard_jones.toml"),
+            Self::Hopper => include_str!("../../configs/hopper.toml"),
+            Self::Pendulum => include_str!("../../configs/pendulum.toml"),
+            Self::Polymer => include_str!("../../configs/polymer.toml"),
+            Self::Granular => include_str!("../../configs/granular_cooling.toml"),
+            Self::Ball => include_str!("../../configs/bouncing_ball.toml"),
+        }
+    }
+}
+
+impl New {
+    pub fn execute(&self) -> Result<(), Failure> {
+        super::print(self.kind.text())
+    }
+}

@@ -1,0 +1,158 @@
+//! How far a run has come, on the terminal or in lines.
+
+use std::io::{IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+use carom::run::{Progress, Stage};
+use carom::scene::Scene;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Between two lines where there is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(5);
+/// Between two states of the bar.
+const BAR_INTERVAL: Duration = Duration::from_millis(100);
+/// Steps of the bar.
+const STEPS: f64 = 1000.0;
+
+/// Shows progress: a bar on a terminal, a line every few seconds elsewhere, always on standard error.
+pub struct Display {
+    name: String,
+    bar: Option<ProgressBar>,
+    is_quiet: bool,
+    shown: Option<Instant>,
+    stage: Option<(Stage, Instant)>,
+    rate: Rate,
+}
+
+/// Events per second of late.
+struct Rate {
+    since: Instant,
+    events: u64,
+    per_second: f64,
+}
+
+impl Display {
+    pub fn new(scene: &Scene, is_quiet: bool) -> Self {
+        let bar = (!is_quiet && std::io::stderr().is_terminal()).then(|| {
+            let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::stderr());
+            let style = ProgressStyle::with_template("{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}");
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        });
+        let rate = Rate { since: Instant::now(), events: 0, per_second: 0.0 };
+        Self { name: scene.name.clone(), bar, is_quiet, shown: None, stage: None, rate }
+    }
+
+    /// Shows how far the run is, if it is time to.
+    pub fn show(&mut self, progress: &Progress) {
+        if self.is_quiet {
+            return;
+        }
+        let now = Instant::now();
+        let started = match self.stage {
+            Some((stage, started)) if stage == progress.stage => started,
+            _ => {
+                self.stage = Some((progress.stage, now));
+                self.rate = Rate { since: now, events: progress.events, per_second: 0.0 };
+                now
+            }
+        };
+        let interval = if self.bar.is_some() { BAR_INTERVAL } else { LINE_INTERVAL };
+        if now - *self.shown.get_or_insert(now) < interval {
+            return;
+        }
+        self.shown = Some(now);
+        self.rate.see(progress.events, now);
+        let fraction = progress.fraction();
+        let stage = match progress.stage {
+            Stage::Equilibration => "equilibrating",
+            Stage::Measurement => "measuring",
+        };
+        let text = format!(
+            "t = {:.4}, {} events, {} events/s{}",
+            progress.time,
+            short(progress.events as f64),
+            short(self.rate.per_second),
+            left(fraction, now - started),
+        );
+        match &self.bar {
+            Some(bar) => {
+                bar.set_prefix(format!("{}, {stage}", self.name));
+                bar.set_message(text);
+                bar.set_position((fraction * STEPS) as u64);
+            }
+            None => {
+                // Progress that nobody reads is no reason to stop.
+                let percent = 100.0 * fraction;
+                let _ = writeln!(std::io::stderr(), "{}, {stage}: {percent:.1} %, {text}", self.name);
+            }
+        }
+    }
+
+    /// Removes the bar.
+    pub fn clear(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Rate {
+    fn see(&mut self, events: u64, now: Instant) {
+        let seconds = (now - self.since).as_secs_f64();
+        if seconds > 0.0 {
+            let latest = events.saturating_sub(self.events) as f64 / seconds;
+            // Half a second of memory in the bar, so that the number can be read.
+            let keep = if self.per_second > 0.0 { (-seconds / 0.5).exp() } else { 0.0 };
+            self.per_second = keep * self.per_second + (1.0 - keep) * latest;
+        }
+        (self.since, self.events) = (now, events);
+    }
+}
+
+/// What is left at the speed so far.
+fn left(fraction: f64, elapsed: Duration) -> String {
+    if fraction <= 0.0 {
+        return String::new();
+    }
+    let seconds = elapsed.as_secs_f64() * (1.0 - fraction) / fraction;
+    format!(", {} left", clock(seconds))
+}
+
+/// Seconds as people read them.
+pub fn clock(seconds: f64) -> String {
+    match seconds {
+        s if s < 9.95 => format!("{s:.1} s"),
+        s if s < 99.5 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
+        s => format!("{:.0} days", s / 86_400.0),
+    }
+}
+
+/// Three digits and a letter.
+pub fn short(number: f64) -> String {
+    for (unit, letter) in [(1e12, " T"), (1e9, " G"), (1e6, " M"), (1e3, " k")] {
+        if number >= unit {
+            let scaled = number / unit;
+            let digits = if scaled < 10.0 { 2 } else { usize::from(scaled < 100.0) };
+            return format!("{scaled:.digits$}{letter}");
+        }
+    }
+    format!("{number:.0}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        assert_eq!(short(999.0), "999");
+        assert_eq!(short(1234.0), "1.23 k");
+        assert_eq!(short(123_456_789.0), "123 M");
+        assert_eq!(clock(3.04), "3.0 s");
+        assert_eq!(clock(600.0), "10 min");
+        assert_eq!(left(0.25, Duration::from_secs(10)), ", 30 s left");
+        assert_eq!(left(0.0, Duration::from_secs(10)), "");
+    }
+}

@@ -1,0 +1,133 @@
+//! The final table of a run.
+
+use std::fmt::Write;
+
+use carom::observe::OBSERVABLES;
+use carom::run::{Ending, Finished, Stage};
+use carom::statistics::Estimate;
+
+use super::describe::{self, digits};
+use super::progress::{clock, short};
+
+/// What was simulated, how it ended, what was measured, and whether it can be trusted.
+pub fn text(finished: &Finished) -> String {
+    let simulation = &finished.simulation;
+    let scene = simulation.scene();
+    let stretch = &finished.stretch;
+    let mut lines = Lines(String::new());
+    lines.pair("scene", &format!("{}, seed {}: {}", scene.name, scene.seed, describe::population(scene)));
+    lines.pair("engine", &describe::engine(scene, simulation.engine()));
+    lines.pair("ended", &ending(finished));
+    let tally = &stretch.tally;
+    let seconds = stretch.wall_seconds;
+    let rate = if seconds > 0.0 { tally.physical() as f64 / seconds } else { 0.0 };
+    let measured = format!("a time of {}, {} events", digits(stretch.duration), tally.physical());
+    lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
+    let kinds = [
+        ("core", tally.core),
+        ("capture", tally.capture),
+        ("release", tally.release),
+        ("bounce", tally.bounce),
+        ("wall", tally.wall),
+    ];
+    let kinds: Vec<String> = kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
+    let kinds = if kinds.is_empty() { String::new() } else { format!("{}; ", kinds.join(", ")) };
+    lines.pair("events", &format!("{kinds}{} cell transitions", tally.transition));
+    if !finished.observables.is_empty() {
+        lines.title("mean and standard error");
+        for (name, estimate) in &finished.observables {
+            let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
+            lines.pair(&name.replace('_', " "), &format!("{} [{unit}]", with_error(estimate)));
+        }
+    }
+    audit(&mut lines, finished);
+    lines.0
+}
+
+fn ending(finished: &Finished) -> String {
+    let time = digits(finished.simulation.time());
+    let stage = if finished.stage == Stage::Equilibration { " while equilibrating" } else { "" };
+    match &finished.ending {
+        Ending::Time => format!("at t = {time}, the time asked for"),
+        Ending::Events => format!("at t = {time}, after the number of events asked for"),
+        Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
+        Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
+        Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
+    }
+}
+
+fn audit(lines: &mut Lines, finished: &Finished) {
+    let audit = &finished.audit;
+    let tally = &audit.tally;
+    lines.title("audit of the whole run");
+    lines.pair("energy ledger", &format!("off by {:.1e}, relative", audit.ledger_error));
+    let drift = audit.momentum_drift.map_or_else(
+        || "not conserved: walls, gravity or static particles".to_owned(),
+        |drift| format!("drifted by {drift:.1e}, relative"),
+    );
+    lines.pair("momentum", &drift);
+    let last = audit.deepest_final.map_or(0.0, |overlap| overlap.depth);
+    let overlap = format!("{:.1e} at an event, {last:.1e} at the end, of the contact distance", tally.deepest_overlap);
+    lines.pair("deepest overlap", &overlap);
+    lines.pair("in invalid states", &describe::plural(tally.in_invalid_state as usize, "event"));
+    lines.pair("at turning points", &describe::plural(tally.turning_point as usize, "event"));
+    if finished.simulation.scene().contact_time.is_some() {
+        let contacts = (tally.core + tally.bounce + tally.wall).max(1) as f64;
+        let fraction = 100.0 * tally.tc_altered as f64 / contacts;
+        lines.pair("TC model altered", &format!("{} contacts, {fraction:.2} % of them", tally.tc_altered));
+    }
+    if audit.dissipated > 0.0 {
+        lines.pair("dissipated", &format!("{} of energy", digits(audit.dissipated)));
+    }
+    let faults = audit.faults();
+    lines.pair("verdict", if faults.is_empty() { "sound" } else { "FAILED" });
+    for fault in &faults {
+        lines.pair("", &fault.to_string());
+    }
+}
+
+/// As many digits as the error leaves: `1.0432 +- 0.0021`.
+fn with_error(estimate: &Estimate) -> String {
+    match estimate.standard_error {
+        Some(error) if error > 0.0 => {
+            let decimals = 1.0 - error.log10().floor();
+            if (0.0..=12.0).contains(&decimals) && estimate.mean.abs() < 1e9 {
+                let decimals = decimals as usize;
+                format!("{:.decimals$} +- {error:.decimals$}", estimate.mean)
+            } else {
+                format!("{} +- {error:.1e}", digits(estimate.mean))
+            }
+        }
+        Some(_) => format!("{} +- 0", digits(estimate.mean)),
+        None => format!("{} (too short for an error)", digits(estimate.mean)),
+    }
+}
+
+/// Lines of names and values.
+struct Lines(String);
+
+impl Lines {
+    fn pair(&mut self, name: &str, value: &str) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.0, "{name:<30}{value}");
+    }
+
+    fn title(&mut self, title: &str) {
+        let _ = writeln!(self.0, "\n{title}");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_have_the_digits_that_their_errors_leave() {
+        let of = |mean, standard_error| with_error(&Estimate { mean, standard_error });
+        assert_eq!(of(1.043_21, Some(0.0021)), "1.0432 +- 0.0021");
+        assert_eq!(of(1234.5, Some(25.0)), "1234 +- 25");
+        assert_eq!(of(2.0, Some(0.0)), "2 +- 0");
+        assert_eq!(of(2.0, None), "2 (too short for an error)");
+        assert_eq!(of(1.0, Some(1e-20)), "1 +- 1.0e-20");
+    }
+}

@@ -1,0 +1,138 @@
+//! `carom run`.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use carom::output::{Folder, Summary};
+use carom::run::{self, Ending, Finished};
+use carom::scene::{Limit, Scene};
+use carom::simulation::Arrest;
+use clap::Args;
+
+use super::SceneArgs;
+use super::failure::Failure;
+use super::progress::Display;
+use super::report;
+
+/// Simulates a scene
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Ctrl-C or SIGTERM end the run early, with complete files up to there; a second one ends it at once.
+
+Examples:
+  carom run configs/hopper.toml
+  carom run configs/hard_sphere_fluid.toml --seed 7 --until-events 1e6 --out runs/seven
+  carom run configs/bouncing_ball.toml --set space.z.restitution=0.9 --set output.contacts=true")]
+pub struct Run {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// The folder of the results; runs/NAME if not given, where NAME is that of the scene
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Measures for this simulated time, whatever the scene says
+    #[arg(long, value_name = "T", value_parser = duration)]
+    until_time: Option<f64>,
+    /// Measures for this many physical events, whatever the scene says; with --until-time, whichever comes first
+    #[arg(long, value_name = "N", value_parser = count)]
+    until_events: Option<u64>,
+    /// No progress, only the final table
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(time) if (1e-100..=1e100).contains(&time) => Ok(time),
+        _ => Err("expected a positive finite time".to_owned()),
+    }
+}
+
+/// A whole number, also written as `1e6` or `1_000_000`.
+fn count(text: &str) -> Result<u64, String> {
+    let plain = text.replace('_', "");
+    let whole = |x: &f64| x.fract() == 0.0 && (1.0..=9.007_199_254_740_992e15).contains(x);
+    match (plain.parse::<u64>(), plain.parse::<f64>()) {
+        (Ok(number), _) if number > 0 => Ok(number),
+        (Err(_), Ok(number)) if whole(&number) => Ok(number as u64),
+        _ => Err("expected a whole number of at least 1, such as 20000 or 1e6".to_owned()),
+    }
+}
+
+/// Set by Ctrl-C and SIGTERM.
+static IS_STOPPED: AtomicBool = AtomicBool::new(false);
+
+impl Run {
+    pub fn execute(&self) -> Result<(), Failure> {
+        let scene = self.load()?;
+        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&scene.name));
+        let mut folder = Folder::create(&path, &scene)?;
+        stop_on_signals();
+        let mut display = Display::new(&scene, self.quiet);
+        let result = run::run(scene, &mut folder, &mut |progress| {
+            display.show(progress);
+            if IS_STOPPED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        display.clear();
+        let finished = result?;
+        let report = report::text(&finished);
+        folder.complete(&Summary::of(&finished), &report)?;
+        super::print(&format!("{report}\nThe files are in {}\n", path.display()))?;
+        verdict(&finished)
+    }
+
+    fn load(&self) -> Result<Scene, Failure> {
+        let mut scene = self.scene.load()?;
+        if self.until_time.is_some() || self.until_events.is_some() {
+            scene.run.limit = Limit { time: self.until_time, events: self.until_events };
+        }
+        Ok(scene)
+    }
+}
+
+/// Whether the run did what it was asked to, and stands its own audit.
+fn verdict(finished: &Finished) -> Result<(), Failure> {
+    let faults = finished.audit.faults();
+    match finished.ending {
+        Ending::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(Arrest::CURE))),
+        _ if !faults.is_empty() => {
+            let faults: Vec<String> = faults.iter().map(ToString::to_string).collect();
+            let help = "the results cannot be trusted; carom should not do this: please report the scene";
+            Err(Failure::failed(format!("the audit failed: {}", faults.join("; ")), None, Some(help)))
+        }
+        Ending::Interrupted => Err(Failure::failed("interrupted; the files are complete up to there", None, None)),
+        _ => Ok(()),
+    }
+}
+
+fn stop_on_signals() {
+    // Without a handler, a signal ends the program as it does by default.
+    let _ = ctrlc::set_handler(|| {
+        if IS_STOPPED.swap(true, Ordering::Relaxed) {
+            std::process::exit(1);
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_events_may_be_written_short() {
+        assert_eq!(count("1e6"), Ok(1_000_000));
+        assert_eq!(count("20_000"), Ok(20_000));
+        assert_eq!(count("18446744073709551615"), Ok(u64::MAX));
+        for bad in ["0", "-1", "1.5", "1e30", "nan", "inf", "", "many"] {
+            assert!(count(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn times_are_positive_and_finite() {
+        assert_eq!(duration("2.5"), Ok(2.5));
+        for bad in ["0", "-1", "nan", "inf", "", "1e-300"] {
+            assert!(duration(bad).is_err(), "{bad}");
+        }
+    }
+}
