@@ -40,6 +40,9 @@ use bodies::Bodies;
 use camera::{Camera, Extent};
 use shade::Scenery;
 
+/// The most pixels of a picture, enough for 3840 x 2160. Drawing takes some 220 bytes for each, so this is 2 GB.
+const MOST_PIXELS: u32 = 1 << 23;
+
 /// What the colour of a particle tells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ColourBy {
@@ -183,7 +186,7 @@ fn box_edges(frame: &Frame) -> Vec<[Vector; 2]> {
 
 fn refuse_style(style: &Style) -> Result<(), PictureError> {
     let (width, height) = (style.width, style.height);
-    if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= 1 << 24) {
+    if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= MOST_PIXELS) {
         return Err(PictureError::Size { width, height });
     }
     if style.palette.is_empty() {

@@ -31,7 +31,7 @@ pub enum PictureError {
     Box,
     /// The picture would have no pixels, or too many.
     #[error(
-        "a picture of {width} x {height} pixels cannot be drawn: expected 16 to 8192 by 16 to 8192, and no more than 16777216 in all"
+        "a picture of {width} x {height} pixels cannot be drawn: expected 16 to 8192 by 16 to 8192, and no more than 8388608 in all"
     )]
     Size {
         /// Columns of pixels.

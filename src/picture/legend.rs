@@ -6,14 +6,24 @@ use super::stroke::Stroke;
 /// Height of the strip that the scale takes, relative to the shorter side of the largest picture.
 pub(super) const STRIP: f32 = 0.085;
 
-/// The speed at the upper end of the scale `[length / time]`: no less than 98 of 100 of the speeds, in two digits.
+/// Share of the sum of squared speeds that may lie beyond the upper end of the scale.
+const FASTER: f64 = 0.05;
+
+/// The speed at the upper end of the scale `[length / time]`, in two digits: high enough for the few that fall while all
+/// others rest, and low enough that a thermal fluid shows all colours.
 pub(super) fn fastest(mut speeds: Vec<f64>) -> f64 {
     speeds.sort_by(f64::total_cmp);
-    let index = (speeds.len() * 98).div_ceil(100).saturating_sub(1);
-    let speed = speeds.get(index).copied().unwrap_or(0.0);
-    if !(speed.is_normal() && speed < 1e300) {
+    let highest = speeds.last().copied().unwrap_or(0.0);
+    if !(highest.is_normal() && highest < 1e300) {
         return 1.0;
     }
+    let square = |speed: f64| (speed / highest).powi(2);
+    let mut rest = FASTER * speeds.iter().copied().map(square).sum::<f64>();
+    let is_slower = |speed: &f64| {
+        rest -= square(*speed);
+        rest <= 0.0
+    };
+    let speed = speeds.iter().rev().copied().find(is_slower).unwrap_or(highest);
     let step = 10_f64.powi(speed.log10().floor() as i32 - 1);
     // The decimal text, read back, is the round number that is meant.
     format!("{:.1e}", (speed / step).ceil() * step).parse().unwrap_or(speed)
@@ -96,5 +106,21 @@ fn glyph(letter: char) -> &'static str {
         'p' => "0208 0312324345361605",
         'd' => "4046 4332120305163645",
         _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fastest;
+
+    #[test]
+    fn scale_ends_at_a_round_speed_that_few_exceed() {
+        assert_eq!(
+            [vec![], vec![0.0; 3], vec![f64::MAX], vec![0.314_15], vec![1e-9]].map(fastest),
+            [1.0, 1.0, 1.0, 0.32, 1e-9]
+        );
+        // 3 + 3 + ... + 4 squared: the one at 4 is 16 of 916.
+        assert_eq!(fastest([vec![3.0; 100], vec![4.0]].concat()), 3.0);
+        assert_eq!(fastest([vec![0.01; 100], vec![4.0, 4.5]].concat()), 4.5);
     }
 }
