@@ -1,0 +1,6 @@
+//! What a run leaves behind.
+
+pub mod extended_xyz;
+pub mod frame;
+
+pub use frame::Frame;

@@ -1,0 +1,80 @@
+//! Trajectories as extended XYZ: text that OVITO and ASE open with cell, species, velocities, radii and ids.
+//!
+//! A frame is a line with the number of particles, a comment line of `key=value` pairs, and a line per particle:
+//!
+//! ```text
+//! 2
+//! Lattice="5 0 0 0 5 0 0 0 1" Origin="0 0 0" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 Time=0.5 pbc="T T F" flat="F F T" species_table="ball" static="F"
+//! ball 0.5 0.5 0 1 0 0 0.5 0
+//! ball 2.5 0.5 0 -1 0 0 0.5 1
+//! ```
+//!
+//! | key | meaning |
+//! |---|---|
+//! | `Lattice` | the edges of the box, one vector after the other; along flat axes the largest diameter, because readers refuse a cell without volume |
+//! | `Origin` | the lower corner of the box |
+//! | `Properties` | name, type (`S`, `R`, `I`, `L`) and number of each group of columns |
+//! | `Time` | simulated time |
+//! | `pbc` | whether each axis is periodic |
+//! | `flat` | whether each axis is flat; absent where none is |
+//! | `species_table`, `static` | the names of the species in the order of the scene, and whether each never moves |
+//! | `bonds` | the ids of the two ends of each bond, `0-1 1-2`; absent where there is none |
+//!
+//! The species is in the column `type`, because ASE takes only chemical symbols in one called `species`; the reader knows
+//! both names.
+//!
+//! Numbers are written with the fewest digits that give the same `f64` back, so a frame survives the file bit for bit.
+//! The reader takes the columns in any order and needs none but the positions: without `Properties` it expects plain
+//! XYZ, a name and three coordinates per line.
+
+mod comment;
+mod error;
+mod read;
+#[cfg(test)]
+mod tests;
+mod write;
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+pub use error::{ReadError, WriteError};
+pub use read::FrameReader;
+pub use write::write_frame;
+
+use super::Frame;
+
+/// Longest line that is read `[bytes]`: some five million bonds, and a bound on what a file that is not text costs.
+const LONGEST_LINE: u64 = 1 << 26;
+
+/// A frame picked from a trajectory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pick {
+    /// The frame.
+    pub frame: Frame,
+    /// Whether the file ends in the middle of a later frame, as it does when a run was killed.
+    pub is_truncated: bool,
+}
+
+/// The frame of a trajectory file that is nearest to a time `[time]`, or the last one. Of two frames equally near the
+/// earlier one in the file is picked. Holds no more than two frames at a time.
+///
+/// # Errors
+/// [`ReadError::Open`] if the file cannot be opened, [`ReadError::NoFrame`] if it holds no frame,
+/// [`ReadError::Truncated`] if it ends within the first frame; any other [`ReadError`] if it is malformed.
+pub fn pick_frame(path: &Path, time: Option<f64>) -> Result<Pick, ReadError> {
+    let file = File::open(path).map_err(|source| ReadError::Open { path: path.into(), source })?;
+    let mut nearest: Option<Frame> = None;
+    for frame in FrameReader::new(BufReader::with_capacity(1 << 16, file)) {
+        match (frame, nearest.take()) {
+            (Err(ReadError::Truncated { .. }), Some(frame)) => return Ok(Pick { frame, is_truncated: true }),
+            (Err(error), _) => return Err(error),
+            (Ok(frame), None) => nearest = Some(frame),
+            (Ok(frame), Some(best)) => {
+                let is_nearer = time.is_none_or(|time| (frame.time - time).abs() < (best.time - time).abs());
+                nearest = Some(if is_nearer { frame } else { best });
+            }
+        }
+    }
+    nearest.map(|frame| Pick { frame, is_truncated: false }).ok_or(ReadError::NoFrame)
+}

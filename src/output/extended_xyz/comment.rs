@@ -1,0 +1,189 @@
+//! The comment line of a frame: the box, the time, the species, and which column means what.
+
+use std::ops::Range;
+
+use super::ReadError;
+use super::error::shorten;
+use crate::Vector;
+use crate::output::frame::FrameSpecies;
+use crate::scene::ParticleId;
+
+/// Where the lines of a frame keep what, counted in columns from 0.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Columns {
+    pub total: usize,
+    pub position: usize,
+    pub species: Option<usize>,
+    pub velocity: Option<usize>,
+    pub radius: Option<usize>,
+    pub id: Option<usize>,
+}
+
+/// What a comment line says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Comment {
+    pub time: f64,
+    /// Lower corner and edges; `None` without `Lattice`.
+    pub region: Option<(Vector, Vector)>,
+    pub periodic: [bool; 3],
+    pub species: Vec<FrameSpecies>,
+    pub bonds: Vec<[ParticleId; 2]>,
+    pub columns: Columns,
+}
+
+impl Comment {
+    /// Reads a comment line. Keys that mean nothing here are skipped.
+    pub fn parse(text: &str, line: usize) -> Result<Self, ReadError> {
+        let value_of = |key: &'static str| {
+            let found = pairs(text).find(|(k, _)| k.eq_ignore_ascii_case(key));
+            found.map(|(_, value)| Value { key, value, line })
+        };
+        let lattice = value_of("Lattice").map(|value| value.lattice()).transpose()?;
+        let origin = value_of("Origin").map(|value| value.numbers::<3>("three finite numbers")).transpose()?;
+        let flat = value_of("flat").map(|value| value.three_flags()).transpose()?.unwrap_or_default();
+        let region = lattice.map(|edges| {
+            let size = Vector::from_fn(|k, _| if flat[k] { 0.0 } else { edges[k] });
+            (Vector::from(origin.unwrap_or_default()), size)
+        });
+        let periodic = match value_of("pbc") {
+            Some(value) => value.three_flags()?,
+            None => [region.is_some(); 3],
+        };
+        let time = match value_of("Time") {
+            Some(value) => value.numbers::<1>("a finite number")?[0],
+            None => 0.0,
+        };
+        let mut species: Vec<FrameSpecies> = Vec::new();
+        if let Some(value) = value_of("species_table") {
+            species = value.species(value_of("static"))?;
+        }
+        let bonds = value_of("bonds").map(|value| value.bonds()).transpose()?.unwrap_or_default();
+        let columns = match value_of("Properties") {
+            Some(value) => value.columns()?,
+            None => Columns { total: 4, position: 1, species: Some(0), velocity: None, radius: None, id: None },
+        };
+        Ok(Self { time, region, periodic, species, bonds, columns })
+    }
+}
+
+/// The `key=value` pairs of a line; values may be quoted, and words without `=` are skipped.
+fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        loop {
+            rest = rest.trim_start();
+            let end = rest.find(|c: char| c == '=' || c.is_whitespace())?;
+            let (key, tail) = rest.split_at(end);
+            let Some(tail) = tail.strip_prefix('=') else {
+                rest = tail;
+                continue;
+            };
+            let quote = tail.chars().next().filter(|c| matches!(c, '"' | '\''));
+            let (value, tail) = match quote {
+                Some(quote) => tail[1..].split_once(quote).unwrap_or((&tail[1..], "")),
+                None => tail.split_once(char::is_whitespace).unwrap_or((tail, "")),
+            };
+            rest = tail;
+            return Some((key, value));
+        }
+    })
+}
+
+/// A value with what an error about it says.
+struct Value<'a> {
+    key: &'static str,
+    value: &'a str,
+    line: usize,
+}
+
+impl<'a> Value<'a> {
+    fn expected(&self, expected: &'static str) -> ReadError {
+        ReadError::Comment { line: self.line, key: self.key, value: shorten(self.value), expected }
+    }
+
+    fn words(&self) -> impl Iterator<Item = &'a str> {
+        self.value.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
+    }
+
+    fn numbers<const N: usize>(&self, expected: &'static str) -> Result<[f64; N], ReadError> {
+        let numbers: Option<Vec<f64>> = self.words().map(finite).collect();
+        numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| self.expected(expected))
+    }
+
+    /// The edges of a box that is aligned with the axes.
+    fn lattice(&self) -> Result<Vector, ReadError> {
+        let vectors = self.numbers::<9>("nine finite numbers")?;
+        let is_aligned = (0..9).all(|entry| if entry % 4 == 0 { vectors[entry] >= 0.0 } else { vectors[entry] == 0.0 });
+        if is_aligned {
+            Ok(Vector::new(vectors[0], vectors[4], vectors[8]))
+        } else {
+            Err(self.expected("a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`"))
+        }
+    }
+
+    fn flags(&self) -> Option<Vec<bool>> {
+        self.words()
+            .map(|word| match word {
+                "T" | "True" | "true" | "TRUE" | "1" => Some(true),
+                "F" | "False" | "false" | "FALSE" | "0" => Some(false),
+                _ => None,
+            })
+            .collect()
+    }
+
+    fn three_flags(&self) -> Result<[bool; 3], ReadError> {
+        let flags = self.flags().and_then(|flags| flags.try_into().ok());
+        flags.ok_or_else(|| self.expected("three of `T` and `F`"))
+    }
+
+    fn species(&self, is_static: Option<Value>) -> Result<Vec<FrameSpecies>, ReadError> {
+        let names: Vec<&str> = self.value.split_whitespace().collect();
+        let is_static = match is_static {
+            None => vec![false; names.len()],
+            Some(value) => {
+                let flags = value.flags().filter(|flags| flags.len() == names.len());
+                flags.ok_or_else(|| value.expected("as many of `T` and `F` as there are species"))?
+            }
+        };
+        let species = names.into_iter().zip(is_static);
+        Ok(species.map(|(name, is_static)| FrameSpecies { name: name.to_owned(), is_static }).collect())
+    }
+
+    fn bonds(&self) -> Result<Vec<[ParticleId; 2]>, ReadError> {
+        let id = |word: &str| word.parse().ok().map(ParticleId);
+        let bond = |word: &str| word.split_once('-').and_then(|(a, b)| Some([id(a)?, id(b)?]));
+        let bonds: Option<_> = self.words().map(bond).collect();
+        bonds.ok_or_else(|| self.expected("pairs of ids such as `0-1 1-2`"))
+    }
+
+    fn columns(&self) -> Result<Columns, ReadError> {
+        const EXPECTED: &str = "`name:type:number` for each group of columns, such as `species:S:1:pos:R:3`";
+        let mut total = 0_usize;
+        let mut groups: Vec<(&str, Range<usize>)> = Vec::new();
+        let fields: Vec<&str> = self.value.split(':').collect();
+        for group in fields.chunks(3) {
+            let [name, _, number] = group else { return Err(self.expected(EXPECTED)) };
+            let number: Option<usize> = number.parse().ok().filter(|&number| number > 0);
+            let end = number.and_then(|number| total.checked_add(number)).ok_or_else(|| self.expected(EXPECTED))?;
+            groups.push((name, total..end));
+            total = end;
+        }
+        let find = |names: &[&str], width: usize| {
+            let is_it = |(name, range): &&(&str, Range<usize>)| names.contains(name) && range.len() == width;
+            groups.iter().find(is_it).map(|(_, range)| range.start)
+        };
+        Ok(Columns {
+            total,
+            position: find(&["pos"], 3).ok_or_else(|| self.expected("positions, `pos:R:3`"))?,
+            species: find(&["species", "type", "element"], 1),
+            velocity: find(&["velo", "vel", "velocity", "velocities"], 3),
+            radius: find(&["radius"], 1),
+            id: find(&["id"], 1),
+        })
+    }
+}
+
+/// A finite number, or nothing.
+pub(super) fn finite(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|number: &f64| number.is_finite())
+}

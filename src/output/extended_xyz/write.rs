@@ -1,0 +1,114 @@
+//! Frames to text.
+
+use std::io::{self, Write};
+
+use super::WriteError;
+use crate::Vector;
+use crate::output::Frame;
+
+/// Text is handed on in pieces of about this size `[bytes]`, so that the output needs no buffer of its own.
+const PIECE: usize = 1 << 16;
+
+/// Appends a frame to a trajectory. The output needs no buffer, and is not flushed.
+///
+/// # Errors
+/// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species
+/// name that is not one word or used twice, a particle without species, or something not finite. Nothing is written of
+/// a frame whose table or box is refused.
+pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteError> {
+    refuse_species_names(frame)?;
+    let is_box_finite = frame.time.is_finite() && is_finite(&frame.lower) && is_finite(&frame.size);
+    if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) {
+        return Err(WriteError::Frame);
+    }
+    let mut text = Vec::with_capacity(PIECE + 1024);
+    write_comment(&mut text, frame)?;
+    for particle in &frame.particles {
+        let species = frame.species.get(particle.species.0 as usize).ok_or(WriteError::NoSpecies(particle.id))?;
+        let is_radius = particle.radius.is_finite() && particle.radius >= 0.0;
+        if !(is_radius && is_finite(&particle.position) && is_finite(&particle.velocity)) {
+            return Err(WriteError::Particle(particle.id));
+        }
+        text.extend_from_slice(species.name.as_bytes());
+        for &number in particle.position.iter().chain(particle.velocity.iter()).chain([&particle.radius]) {
+            text.push(b' ');
+            write_number(&mut text, number)?;
+        }
+        writeln!(text, " {}", particle.id.0)?;
+        if text.len() > PIECE {
+            output.write_all(&text)?;
+            text.clear();
+        }
+    }
+    output.write_all(&text)?;
+    Ok(())
+}
+
+/// The number of particles and the comment line.
+fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
+    let widest = frame.particles.iter().map(|particle| 2.0 * particle.radius).fold(0.0, f64::max);
+    let thickness = if widest > 0.0 && widest.is_finite() { widest } else { 1.0 };
+    write!(text, "{}\nLattice=\"", frame.particles.len())?;
+    for entry in 0..9 {
+        let (row, column) = (entry / 3, entry % 3);
+        text.extend_from_slice(if entry == 0 { b"" } else { b" " });
+        let edge = if frame.is_flat(row) { thickness } else { frame.size[row] };
+        write_number(text, if row == column { edge } else { 0.0 })?;
+    }
+    text.extend_from_slice(b"\" Origin=\"");
+    for axis in 0..3 {
+        text.extend_from_slice(if axis == 0 { b"" } else { b" " });
+        write_number(text, frame.lower[axis])?;
+    }
+    text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 Time=");
+    write_number(text, frame.time)?;
+    let words = |flags: &[bool]| flags.iter().map(|&flag| if flag { "T" } else { "F" }).collect::<Vec<_>>().join(" ");
+    write!(text, " pbc=\"{}\"", words(&frame.periodic))?;
+    let flat = [0, 1, 2].map(|axis| frame.is_flat(axis));
+    if flat.contains(&true) {
+        write!(text, " flat=\"{}\"", words(&flat))?;
+    }
+    if !frame.species.is_empty() {
+        let names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
+        let is_static: Vec<bool> = frame.species.iter().map(|species| species.is_static).collect();
+        write!(text, " species_table=\"{}\" static=\"{}\"", names.join(" "), words(&is_static))?;
+    }
+    for (index, [a, b]) in frame.bonds.iter().enumerate() {
+        write!(text, "{}{}-{}", if index == 0 { " bonds=\"" } else { " " }, a.0, b.0)?;
+    }
+    text.extend_from_slice(if frame.bonds.is_empty() { b"\n" } else { b"\"\n" });
+    Ok(())
+}
+
+/// The fewest digits that read back as the same number; with an exponent where the digits would otherwise be mostly
+/// zeros.
+fn write_number(text: &mut Vec<u8>, number: f64) -> io::Result<()> {
+    let magnitude = number.abs();
+    if number == 0.0 {
+        text.extend_from_slice(if number.is_sign_negative() { b"-0" } else { b"0" });
+        Ok(())
+    } else if (1e-4..1e16).contains(&magnitude) {
+        write!(text, "{number}")
+    } else {
+        write!(text, "{number:e}")
+    }
+}
+
+fn is_finite(vector: &Vector) -> bool {
+    vector.iter().all(|x| x.is_finite())
+}
+
+fn refuse_species_names(frame: &Frame) -> Result<(), WriteError> {
+    let mut names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
+    let is_bad = |name: &&&str| {
+        name.is_empty() || name.chars().any(|c| c.is_whitespace() || c.is_control() || matches!(c, '"' | '\\'))
+    };
+    if let Some(name) = names.iter().find(is_bad) {
+        return Err(WriteError::SpeciesName((*name).to_owned()));
+    }
+    names.sort_unstable();
+    match names.windows(2).find(|two| two[0] == two[1]) {
+        Some(two) => Err(WriteError::SpeciesName(two[0].to_owned())),
+        None => Ok(()),
+    }
+}

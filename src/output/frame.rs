@@ -1,0 +1,89 @@
+//! All particles at one instant.
+
+use crate::Vector;
+use crate::scene::{ParticleId, Scene, SpeciesId};
+use crate::space::Boundary;
+
+/// What particles of one kind have in common, as far as an output shows it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FrameSpecies {
+    /// Name, unique in the frame.
+    pub name: String,
+    /// Whether particles of this species never move: a mesh, a pivot.
+    pub is_static: bool,
+}
+
+/// One particle at the time of its frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameParticle {
+    /// Its name in every output.
+    pub id: ParticleId,
+    /// Index into [`Frame::species`].
+    pub species: SpeciesId,
+    /// Position `[length]`.
+    pub position: Vector,
+    /// Velocity `[length / time]`.
+    pub velocity: Vector,
+    /// Half the diameter `[length]`.
+    pub radius: f64,
+}
+
+/// All particles at one instant, and the box around them: what a trajectory file repeats and a picture shows.
+#[doc(alias = "snapshot")]
+#[doc(alias = "configuration")]
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Lower corner of the box `[length]`.
+    pub lower: Vector,
+    /// Edge lengths of the box `[length]`; 0 along flat axes.
+    pub size: Vector,
+    /// Whether what leaves on one side enters on the other, per axis.
+    pub periodic: [bool; 3],
+    /// The species that the particles refer to.
+    pub species: Vec<FrameSpecies>,
+    /// The particles, in any order.
+    pub particles: Vec<FrameParticle>,
+    /// The two ends of each bond.
+    pub bonds: Vec<[ParticleId; 2]>,
+}
+
+impl Frame {
+    /// The particles of a scene at its start, in the order of their ids.
+    #[must_use]
+    pub fn start_of(scene: &Scene) -> Self {
+        let particle = |(id, particle): (u32, &crate::scene::Particle)| FrameParticle {
+            id: ParticleId(id),
+            species: particle.species,
+            position: particle.position,
+            velocity: particle.velocity,
+            radius: 0.5 * scene.species_of(ParticleId(id)).diameter,
+        };
+        Self {
+            time: scene.start_time,
+            lower: scene.space.lower,
+            size: scene.space.size,
+            periodic: scene.space.boundary.map(|boundary| boundary == Boundary::Periodic),
+            species: scene
+                .species
+                .iter()
+                .map(|species| FrameSpecies { name: species.name.clone(), is_static: species.is_static() })
+                .collect(),
+            particles: (0..).zip(&scene.particles).map(particle).collect(),
+            bonds: scene.bonds.iter().map(|bond| bond.pair).collect(),
+        }
+    }
+
+    /// Whether the box has no extent along an axis, so that all particles share one coordinate.
+    #[must_use]
+    pub fn is_flat(&self, axis: usize) -> bool {
+        self.size[axis] == 0.0
+    }
+
+    /// Whether a particle never moves; also false where its species is not in the table.
+    #[must_use]
+    pub fn is_static(&self, particle: &FrameParticle) -> bool {
+        self.species.get(particle.species.0 as usize).is_some_and(|species| species.is_static)
+    }
+}
