@@ -85,8 +85,8 @@ impl Scene {
 
     /// Joints of meshes that leak.
     ///
-    /// An open end counts as joined to the mesh nearest to it if more than half of its spheres are less than three
-    /// contact distances away from that mesh. The joint leaks if the holes along it, `R = sqrt(d^2 + g^2) / 2` with the
+    /// An open end counts as running along the mesh nearest to it if three quarters of its spheres are less than three
+    /// contact distances away from that mesh, at much the same distance (quartiles within a factor 1.5). The joint leaks if the holes along it, `R = sqrt(d^2 + g^2) / 2` with the
     /// spacing `d` along the end and the gap `g`, are larger than the contact distance at its median gap. Openings wider than
     /// that are taken for what is meant.
     #[must_use]
@@ -118,13 +118,15 @@ impl Scene {
         let mut joint: Option<(usize, f64)> = None;
         for (other, candidate) in self.meshes.iter().enumerate().filter(|(other, _)| *other != mesh) {
             let spheres: Vec<Vector> = candidate.particles.clone().map(position).collect();
-            let near = Near::new(&spheres, 3.0 * contact);
-            let mut widths: Vec<f64> = rim.iter().filter_map(|id| near.distance(&position(id.0))).collect();
-            if 2 * widths.len() <= rim.len() {
+            let spheres = Near::new(&spheres, 3.0 * contact);
+            let mut widths: Vec<f64> = rim.iter().filter_map(|id| spheres.distance(&position(id.0))).collect();
+            widths.sort_by(f64::total_cmp);
+            let (Some(&near), Some(&far)) = (widths.get(rim.len() / 4), widths.get(3 * rim.len() / 4)) else {
+                continue;
+            };
+            if far > 1.5 * near {
                 continue;
             }
-            widths.sort_by(f64::total_cmp);
-            // The median over the whole end: those out of reach are the widest.
             let width = widths[rim.len() / 2];
             if joint.is_none_or(|(_, least)| width < least) {
                 joint = Some((other, width));
