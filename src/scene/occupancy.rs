@@ -193,9 +193,9 @@ impl<'a> Occupancy<'a> {
     }
 
     fn wrap(&self, mut cell: [i64; 3]) -> [i64; 3] {
-        for k in 0..3 {
-            if self.around[k] > 0 && !(0..self.around[k]).contains(&cell[k]) {
-                cell[k] = cell[k].rem_euclid(self.around[k]);
+        for (index, &around) in cell.iter_mut().zip(&self.around) {
+            if around > 0 && !(0..around).contains(index) {
+                *index = index.rem_euclid(around);
             }
         }
         cell
