@@ -128,7 +128,7 @@ fn a_wrong_override_is_shown_itself() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1024, ..ProptestConfig::default() })]
 
     #[test]
     fn arbitrary_text_never_panics(text in any::<String>(), bytes in any::<Vec<u8>>()) {
