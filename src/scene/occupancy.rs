@@ -223,18 +223,21 @@ mod tests {
             for length in [2.5, 5.0] {
                 let mut space = Space::periodic_cube(length);
                 space.boundary[1] = boundary;
-                let mut occupancy = Occupancy::new(&space, &contacts, 60);
-                let mut taken: Vec<(Vector, u32)> = Vec::new();
-                for _ in 0..60 {
-                    let position = Vector::from_fn(|_, _| length * random.uniform());
-                    let species = random.below(2) as u32;
-                    let expected = taken.iter().any(|(there, other)| {
-                        minimum_image(position - there, &space.periods()).norm()
-                            < contacts.get(species as usize, *other as usize)
-                    });
-                    assert_eq!(occupancy.overlap(&position, species, |_| true).is_some(), expected);
-                    occupancy.take(position, species);
-                    taken.push((position, species));
+                // Few at a time: among many, another overlap would hide one that is missed.
+                for _ in 0..2000 {
+                    let mut occupancy = Occupancy::new(&space, &contacts, 3);
+                    let mut taken: Vec<(Vector, u32)> = Vec::new();
+                    for _ in 0..3 {
+                        let position = Vector::from_fn(|_, _| length * random.uniform());
+                        let species = random.below(2) as u32;
+                        let expected = taken.iter().any(|(there, other)| {
+                            minimum_image(position - there, &space.periods()).norm()
+                                < contacts.get(species as usize, *other as usize)
+                        });
+                        assert_eq!(occupancy.overlap(&position, species, |_| true).is_some(), expected);
+                        occupancy.take(position, species);
+                        taken.push((position, species));
+                    }
                 }
             }
         }
