@@ -115,11 +115,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Rounds a reflection outwards: the pair must leave the discontinuity in the numbers that detection will see.
     ///
     /// An impulse below the spacing of the velocities' floats does nothing, and the same event would be due again for ever.
-    /// Impulses of one such spacing, doubled until they count, change the energy by round-off only.
+    /// Impulses of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
+    /// outside of its core stays where it is, but one at the end of its bond must come inside.
     fn separate(&mut self, i: u32, j: u32, side: Side, apart: &Vector, reduced_mass: f64) {
         let closing = |engine: &Self| {
             let velocity = engine.bodies[i as usize].velocity - engine.bodies[j as usize].velocity;
-            velocity.dot(apart) * side.sign() < 0.0
+            match side {
+                Side::Positive => velocity.dot(apart) < 0.0,
+                Side::Negative => velocity.dot(apart) >= 0.0,
+            }
         };
         let speed = self.bodies[i as usize].velocity.amax().max(self.bodies[j as usize].velocity.amax());
         let mut impulse = side.sign() * f64::EPSILON * reduced_mass * speed;

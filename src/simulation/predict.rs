@@ -183,11 +183,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
             let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - wall.at) - radius;
-            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis]) {
-                if me.time + dt < prediction.contact_time {
-                    prediction.contact_time = me.time + dt;
-                    prediction.contact = Contact::Wall(wall.face);
-                }
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
+                && me.time + dt < prediction.contact_time
+            {
+                prediction.contact_time = me.time + dt;
+                prediction.contact = Contact::Wall(wall.face);
             }
         }
     }
@@ -199,11 +199,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let inwards = if face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - at);
             let acceleration = if FALLING { inwards * me.acceleration[axis] } else { 0.0 };
-            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], acceleration) {
-                if me.time + dt < prediction.transition_time {
-                    prediction.transition_time = me.time + dt;
-                    prediction.exit = face;
-                }
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], acceleration)
+                && me.time + dt < prediction.transition_time
+            {
+                prediction.transition_time = me.time + dt;
+                prediction.exit = face;
             }
         });
     }
