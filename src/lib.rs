@@ -10,6 +10,7 @@ pub mod neighbours;
 pub mod observe;
 pub mod output;
 pub mod overlap;
+pub mod picture;
 pub mod potential;
 pub mod queue;
 pub mod response;

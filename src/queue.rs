@@ -133,7 +133,7 @@ impl EventQueue {
         let per_bucket = self.popped as f64 / self.buckets.len() as f64;
         self.popped = 0;
         // Within a factor of two of the target nothing changes; an empty epoch looks far ahead.
-        let factor = if per_bucket > 2.0 * TARGET || per_bucket < 0.5 * TARGET {
+        let factor = if !(0.5 * TARGET..=2.0 * TARGET).contains(&per_bucket) {
             power_of_two((TARGET / per_bucket).clamp(1.0 / 1024.0, 1024.0))
         } else {
             1.0

@@ -67,28 +67,50 @@ fn reflect(side: Side, normal_velocity: f64, restitution: f64) -> f64 {
     if normal_velocity * side.sign() < 0.0 { -restitution * normal_velocity } else { normal_velocity }
 }
 
-/// The restitution of a contact under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
+/// How a pair leaves an infinite barrier under the TC model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leaving {
+    /// Normal speed away from the barrier `[length / time]`.
+    pub speed: f64,
+    /// Factor of the relative tangential velocity; 1 but for contacts that slide.
+    pub tangential_scale: f64,
+}
+
+/// Contacts that would follow each other this many times in one contact time are sliding, not bouncing.
+const SLIDING: f64 = 64.0;
+
+/// A contact with an infinite barrier under the TC model of Luding and McNamara (Granular Matter 1, 113, 1998).
 ///
-/// A contact is elastic when either particle had its previous one less than `contact_time` ago (`is_recent`). Other contacts
-/// keep `restitution`, but never leave the pair so slow that it would be back within the contact time: under the
-/// relative acceleration `closing` with which it returns to the discontinuity `[length / time^2]`, a pair that leaves with speed
-/// `closing * contact_time / 2` is back after `contact_time`. Without this a restitution of 0 would leave a resting contact
-/// with no speed at all, which no elastic contact could give back. The contact never gains energy.
+/// `approach >= 0` is the normal speed with which the pair arrives, `tangential` the relative speed along the barrier, and
+/// `closing` the relative acceleration that brings it back to the barrier, centrifugal or gravity
+/// (`[length / time^2]`, negative if it drives the pair away).
+///
+/// A contact is elastic when either particle had its previous one less than `contact_time` ago (`is_recent`). That alone
+/// leaves a gap: a restitution near 0 leaves no speed that a later elastic contact could preserve, and the events never
+/// end. So a contact never takes more speed than leaves the pair away for one contact time, `closing * contact_time / 2`. A
+/// pair that arrives with next to no normal speed, sliding along the barrier, has a small part of its tangential motion turned
+/// into the normal direction, at constant kinetic energy, as the paper proposes for contacts without normal velocity. Neither
+/// ever adds energy.
 #[inline]
 #[must_use]
-pub fn tc_restitution(restitution: f64, is_recent: bool, normal_velocity: f64, closing: f64, contact_time: f64) -> f64 {
-    if is_recent {
-        return 1.0;
+pub fn tc_contact(
+    restitution: f64,
+    is_recent: bool,
+    approach: f64,
+    tangential: f64,
+    closing: f64,
+    contact_time: f64,
+) -> Leaving {
+    let away_for_contact_time = (0.5 * closing * contact_time).max(0.0);
+    let slowest = away_for_contact_time / SLIDING;
+    if approach < slowest {
+        let energy = approach * approach + tangential * tangential;
+        let speed = slowest.min(energy.sqrt());
+        let left = (energy - speed * speed).max(0.0).sqrt();
+        return Leaving { speed, tangential_scale: if tangential > 0.0 { left / tangential } else { 1.0 } };
     }
-    let slowest = 0.5 * closing * contact_time;
-    let speed = normal_velocity.abs();
-    if restitution * speed >= slowest {
-        restitution
-    } else if slowest >= speed {
-        1.0
-    } else {
-        slowest / speed
-    }
+    let speed = if is_recent { approach } else { (restitution * approach).max(away_for_contact_time.min(approach)) };
+    Leaving { speed, tangential_scale: 1.0 }
 }
 
 #[cfg(test)]
@@ -134,13 +156,29 @@ mod tests {
     }
 
     #[test]
-    fn the_tc_model_makes_frequent_and_slow_contacts_elastic() {
-        assert_eq!(tc_restitution(0.4, true, -3.0, 1.0, 0.1), 1.0);
-        assert_eq!(tc_restitution(0.4, false, -3.0, 1.0, 0.1), 0.4);
-        assert_eq!(tc_restitution(0.4, false, -3.0, -1.0, 0.1), 0.4, "a pair that separates by itself needs nothing");
+    fn the_tc_model_makes_frequent_contacts_elastic() {
+        let leaving = |speed| Leaving { speed, tangential_scale: 1.0 };
+        assert_eq!(tc_contact(0.5, true, 3.0, 1.0, 1.0, 0.1), leaving(3.0));
+        assert_eq!(tc_contact(0.5, false, 3.0, 1.0, 1.0, 0.1), leaving(1.5));
+        assert_eq!(tc_contact(0.0, false, 3.0, 1.0, -1.0, 0.1), leaving(0.0), "the pair separates by itself");
+    }
+
+    #[test]
+    fn the_tc_model_leaves_a_pair_the_speed_to_stay_away_for_a_contact_time() {
         // Back after 0.1 under acceleration 1 with speed 0.05.
-        assert_eq!(tc_restitution(0.0, false, -0.5, 1.0, 0.1), 0.1);
-        assert_eq!(tc_restitution(0.0, false, -0.01, 1.0, 0.1), 1.0, "never faster than it came");
-        assert_eq!(tc_restitution(0.0, false, 0.0, 1.0, 0.1), 1.0);
+        assert_eq!(tc_contact(0.0, false, 0.5, 0.0, 1.0, 0.1).speed, 0.05);
+        assert_eq!(tc_contact(0.0, false, 0.01, 0.0, 1.0, 0.1).speed, 0.01, "but never more than it had");
+    }
+
+    #[test]
+    fn the_tc_model_turns_a_sliding_contact_at_constant_energy() {
+        let leaving = tc_contact(0.0, true, 0.0, 2.0, 1.0, 0.128);
+        assert_eq!(leaving.speed, 0.001);
+        let energy = leaving.speed.powi(2) + (2.0 * leaving.tangential_scale).powi(2);
+        assert!((energy - 4.0).abs() < 4.0 * f64::EPSILON);
+        let slow = tc_contact(0.0, true, 0.0, 1e-6, 1.0, 0.128);
+        assert_eq!(slow, Leaving { speed: 1e-6, tangential_scale: 0.0 }, "all of a slow motion");
+        let rest = tc_contact(0.0, true, 0.0, 0.0, 1.0, 0.128);
+        assert_eq!(rest, Leaving { speed: 0.0, tangential_scale: 1.0 }, "nothing is made of nothing");
     }
 }

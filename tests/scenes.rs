@@ -15,3 +15,151 @@ fn every_scene_of_configs_loads() {
     }
     assert_eq!(count, 9);
 }
+
+#[test]
+fn the_hopper_is_the_one_of_the_paper_and_holds() {
+    let scene = Scene::from_file("configs/hopper.toml").unwrap();
+    let mesh: usize = scene.meshes.iter().map(|mesh| mesh.particles.len()).sum();
+    println!("{mesh} mesh spheres, {} grains", scene.particles.len() - mesh);
+    assert!((1600..1800).contains(&mesh), "{mesh} mesh spheres");
+    assert_eq!(scene.gaps(), []);
+    // Every grain starts inside of the bin: its centre keeps the contact distance 2 to the wall of radius 17.
+    for particle in scene.particles.iter().filter(|particle| particle.species.0 == 0) {
+        assert!(particle.position.xy().norm() < 15.0);
+    }
+}
+
+#[test]
+fn the_pendulum_is_straight_and_its_links_are_of_the_same_slack() {
+    let scene = Scene::from_file("configs/pendulum.toml").unwrap();
+    assert_eq!(scene.bonds.len(), 10);
+    for bond in &scene.bonds {
+        let [a, b] = bond.pair.map(|id| &scene.particles[id.0 as usize]);
+        let interaction = &scene.interactions[bond.interaction.0 as usize];
+        let core = interaction.potential.core().unwrap();
+        assert!((interaction.potential.range() / core - 1.06).abs() < 1e-15);
+        assert!(((b.position - a.position).norm() / core - 1.05).abs() < 1e-12);
+        assert_eq!(interaction.restitution, 0.9);
+    }
+    // Links of beads share one interaction; that of the bob has its own diameter.
+    assert_eq!(scene.bonds[0].interaction, scene.bonds[8].interaction);
+    assert_eq!(scene.interactions[scene.bonds[9].interaction.0 as usize].potential.core(), Some(1.5));
+}
+
+const FLUID: &str = r#"
+[space]
+size = [12.0, 12.0, 12.0]
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[species]]
+name = "B"
+mass = 2.0
+diameter = 0.5
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["A", "B"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["B", "B"]
+potential = "hard-sphere"
+[[interaction]]
+name = "link"
+potential = "bond"
+lambda = 1.2
+[[particle]]
+species = "A"
+position = [-1.0, 13.0, 5.0]
+[[chain]]
+species = "A"
+length = 10
+count = 12
+bond = "link"
+temperature = 1.0
+[[fill]]
+composition = { A = 0.25, B = 0.75 }
+arrangement = "random"
+count = 400
+temperature = 2.0
+[run]
+until_time = 1.0
+"#;
+
+fn separation(scene: &Scene, a: usize, b: usize) -> f64 {
+    let difference = scene.particles[a].position - scene.particles[b].position;
+    carom::space::minimum_image(difference, &scene.space.periods()).norm()
+}
+
+#[test]
+fn a_start_has_what_was_asked_for_and_nothing_overlaps() {
+    let scene = Scene::from_toml(FLUID, "fluid.toml").unwrap();
+    assert_eq!(scene.particles.len(), 1 + 120 + 400);
+    let fill = &scene.particles[121..];
+    assert_eq!(fill.iter().filter(|particle| particle.species.0 == 0).count(), 100);
+    assert_eq!(scene.particles[0].position, carom::Vector::new(11.0, 1.0, 5.0), "wrapped into the box");
+    assert_eq!(scene.bonds.len(), 12 * 9);
+    let bonded: Vec<[u32; 2]> = scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect();
+    for a in 0..scene.particles.len() {
+        for b in 0..a {
+            let contact: f64 =
+                0.5 * [a, b].map(|k| scene.species[scene.particles[k].species.0 as usize].diameter).iter().sum::<f64>();
+            let distance = separation(&scene, a, b);
+            assert!(distance >= contact - 1e-12, "{a} and {b} are {distance} apart");
+            if bonded.contains(&[b as u32, a as u32]) {
+                assert!((distance - 1.1).abs() < 1e-12, "bonds start in the middle");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_scene_is_a_function_of_its_text() {
+    let scene = |seed| Scene::from_toml_with(FLUID, "fluid.toml", &[("seed", seed)]).unwrap();
+    assert_eq!(scene("1"), scene("1"));
+    assert_ne!(scene("1").particles, scene("2").particles);
+    // Velocities and positions have streams of their own.
+    let cold = Scene::from_toml_with(FLUID, "fluid.toml", &[("chain.0.temperature", "0.0")]).unwrap();
+    assert!(scene("1").particles.iter().zip(&cold.particles).all(|(a, b)| a.position == b.position));
+}
+
+#[test]
+fn coordinates_come_from_a_file_beside_the_scene() {
+    let directory = tempfile::tempdir().unwrap();
+    std::fs::write(directory.path().join("start.xyz"), "2\n\nA 1 1 1\nB 3 3 3\n").unwrap();
+    let (header, rest) = FLUID.split_once("[[particle]]").unwrap();
+    let run = &rest[rest.find("[run]").unwrap()..];
+    let path = directory.path().join("my scene.toml");
+    std::fs::write(&path, format!("{header}[[file]]\npath = \"start.xyz\"\n{run}")).unwrap();
+    let scene = Scene::from_file(&path).unwrap();
+    assert_eq!(scene.name, "my_scene");
+    assert_eq!(scene.particles[1].position, carom::Vector::repeat(3.0));
+    assert_eq!(scene.particles[1].species.0, 1);
+}
+
+#[test]
+fn the_box_follows_from_count_and_density() {
+    let scene = Scene::from_file("configs/hard_sphere_fluid.toml").unwrap();
+    let sphere = std::f64::consts::PI / 6.0;
+    assert!((4000.0 * sphere / scene.space.volume() - 0.4).abs() < 1e-12);
+    assert_eq!(scene.particles.len(), 4000);
+}
+
+#[test]
+fn code_and_text_pass_the_same_checks() {
+    use carom::potential::Potential;
+    use carom::scene::{Amount, Lattice, SceneBuilder};
+    let builder = |restitution| {
+        SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), restitution)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.4))
+            .temperature(1.0)
+            .seed(1)
+    };
+    assert_eq!(builder(0.9).build().unwrap().particles.len(), 108);
+    let error = builder(1.1).build().unwrap_err();
+    assert_eq!(error.to_string(), "interaction[0].restitution is 1.1, expected a number from 0 to 1");
+}

@@ -36,10 +36,8 @@ pub fn sign_changes_of_cubic(c: &[f64; 4]) -> SignChanges {
         }
         from = turn;
     }
-    if negative {
-        if let Some(to) = grow(from, initial_step(c), |t| value(t) > 0.0) {
-            piece(from, to);
-        }
+    if negative && let Some(to) = grow(from, initial_step(c), |t| value(t) > 0.0) {
+        piece(from, to);
     }
     found
 }

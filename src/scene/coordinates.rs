@@ -74,7 +74,8 @@ fn columns(comment: &str) -> Result<Columns, String> {
         };
         let width: usize = width.parse().map_err(|_| format!("`{}` is not a number of columns", shortened(width)))?;
         match (*name, width) {
-            ("species", 1) => species = Some(column),
+            // The trajectories of this program call it type, after the convention of other readers.
+            ("species" | "type", 1) => species = Some(column),
             ("pos", 3) => position = Some(column),
             ("velo" | "vel", 3) => velocity = Some(column),
             _ => {}

@@ -71,7 +71,7 @@ impl Groups {
             groups.starts.push((first, place.clone()));
             match group {
                 Group::Chain(chain) => {
-                    for k in (1..part.len()).filter(|k| *k as u64 % chain.length != 0) {
+                    for k in (1..part.len()).filter(|k| !(*k as u64).is_multiple_of(chain.length)) {
                         let kind = part[k].species;
                         let interaction = interactions.bond(&chain.bond, kind, kind, &place.key("bond"))?;
                         let pair = [first + k - 1, first + k].map(|id| ParticleId(id as u32));

@@ -37,6 +37,27 @@ pub(crate) struct Overlapping {
     pub contact: f64,
 }
 
+/// Offsets to the cells around one, nearest first: the likeliest to hold an overlap, where most random attempts end.
+const NEIGHBOURS: [[i64; 3]; 27] = neighbours();
+
+const fn neighbours() -> [[i64; 3]; 27] {
+    let mut sorted = [[0; 3]; 27];
+    let (mut count, mut distance) = (0, 0);
+    while distance <= 3 {
+        let mut k = 0;
+        while k < 27 {
+            let offset = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
+            if offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2] == distance {
+                sorted[count] = offset;
+                count += 1;
+            }
+            k += 1;
+        }
+        distance += 1;
+    }
+    sorted
+}
+
 /// Marks the end of a cell's list.
 const NONE: u32 = u32::MAX;
 
@@ -50,6 +71,7 @@ pub(crate) struct Occupancy<'a> {
     around: [i64; 3],
     /// Steps to the neighbouring cells per axis.
     reach: [i64; 3],
+    longest_squared: f64,
     heads: Vec<u32>,
     next: Vec<u32>,
     taken: Vec<(Vector, u32)>,
@@ -88,6 +110,8 @@ impl<'a> Occupancy<'a> {
             edge,
             around,
             reach,
+            // A little more than the longest contact, for the rounding of the place within a cell.
+            longest_squared: cell * cell * (1.0 + 1e-6),
             heads: vec![NONE; buckets],
             next: Vec::with_capacity(capacity),
             taken: Vec::with_capacity(capacity),
@@ -105,25 +129,38 @@ impl<'a> Occupancy<'a> {
     /// The first overlap of a particle here with one that was taken and for which `counts` holds.
     pub(crate) fn overlap(&self, position: &Vector, species: u32, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
         let cell = self.cell(position);
-        // The own cell first: it is the likeliest to hold an overlap, and most random attempts end there.
-        if let Some(found) = self.overlap_in(cell, position, species, &counts) {
-            return Some(found);
-        }
-        for dz in -self.reach[2]..=self.reach[2] {
-            for dy in -self.reach[1]..=self.reach[1] {
-                for dx in -self.reach[0]..=self.reach[0] {
-                    if (dx, dy, dz) == (0, 0, 0) {
-                        continue;
-                    }
-                    let neighbour =
-                        self.wrap([cell[0].wrapping_add(dx), cell[1].wrapping_add(dy), cell[2].wrapping_add(dz)]);
-                    if let Some(found) = self.overlap_in(neighbour, position, species, &counts) {
-                        return Some(found);
-                    }
-                }
+        // How far the position is from the lower side of its cell, as a part of the edge.
+        let within = self.within(position);
+        for offset in &NEIGHBOURS {
+            let mut squared = 0.0;
+            let mut is_reached = true;
+            for k in 0..3 {
+                let away = match offset[k] {
+                    0 => 0.0,
+                    1 => 1.0 - within[k],
+                    _ => within[k],
+                } * self.edge[k];
+                squared += away * away;
+                is_reached &= offset[k].abs() <= self.reach[k];
+            }
+            // A cell that is out of reach of the longest contact holds no overlap.
+            if !is_reached || squared > self.longest_squared {
+                continue;
+            }
+            let neighbour = [0, 1, 2].map(|k| cell[k].wrapping_add(offset[k]));
+            let found = self.overlap_in(self.wrap(neighbour), position, species, &counts);
+            if found.is_some() {
+                return found;
             }
         }
         None
+    }
+
+    fn within(&self, position: &Vector) -> [f64; 3] {
+        [0, 1, 2].map(|k| {
+            let along = (position[k] - self.space.lower[k]) / self.edge[k];
+            along - along.floor()
+        })
     }
 
     fn overlap_in(
@@ -156,9 +193,9 @@ impl<'a> Occupancy<'a> {
     }
 
     fn wrap(&self, mut cell: [i64; 3]) -> [i64; 3] {
-        for k in 0..3 {
-            if self.around[k] > 0 && !(0..self.around[k]).contains(&cell[k]) {
-                cell[k] = cell[k].rem_euclid(self.around[k]);
+        for (index, &around) in cell.iter_mut().zip(&self.around) {
+            if around > 0 && !(0..around).contains(index) {
+                *index = index.rem_euclid(around);
             }
         }
         cell
@@ -186,18 +223,21 @@ mod tests {
             for length in [2.5, 5.0] {
                 let mut space = Space::periodic_cube(length);
                 space.boundary[1] = boundary;
-                let mut occupancy = Occupancy::new(&space, &contacts, 60);
-                let mut taken: Vec<(Vector, u32)> = Vec::new();
-                for _ in 0..60 {
-                    let position = Vector::from_fn(|_, _| length * random.uniform());
-                    let species = random.below(2) as u32;
-                    let expected = taken.iter().any(|(there, other)| {
-                        minimum_image(position - there, &space.periods()).norm()
-                            < contacts.get(species as usize, *other as usize)
-                    });
-                    assert_eq!(occupancy.overlap(&position, species, |_| true).is_some(), expected);
-                    occupancy.take(position, species);
-                    taken.push((position, species));
+                // Few at a time: among many, another overlap would hide one that is missed.
+                for _ in 0..2000 {
+                    let mut occupancy = Occupancy::new(&space, &contacts, 3);
+                    let mut taken: Vec<(Vector, u32)> = Vec::new();
+                    for _ in 0..3 {
+                        let position = Vector::from_fn(|_, _| length * random.uniform());
+                        let species = random.below(2) as u32;
+                        let expected = taken.iter().any(|(there, other)| {
+                            minimum_image(position - there, &space.periods()).norm()
+                                < contacts.get(species as usize, *other as usize)
+                        });
+                        assert_eq!(occupancy.overlap(&position, species, |_| true).is_some(), expected);
+                        occupancy.take(position, species);
+                        taken.push((position, species));
+                    }
                 }
             }
         }

@@ -9,7 +9,7 @@ use crate::space::{Boundary, Space};
 
 /// Random attempts to place one particle before it is given up. At 90 % of the density where random insertion jams in
 /// three dimensions, a place is found once in some 10^4 attempts.
-pub(crate) const ATTEMPTS: usize = 1_000_000;
+pub(crate) const ATTEMPTS: usize = 200_000;
 
 /// Attempts to place one chain before it is given up; each tries several directions for every particle.
 pub(crate) const CHAIN_ATTEMPTS: usize = 2_000;

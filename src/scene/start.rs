@@ -27,9 +27,9 @@ pub(crate) fn check_ranges(
     let range = interactions.longest_range(|a, b| if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 });
     let bonded = groups.bonds.iter().map(|(bond, _)| interactions.get(bond.interaction).potential.range());
     let range = bonded.fold(range, f64::max);
-    for k in 0..3 {
+    for (k, axis) in AXES.into_iter().enumerate() {
         if space.boundary[k] == Boundary::Periodic && space.size[k] < 2.0 * range {
-            let kind = SceneErrorKind::SmallBox { axis: AXES[k], size: space.size[k], range, needed: 2.0 * range };
+            let kind = SceneErrorKind::SmallBox { axis, size: space.size[k], range, needed: 2.0 * range };
             return Err(SceneError::new(Place::root().key("space").key("size").index(k), kind));
         }
     }
@@ -46,15 +46,14 @@ pub(crate) fn check_walls(groups: &Groups, species: &[Species], space: &Space) -
         if species.is_static() {
             continue;
         }
-        for k in 0..3 {
+        for (k, axis) in AXES.into_iter().enumerate() {
             let Boundary::Bounded { lower, upper } = space.boundary[k] else { continue };
             let radius = 0.5 * species.diameter;
             let x = particle.position[k];
             let rounding = ROUNDING * (x.abs() + space.lower[k].abs() + space.size[k] + radius);
             for (side, face, room) in [("lower", lower, x - space.lower[k]), ("upper", upper, space.upper()[k] - x)] {
                 if matches!(face, Face::Wall { .. }) && room < radius - rounding {
-                    let kind =
-                        SceneErrorKind::InWall { particle: id as u32, axis: AXES[k], side, depth: radius - room };
+                    let kind = SceneErrorKind::InWall { particle: id as u32, axis, side, depth: radius - room };
                     return Err(SceneError::new(groups.place_of(id), kind));
                 }
             }

@@ -92,8 +92,8 @@ pub(crate) struct Layout {
     pub points: Vec<Vector>,
     /// Largest circumradius of a hole; `None` if the spheres are not laid out as a surface.
     pub hole: Option<f64>,
-    /// Indices of the spheres along the open ends.
-    pub rim: Vec<usize>,
+    /// Indices of the spheres along each open end.
+    pub rims: Vec<Vec<usize>>,
 }
 
 impl Surface {
@@ -133,11 +133,13 @@ fn intervals(length: f64, spacing: f64) -> usize {
 fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {
     let [columns, rows] = edges.map(|edge| intervals(edge.norm(), spacing));
     let (a, b) = (edges[0] / columns as f64, edges[1] / rows as f64);
-    let mut layout = Layout::default();
+    let mut layout = Layout { rims: vec![Vec::new(); 4], ..Layout::default() };
     for row in 0..=rows {
         for column in 0..=columns {
-            if row == 0 || row == rows || column == 0 || column == columns {
-                layout.rim.push(layout.points.len());
+            for (edge, is_on_edge) in [row == 0, row == rows, column == 0, column == columns].into_iter().enumerate() {
+                if is_on_edge {
+                    layout.rims[edge].push(layout.points.len());
+                }
             }
             layout.points.push(corner + a * column as f64 + b * row as f64);
         }
@@ -178,11 +180,13 @@ fn sides(lower: &Vector, upper: &Vector, open: &[Side], spacing: f64) -> Layout 
             }
         }
     }
-    let mut layout = Layout::default();
+    let mut layout = Layout { rims: vec![Vec::new(); open.len()], ..Layout::default() };
     for [z, y, x] in sites {
         let site = [x, y, z];
-        if open.iter().any(|side| site[side.axis] == if side.is_upper { cells[side.axis] } else { 0 }) {
-            layout.rim.push(layout.points.len());
+        for (rim, side) in open.iter().enumerate() {
+            if site[side.axis] == if side.is_upper { cells[side.axis] } else { 0 } {
+                layout.rims[rim].push(layout.points.len());
+            }
         }
         layout.points.push(Vector::from_fn(|k, _| lower[k] + size[k] * (site[k] as f64 / cells[k] as f64)));
     }
@@ -233,7 +237,7 @@ fn cone(base: &Vector, axis: &Vector, radii: [f64; 2], length: f64, spacing: f64
         let (points, step) =
             ring(&(base + axis * (length * part)), &directions, radius, spacing, 0.5 * (row % 2) as f64);
         if (row == 0 || row == rows) && radius > 0.0 {
-            layout.rim.extend(layout.points.len()..layout.points.len() + points.len());
+            layout.rims.push((layout.points.len()..layout.points.len() + points.len()).collect());
         }
         layout.points.extend(points);
         widest = widest.max(step);
@@ -310,5 +314,81 @@ impl Surface {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::random::{Purpose, Random};
+
+    /// Distance from a place to the nearest sphere.
+    fn nearest(points: &[Vector], place: &Vector) -> f64 {
+        points.iter().map(|point| (point - place).norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The largest hole seen from random places on the surface, which must not exceed the one that is claimed.
+    fn check(surface: &Surface, spacing: f64, on_surface: impl Fn(&mut Random) -> Vector) {
+        let layout = surface.layout(spacing);
+        let claimed = layout.hole.unwrap();
+        assert!(claimed <= spacing / SQRT_2 + 1e-9, "{surface:?}: {claimed}");
+        assert!(surface.estimate(spacing) >= 0.5 * layout.points.len() as f64);
+        let mut random = Random::new(1, Purpose::Placement, 0);
+        let mut widest: f64 = 0.0;
+        for _ in 0..2000 {
+            widest = widest.max(nearest(&layout.points, &on_surface(&mut random)));
+        }
+        assert!(widest <= claimed * 1.05, "{surface:?}: a hole of {widest}, claimed {claimed}");
+        assert!(widest >= claimed * 0.75, "{surface:?}: a hole of {widest}, claimed {claimed}");
+    }
+
+    #[test]
+    fn no_surface_has_a_hole_larger_than_it_claims() {
+        let edges = [Vector::new(10.0, 0.0, 0.0), Vector::new(0.0, 7.0, 7.0)];
+        check(&Surface::Plane { corner: Vector::zeros(), edges }, 1.0, |random| {
+            edges[0] * random.uniform() + edges[1] * random.uniform()
+        });
+        let slanted = [Vector::new(10.0, 0.0, 0.0), Vector::new(7.0, 7.0, 0.0)];
+        check(&Surface::Plane { corner: Vector::zeros(), edges: slanted }, 1.0, |random| {
+            slanted[0] * random.uniform() + slanted[1] * random.uniform()
+        });
+        let upper = Vector::new(6.0, 5.0, 4.0);
+        check(&Surface::Box { lower: Vector::zeros(), upper, open: Vec::new() }, 0.9, |random| {
+            let mut place = Vector::from_fn(|k, _| upper[k] * random.uniform());
+            place[0] = upper[0];
+            place
+        });
+        let funnel = Surface::Cone { base: Vector::zeros(), axis: Vector::z(), radii: [3.0, 8.0], length: 6.0 };
+        check(&funnel, 0.7, |random| {
+            let part = random.uniform();
+            let (radius, angle) = (3.0 + 5.0 * part, TAU * random.uniform());
+            Vector::new(radius * angle.cos(), radius * angle.sin(), 6.0 * part)
+        });
+        check(&Surface::Sphere { centre: Vector::zeros(), radius: 5.0 }, 0.8, |random| {
+            let direction = random.direction(&crate::space::Space::periodic_cube(1.0));
+            direction * 5.0
+        });
+    }
+
+    #[test]
+    fn the_sides_of_a_box_share_their_edges_and_an_open_side_has_a_rim() {
+        let top = Side::NAMES[5].1;
+        let surface = Surface::Box { lower: Vector::zeros(), upper: Vector::repeat(3.0), open: vec![top] };
+        let layout = surface.layout(1.0);
+        // 4 x 4 at the bottom, and three levels of a ring of 12.
+        assert_eq!(layout.points.len(), 16 + 3 * 12);
+        assert_eq!(layout.rims.len(), 1);
+        assert_eq!(layout.rims[0].len(), 12);
+        assert!(layout.rims[0].iter().all(|&index| layout.points[index].z == 3.0));
+    }
+
+    #[test]
+    fn the_default_spacing_holds_and_a_wider_one_does_not() {
+        let plane = |spacing| {
+            let edges = [Vector::x() * 20.0, Vector::y() * 20.0];
+            Surface::Plane { corner: Vector::zeros(), edges }.layout(spacing).hole.unwrap()
+        };
+        assert!(plane(default_spacing(1.0)) < 0.7);
+        assert!(plane(1.6) > 1.0);
     }
 }

@@ -6,7 +6,7 @@ use crate::event::{Event, EventKind};
 use crate::interaction::rules::Discontinuity;
 use crate::neighbours::cells::Face;
 use crate::overlap::Side;
-use crate::response::{Outcome, respond, tc_restitution};
+use crate::response::{Leaving, Outcome, respond, tc_contact};
 use crate::scene::ParticleId;
 use crate::space::minimum_image;
 
@@ -28,7 +28,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.stream(i, time);
         self.stream(j, time);
         let (state, interaction) = self.pair_state(i, j);
-        let (seen, mut restitution) = self.discontinuity(state, interaction, side);
+        let (seen, restitution) = self.discontinuity(state, interaction, side);
         let (wi, wj) = (self.inverse_mass(i), self.inverse_mass(j));
         let reduced_mass = 1.0 / (wi + wj);
 
@@ -37,7 +37,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let velocity = a.velocity - b.velocity;
         let distance = apart.norm();
         let normal = if distance > 0.0 { apart / distance } else { any_normal(&velocity) };
-        let vn = velocity.dot(&normal);
+        // From the overlap function's own B, so that the sign is the one that detection saw.
+        let vn = if distance > 0.0 { velocity.dot(&apart) / distance } else { velocity.dot(&normal) };
         let depth = side.sign() * (seen.distance - distance);
         if depth > 0.0 {
             let scale = a.position.amax() + b.position.amax() + velocity.amax() * time.abs() + seen.distance;
@@ -47,16 +48,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.tally.turning_point += 1;
         }
 
-        if seen.energy_step == f64::INFINITY && self.contact_times.is_some() {
+        let mut response = respond(side, seen.energy_step, reduced_mass, vn, restitution);
+        let is_barrier = seen.energy_step == f64::INFINITY;
+        let mut tangential_scale = 1.0;
+        if is_barrier && self.contact_times.is_some() {
             let acceleration = (self.acceleration(i) - self.acceleration(j)).dot(&normal);
-            let centrifugal = (velocity.norm_squared() - vn * vn) / distance.max(f64::MIN_POSITIVE);
-            let closing = -side.sign() * (acceleration + centrifugal);
-            restitution = self.tc_model(&[i, j], restitution, vn, closing, time);
+            let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
+            let closing = -side.sign() * (acceleration + tangential / distance.max(f64::MIN_POSITIVE));
+            let approach = (-side.sign() * vn).max(0.0);
+            let leaving = self.tc_model(&[i, j], restitution, approach, tangential.sqrt(), closing, time);
+            response.normal_velocity = side.sign() * leaving.speed;
+            tangential_scale = leaving.tangential_scale;
         }
-        let response = respond(side, seen.energy_step, reduced_mass, vn, restitution);
         let impulse = reduced_mass * (response.normal_velocity - vn);
-        self.bodies[i as usize].velocity += normal * (wi * impulse);
-        self.bodies[j as usize].velocity -= normal * (wj * impulse);
+        self.apply_impulse(i, j, &(normal * impulse));
+        if tangential_scale != 1.0 {
+            let tangential = velocity - normal * vn;
+            self.apply_impulse(i, j, &(tangential * (reduced_mass * (tangential_scale - 1.0))));
+        }
+        if is_barrier || response.outcome == Outcome::Bounce {
+            self.separate(i, j, side, &apart, reduced_mass);
+        }
         self.bodies[i as usize].events = self.bodies[i as usize].events.wrapping_add(1);
         if wj > 0.0 {
             self.bodies[j as usize].events = self.bodies[j as usize].events.wrapping_add(1);
@@ -66,6 +78,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.tally.virial += impulse * distance;
         let (energy_step, dissipated) = match response.outcome {
             Outcome::Capture | Outcome::Release => (seen.energy_step, 0.0),
+            _ if tangential_scale != 1.0 => (0.0, 0.0),
             _ => (0.0, 0.5 * reduced_mass * (vn - response.normal_velocity) * (vn + response.normal_velocity)),
         };
         if dissipated != 0.0 {
@@ -92,15 +105,48 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
+    #[inline]
+    fn apply_impulse(&mut self, i: u32, j: u32, impulse: &Vector) {
+        let (wi, wj) = (self.inverse_mass(i), self.inverse_mass(j));
+        self.bodies[i as usize].velocity += impulse * wi;
+        self.bodies[j as usize].velocity -= impulse * wj;
+    }
+
+    /// Rounds a reflection outwards: the pair must leave the discontinuity in the numbers that detection will see.
+    ///
+    /// An impulse below the spacing of the velocities' floats does nothing, and the same event would be due again for ever.
+    /// Impulses of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
+    /// outside of its core stays where it is, but one at the end of its bond must come inside.
+    fn separate(&mut self, i: u32, j: u32, side: Side, apart: &Vector, reduced_mass: f64) {
+        let closing = |engine: &Self| {
+            let velocity = engine.bodies[i as usize].velocity - engine.bodies[j as usize].velocity;
+            match side {
+                Side::Positive => velocity.dot(apart) < 0.0,
+                Side::Negative => velocity.dot(apart) >= 0.0,
+            }
+        };
+        let speed = self.bodies[i as usize].velocity.amax().max(self.bodies[j as usize].velocity.amax());
+        let mut impulse = side.sign() * f64::EPSILON * reduced_mass * speed;
+        let Some(normal) = apart.try_normalize(0.0) else { return };
+        // 52 doublings take a float's spacing to the float itself.
+        for _ in 0..52 {
+            if !closing(self) {
+                return;
+            }
+            self.apply_impulse(i, j, &(normal * impulse));
+            impulse *= 2.0;
+        }
+    }
+
     /// A particle reaches a wall.
     pub(super) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Event {
         self.stream(i, time);
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
-        let (at, mut restitution) =
+        let (at, restitution) =
             self.walls.iter().find(|w| w.face == face).map_or((0.0, 1.0), |w| (w.at, w.restitution));
         let species = self.rules.species[usize::from(self.species[i as usize])];
-        let body = &self.bodies[i as usize];
+        let body = self.bodies[i as usize];
         let vn = inwards * body.velocity[axis];
         let depth = species.radius - inwards * (body.position[axis] - at);
         if depth > 0.0 {
@@ -112,16 +158,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if vn >= 0.0 {
             self.tally.turning_point += 1;
         }
+        let mut after = if vn < 0.0 { -restitution * vn } else { vn };
+        let mut tangential_scale = 1.0;
         if self.contact_times.is_some() {
             let closing = -inwards * species.acceleration[axis];
-            restitution = self.tc_model(&[i], restitution, vn, closing, time);
+            let tangential = (body.velocity.norm_squared() - vn * vn).max(0.0).sqrt();
+            let leaving = self.tc_model(&[i], restitution, (-vn).max(0.0), tangential, closing, time);
+            (after, tangential_scale) = (leaving.speed, leaving.tangential_scale);
         }
-        let after = if vn < 0.0 { -restitution * vn } else { vn };
         let body = &mut self.bodies[i as usize];
+        if tangential_scale != 1.0 {
+            body.velocity *= tangential_scale;
+        }
         body.velocity[axis] = inwards * after;
         body.events = body.events.wrapping_add(1);
         self.tally.wall += 1;
-        let dissipated = 0.5 / species.inverse_mass * (vn - after) * (vn + after);
+        let dissipated =
+            if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
         self.tally.dissipate(dissipated);
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
@@ -185,18 +238,28 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The restitution under the TC model, and the contact's entry in its memory.
-    fn tc_model(&mut self, particles: &[u32], restitution: f64, vn: f64, closing: f64, time: f64) -> f64 {
-        let Some(times) = &mut self.contact_times else { return restitution };
+    /// A contact under the TC model, and its entry in the model's memory.
+    fn tc_model(
+        &mut self,
+        particles: &[u32],
+        restitution: f64,
+        approach: f64,
+        tangential: f64,
+        closing: f64,
+        time: f64,
+    ) -> Leaving {
+        let Some(times) = &mut self.contact_times else {
+            return Leaving { speed: restitution * approach, tangential_scale: 1.0 };
+        };
         let mut is_recent = false;
         for &particle in particles {
             let last = &mut times.last[particle as usize];
             is_recent |= time - *last < times.contact_time;
             *last = time;
         }
-        let altered = tc_restitution(restitution, is_recent, vn, closing, times.contact_time);
-        self.tally.tc_altered += u64::from(altered != restitution);
-        altered
+        let leaving = tc_contact(restitution, is_recent, approach, tangential, closing, times.contact_time);
+        self.tally.tc_altered += u64::from(leaving.speed != restitution * approach || leaving.tangential_scale != 1.0);
+        leaving
     }
 }
 

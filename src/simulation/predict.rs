@@ -87,7 +87,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let steps = &self.rules.steps[usize::from(known.interaction)];
             for side in [Side::Positive, Side::Negative] {
                 let Some(seen) = steps.seen_from(known.state, side) else { continue };
-                if let Some(dt) = self.detect(me, known.partner, &state, seen.squared, side) {
+                let horizon = prediction.contact_time - me.time;
+                if let Some(dt) = self.detect(me, known.partner, &state, seen.squared, side, horizon) {
                     self.offer(me, known.partner, side, dt, prediction);
                 }
             }
@@ -116,7 +117,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.rules.meeting(0, 0).squared
         };
         let state = self.relative(me, other);
-        if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive) {
+        let horizon = prediction.contact_time - me.time;
+        if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, horizon) {
             self.offer(me, other, Side::Positive, dt, prediction);
         }
     }
@@ -131,12 +133,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Time from now to the pair's next event at one discontinuity.
+    /// Time from now to the pair's next event at one discontinuity; may leave out one later than `horizon`.
     #[inline]
-    fn detect(&self, me: &Streamed, other: u32, state: &RelativeState, squared: f64, side: Side) -> Option<f64> {
+    fn detect(
+        &self,
+        me: &Streamed,
+        other: u32,
+        state: &RelativeState,
+        squared: f64,
+        side: Side,
+        horizon: f64,
+    ) -> Option<f64> {
         if FALLING && TABLE {
             let acceleration = me.acceleration - self.acceleration(other);
             if acceleration != Vector::zeros() {
+                if side == Side::Positive && is_out_of_reach(state, &acceleration, squared, horizon) {
+                    return None;
+                }
                 return accelerated::next_event(&Quartic::new(state, &acceleration, squared), side);
             }
         }
@@ -170,11 +183,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
             let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - wall.at) - radius;
-            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis]) {
-                if me.time + dt < prediction.contact_time {
-                    prediction.contact_time = me.time + dt;
-                    prediction.contact = Contact::Wall(wall.face);
-                }
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
+                && me.time + dt < prediction.contact_time
+            {
+                prediction.contact_time = me.time + dt;
+                prediction.contact = Contact::Wall(wall.face);
             }
         }
     }
@@ -186,14 +199,24 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let inwards = if face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - at);
             let acceleration = if FALLING { inwards * me.acceleration[axis] } else { 0.0 };
-            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], acceleration) {
-                if me.time + dt < prediction.transition_time {
-                    prediction.transition_time = me.time + dt;
-                    prediction.exit = face;
-                }
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], acceleration)
+                && me.time + dt < prediction.transition_time
+            {
+                prediction.transition_time = me.time + dt;
+                prediction.exit = face;
             }
         });
     }
+}
+
+/// Whether a pair is too far apart to reach its discontinuity from outside within `horizon`, at the sum of all speeds.
+///
+/// `|r| > s + |v| T + |a| T^2 / 2`. An infinite or undefined horizon rejects nothing.
+#[inline]
+fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
+    let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;
+    let reach = squared.sqrt() + speed * horizon;
+    state.position.norm_squared() > reach * reach
 }
 
 /// Position and velocity of a body at `time`.

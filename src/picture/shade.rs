@@ -1,0 +1,144 @@
+//! From surfaces and lights to colours.
+
+use super::bodies::Bodies;
+use super::camera::{Camera, Point};
+use super::colour::{self, Colour};
+use super::light::{Lights, Received};
+use super::parallel;
+use super::raster::{Keep, Layer, NOTHING, SAMPLES, sample_ray};
+
+/// Share of the light that comes from the sky and from the sun.
+const SKY: f32 = 0.6;
+const SUN: f32 = 0.68;
+
+/// Brightness and narrowness of the sun's reflection.
+const SHINE: f32 = 0.16;
+const SHININESS: i32 = 40;
+
+/// Opacity of a mesh that hides nothing but the background, relative to the one before other bodies.
+const LAST_SIDE: f32 = 2.2;
+
+/// What opacity gains at the rim of a translucent sphere.
+const RIM: f32 = 0.35;
+
+/// How much of the far end of the scene is lost in the background.
+const HAZE: f32 = 0.16;
+
+/// Everything that is needed to colour a sample.
+pub(super) struct Scenery<'a> {
+    bodies: &'a Bodies,
+    camera: &'a Camera,
+    lights: Lights,
+    background: Colour,
+    /// Opacity of the veil where it is seen straight on.
+    opacity: f32,
+    /// What is opaque.
+    pub solid: Layer,
+    /// The nearest and the farthest of the translucent surfaces in front of it.
+    veil: Option<[Layer; 2]>,
+}
+
+impl<'a> Scenery<'a> {
+    pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32) -> Self {
+        let solid = Layer::of(&bodies.balls, &bodies.rods, camera, Keep::Nearest, None);
+        let veil = (!bodies.veil.is_empty() && opacity > 0.0).then(|| {
+            [Keep::Nearest, Keep::Farthest].map(|keep| Layer::of(&bodies.veil, &[], camera, keep, Some(&solid)))
+        });
+        let lights = Lights::on(&bodies.balls, camera.offset);
+        Self { bodies, camera, lights, background: colour::linear(colour::BACKGROUND), opacity, solid, veil }
+    }
+
+    /// The mean of the samples of each pixel.
+    pub fn colours(&self) -> Vec<Colour> {
+        let (width, height) = (self.camera.width as usize, self.camera.height as usize);
+        let mut pixels = vec![Colour::zeros(); width * height];
+        let rows = parallel::rows_per_band(height);
+        parallel::for_each(pixels.chunks_mut(rows * width).enumerate(), |(band, pixels)| {
+            for (index, pixel) in pixels.iter_mut().enumerate() {
+                let (row, column) = (band * rows + index / width, index % width);
+                for share in 0..SAMPLES * SAMPLES {
+                    let (row, column) = (row * SAMPLES + share / SAMPLES, column * SAMPLES + share % SAMPLES);
+                    *pixel += self.sample(row, column, share) / (SAMPLES * SAMPLES) as f32;
+                }
+            }
+        });
+        pixels
+    }
+
+    fn sample(&self, row: usize, column: usize, share: usize) -> Colour {
+        let place = row * self.solid.width + column;
+        let body = self.solid.body[place];
+        if body == NOTHING && self.veil.is_none() {
+            return self.background;
+        }
+        let (origin, direction) = sample_ray(self.camera, row, column);
+        let view = -direction.normalize();
+        let mut colour = self.background;
+        if body != NOTHING {
+            let point = origin + direction * self.solid.depth[place];
+            let (normal, own) = self.solid_surface(body as usize, &point);
+            colour = self.shade(&point, &normal, &view, &own, body, share);
+        }
+        if let Some(veil) = &self.veil {
+            colour = self.draw_veil(colour, veil, place, (origin, direction), share);
+        }
+        colour
+    }
+
+    /// The two sides of a mesh over what is behind them.
+    fn draw_veil(
+        &self,
+        behind: Colour,
+        [near, far]: &[Layer; 2],
+        place: usize,
+        ray: (Point, Point),
+        share: usize,
+    ) -> Colour {
+        let ball_of = |layer: &Layer| self.bodies.veil.get(layer.body[place] as usize);
+        let Some(nearest) = ball_of(near) else { return behind };
+        // Neighbours in one wall overlap: they are one side.
+        let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
+        let view = -ray.1.normalize();
+        let mut opacity = self.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
+        let mut colour = behind;
+        for layer in [has_two_sides.then_some(far), Some(near)].into_iter().flatten() {
+            let Some(ball) = ball_of(layer) else { continue };
+            let point = ray.0 + ray.1 * layer.depth[place];
+            let normal = (point - ball.centre) / ball.radius;
+            let shaded = self.shade(&point, &normal, &view, &ball.colour, NOTHING, share);
+            // Denser at the rim, as glass is.
+            let rim = 1.0 - normal.dot(&view).clamp(0.0, 1.0);
+            let covered = (opacity + (1.0 - opacity) * RIM * rim.powi(3)).min(1.0);
+            colour = colour * (1.0 - covered) + shaded * covered;
+            opacity = self.opacity;
+        }
+        colour
+    }
+
+    /// Outward normal and colour of an opaque body at a point of its surface.
+    fn solid_surface(&self, body: usize, point: &Point) -> (Point, Colour) {
+        if let Some(ball) = self.bodies.balls.get(body) {
+            return ((point - ball.centre) / ball.radius, ball.colour);
+        }
+        let rod = &self.bodies.rods[body - self.bodies.balls.len()];
+        let axis = (rod.end - rod.start).normalize();
+        let arm = point - rod.start;
+        ((arm - axis * arm.dot(&axis)) / rod.radius, rod.colour)
+    }
+
+    fn shade(&self, point: &Point, normal: &Point, view: &Point, own: &Colour, body: u32, share: usize) -> Colour {
+        let Received { sky, openness, sun } =
+            self.lights.at(point, normal, body, &self.bodies.balls, share, SAMPLES * SAMPLES);
+        // Light that a crevice keeps to itself takes the colour of its walls.
+        let bounced = own.map(|albedo| 1.0 / (1.0 - 0.4 * albedo.min(1.0) * (1.0 - openness)));
+        let mut colour = own.component_mul(&(bounced * (SKY * sky)).add_scalar(SUN * sun));
+        let half = (view + Lights::sun_direction()).normalize();
+        let shine = SHINE * normal.dot(&half).max(0.0).powi(SHININESS) * if sun > 0.0 { openness } else { 0.0 };
+        colour.add_scalar_mut(shine);
+        if self.camera.is_perspective {
+            let haze = HAZE * (0.5 * (point.z - self.camera.offset.z + 1.0)).clamp(0.0, 1.0).powi(2);
+            colour = colour * (1.0 - haze) + self.background * haze;
+        }
+        colour
+    }
+}
