@@ -87,7 +87,9 @@ pub struct EngineChoice {
 }
 
 impl EngineChoice {
-    fn new(scene: &Scene) -> Self {
+    /// The engine for a scene.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
         let is_falling = scene.species.iter().any(|s| s.acceleration.iter().any(|a| *a != 0.0));
         let is_one_hard_sphere = scene.species.len() == 1
             && scene.bonds.is_empty()

@@ -1,8 +1,11 @@
 //! `carom check`.
 
+use carom::scene::{Scene, Species};
+use carom::simulation::EngineChoice;
 use clap::Args;
 
 use super::SceneArgs;
+use super::describe::{self, digits, plural};
 use super::failure::Failure;
 
 /// Says in words what will be simulated, and finds what is wrong
@@ -16,6 +19,137 @@ pub struct Check {
 impl Check {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
-        super::print(&format!("{}\n", super::describe::population(&scene)))
+        let warnings = warnings(&scene);
+        let mut text = description(&scene);
+        for warning in &warnings {
+            text.push_str(&format!("warning: {warning}\n"));
+        }
+        text.push_str(if warnings.is_empty() { "The scene is valid.\n" } else { "The scene is valid, but see above.\n" });
+        super::print(&text)
     }
+}
+
+fn description(scene: &Scene) -> String {
+    let mut lines = vec![format!("{}, seed {}", scene.name, scene.seed)];
+    let mut add = |line: String| lines.push(format!("  {line}"));
+    add(describe::population(scene));
+    for species in &scene.species {
+        add(describe_species(species));
+    }
+    add(format!("space: {}", describe::space(scene)));
+    if let Some(density) = density(scene) {
+        add(density);
+    }
+    for interaction in describe::interactions(scene) {
+        add(interaction);
+    }
+    for mesh in &scene.meshes {
+        let hole = mesh.hole.map_or_else(String::new, |hole| format!(", holes up to {} in radius", digits(hole)));
+        add(format!("mesh `{}`: {}{hole}", mesh.name, plural(mesh.particles.len(), "sphere")));
+    }
+    if let Some(time) = scene.contact_time {
+        add(format!("TC model: contacts closer than {time} in time are elastic"));
+    }
+    let choice = EngineChoice::new(scene);
+    add(format!("engine: {choice}, {}", describe::reasons(scene, choice)));
+    if scene.run.equilibration != carom::scene::Limit::default() {
+        add(format!("equilibrates {}", describe::limit(&scene.run.equilibration)));
+    }
+    add(format!("measures {}", describe::limit(&scene.run.limit)));
+    lines.join("\n") + "\n"
+}
+
+fn describe_species(species: &Species) -> String {
+    let mass = if species.is_static() { "static".to_owned() } else { format!("mass {}", digits(species.mass)) };
+    let acceleration = species.acceleration;
+    let falling = if acceleration.norm() > 0.0 {
+        let [x, y, z] = [0, 1, 2].map(|k| digits(acceleration[k]));
+        format!(", acceleration [{x}, {y}, {z}]")
+    } else {
+        String::new()
+    };
+    format!("{}: diameter {}, {mass}{falling}", species.name, digits(species.diameter))
+}
+
+/// Number density and packing fraction of what moves, where the box has a volume that means something.
+fn density(scene: &Scene) -> Option<String> {
+    if !scene.space.is_fully_periodic() {
+        return None;
+    }
+    let volume = scene.space.volume();
+    let dimensions = scene.space.dimensions();
+    let body = |diameter: f64| match dimensions {
+        1 => diameter,
+        2 => std::f64::consts::FRAC_PI_4 * diameter * diameter,
+        _ => std::f64::consts::PI / 6.0 * diameter * diameter * diameter,
+    };
+    let moving = || {
+        let all = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
+        all.filter(|species| !species.is_static())
+    };
+    let number_density = moving().count() as f64 / volume;
+    let packing_fraction = moving().map(|species| body(species.diameter)).sum::<f64>() / volume;
+    let momenta: f64 = moving().count() as f64 * dimensions as f64;
+    let kinetic: f64 = scene
+        .particles
+        .iter()
+        .zip(scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]))
+        .filter(|(_, species)| !species.is_static())
+        .map(|(particle, species)| 0.5 * species.mass * particle.velocity.norm_squared())
+        .sum();
+    let temperature = if momenta > 0.0 { 2.0 * kinetic / momenta } else { 0.0 };
+    Some(format!(
+        "number density {}, packing fraction {}, temperature {} at the start",
+        digits(number_density),
+        digits(packing_fraction),
+        digits(temperature)
+    ))
+}
+
+/// What is allowed, but probably not meant.
+fn warnings(scene: &Scene) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for leak in scene.leaks() {
+        warnings.push(format!(
+            "mesh `{}` leaks {}: a hole of radius {} where contact is at {}; make its spacing smaller",
+            leak.mesh,
+            leak.species,
+            digits(leak.hole),
+            digits(leak.contact)
+        ));
+    }
+    for gap in scene.gaps() {
+        warnings.push(format!(
+            "meshes `{}` and `{}` are joined with a gap of {} that {} passes",
+            gap.mesh,
+            gap.other,
+            digits(gap.width),
+            gap.species
+        ));
+    }
+    let moving = scene.particles.iter().any(|particle| !scene.species[particle.species.0 as usize].is_static());
+    if !moving {
+        warnings.push("nothing in the scene moves".to_owned());
+    }
+    if scene.run.limit == carom::scene::Limit::default() {
+        warnings.push("nothing says how long to measure".to_owned());
+    }
+    let is_dissipative = scene.interactions.iter().any(|interaction| interaction.restitution < 1.0);
+    let is_falling = scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
+    if is_dissipative && is_falling && scene.contact_time.is_none() {
+        warnings.push("particles that fall and lose energy come to rest in ever more contacts: consider dynamics.contact_time".to_owned());
+    }
+    if let (Some(interval), Some(time)) = (scene.output.thermo_interval, scene.run.limit.time)
+        && time / interval > 1e6
+    {
+        warnings.push(format!("thermo.csv will have {:.1e} rows", time / interval));
+    }
+    if let (Some(interval), Some(time)) = (scene.output.frame_interval, scene.run.limit.time) {
+        // Some hundred characters per particle and frame.
+        let bytes = time / interval * scene.particles.len() as f64 * 100.0;
+        if bytes > 1e10 {
+            warnings.push(format!("trajectory.xyz will take some {:.0} GB", bytes / 1e9));
+        }
+    }
+    warnings
 }

@@ -1,7 +1,7 @@
 //! What a scene is, in words.
 
 use carom::potential::Potential;
-use carom::scene::{Interaction, Limit, Scene, SpeciesId};
+use carom::scene::{Interaction, Limit, Scene, Species, SpeciesId};
 use carom::simulation::EngineChoice;
 use carom::space::{Boundary, Face};
 
@@ -28,7 +28,7 @@ pub fn population(scene: &Scene) -> String {
         words.join(" + ")
     };
     let moving = if of(false).is_empty() { "nothing".to_owned() } else { of(false) };
-    if of(true).is_empty() { format!("{moving} moving") } else { format!("{moving} moving, {} static", of(true)) }
+    if of(true).is_empty() { moving } else { format!("{moving}; static: {}", of(true)) }
 }
 
 /// The box, axis by axis.
@@ -53,26 +53,33 @@ fn face(face: &Face) -> String {
     }
 }
 
-/// The engine and the reasons for it.
-pub fn engine(scene: &Scene, choice: EngineChoice) -> String {
+/// Why an engine was chosen.
+pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
     let motion = if choice.is_falling {
-        let falling = scene.species.iter().filter(|species| species.acceleration.norm() > 0.0);
-        format!("{} accelerates", falling.map(|species| species.name.as_str()).collect::<Vec<_>>().join(", "))
+        let falling: Vec<&str> = scene
+            .species
+            .iter()
+            .filter(|species| species.acceleration.norm() > 0.0)
+            .map(|species| species.name.as_str())
+            .collect();
+        format!("{} {}", falling.join(" and "), if falling.len() == 1 { "accelerates" } else { "accelerate" })
     } else {
         "nothing accelerates".to_owned()
     };
     let pairs = if !choice.has_table {
-        "all particles are hard spheres of one species"
-    } else if scene.species.iter().any(carom::scene::Species::is_static) {
-        "some particles are static"
+        "all are hard spheres of one species"
+    } else if scene.species.iter().any(Species::is_static) {
+        "some are static"
     } else if scene.species.len() > 1 {
         "there are several species"
     } else if !scene.bonds.is_empty() {
         "there are bonds"
+    } else if scene.table.iter().all(Option::is_none) {
+        "particles do not meet each other"
     } else {
         "pairs remember the steps that they are captured in"
     };
-    format!("{choice}: {motion}, and {pairs}")
+    format!("because {motion}, and {pairs}")
 }
 
 /// An interaction in a line.

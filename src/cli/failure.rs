@@ -6,6 +6,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use carom::output::OutputError;
+use carom::picture::PictureError;
 use carom::scene::SceneError;
 use miette::{Diagnostic, Report};
 
@@ -66,15 +67,27 @@ impl From<OutputError> for Failure {
             OutputError::Occupied(_) | OutputError::NotFolder(_) | OutputError::Folder { .. } => BAD_INPUT,
             _ => FAILED,
         };
-        let cure = error.cure();
-        let mut message = error.to_string();
-        let mut source = error.source();
-        while let Some(cause) = source {
-            message = format!("{message}: {cause}");
-            source = cause.source();
-        }
-        Self::new(message, None, Some(cure), code)
+        let help = error.cure();
+        Self::new(with_causes(&error), None, Some(help), code)
     }
+}
+
+impl From<PictureError> for Failure {
+    fn from(error: PictureError) -> Self {
+        let code = if matches!(error, PictureError::Write { .. }) { FAILED } else { BAD_INPUT };
+        Self::new(with_causes(&error), None, None, code)
+    }
+}
+
+/// The message of an error and those of what caused it.
+fn with_causes(error: &dyn Error) -> String {
+    let mut message = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        message = format!("{message}: {cause}");
+        source = cause.source();
+    }
+    message
 }
 
 /// A message with its cause and its cure.

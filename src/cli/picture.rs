@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use carom::picture::{self, ColourBy, Style};
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
@@ -13,7 +14,7 @@ pub struct Picture {
     /// The folder of a run, or a trajectory in extended XYZ
     run: PathBuf,
     /// Simulated time; the frame nearest to it is drawn, otherwise the last one
-    #[arg(long, value_name = "T", allow_negative_numbers = true)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = time)]
     time: Option<f64>,
     /// The file to write; picture.png in the folder of the run if not given
     #[arg(long, value_name = "FILE")]
@@ -32,6 +33,13 @@ enum Colour {
     Speed,
 }
 
+fn time(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(time) if time.is_finite() => Ok(time),
+        _ => Err("expected a finite time".to_owned()),
+    }
+}
+
 fn width_and_height(text: &str) -> Result<(u32, u32), String> {
     let numbers = text.split_once(['x', 'X']).map(|(width, height)| (width.trim().parse(), height.trim().parse()));
     match numbers {
@@ -42,7 +50,28 @@ fn width_and_height(text: &str) -> Result<(u32, u32), String> {
 
 impl Picture {
     pub fn execute(&self) -> Result<(), Failure> {
-        let _ = (&self.run, self.time, &self.out, self.colour, self.size);
-        Err(Failure::failed("pictures are not drawn yet", None, None))
+        let is_folder = self.run.is_dir();
+        let trajectory = if is_folder { self.run.join("trajectory.xyz") } else { self.run.clone() };
+        if is_folder && !trajectory.exists() {
+            let help = "carom run writes the trajectory; the folder of an unfinished run has a trajectory.xyz.partial";
+            let message = format!("{} has no trajectory.xyz", self.run.display());
+            return Err(Failure::bad_input(message, None, Some(help)));
+        }
+        let out = self.out.clone().unwrap_or_else(|| {
+            let folder = if is_folder { Some(self.run.as_path()) } else { self.run.parent() };
+            folder.map_or_else(|| PathBuf::from("picture.png"), |folder| folder.join("picture.png"))
+        });
+        let style = Style {
+            width: self.size.0,
+            height: self.size.1,
+            colour_by: match self.colour {
+                Colour::Species => ColourBy::Species,
+                Colour::Speed => ColourBy::Speed,
+            },
+            ..Style::default()
+        };
+        let image = picture::of_trajectory(&trajectory, self.time, &style)?;
+        image.write_png(&out)?;
+        super::print(&format!("{}\n", out.display()))
     }
 }

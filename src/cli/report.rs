@@ -15,8 +15,10 @@ pub fn text(finished: &Finished) -> String {
     let scene = simulation.scene();
     let stretch = &finished.stretch;
     let mut lines = Lines(String::new());
-    lines.pair("scene", &format!("{}, seed {}: {}", scene.name, scene.seed, describe::population(scene)));
-    lines.pair("engine", &describe::engine(scene, simulation.engine()));
+    lines.pair("scene", &format!("{}, seed {}", scene.name, scene.seed));
+    lines.pair("particles", &describe::population(scene));
+    lines.pair("engine", &simulation.engine().to_string());
+    lines.pair("", &describe::reasons(scene, simulation.engine()));
     lines.pair("ended", &ending(finished));
     let tally = &stretch.tally;
     let seconds = stretch.wall_seconds;
@@ -60,15 +62,15 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     let audit = &finished.audit;
     let tally = &audit.tally;
     lines.title("audit of the whole run");
-    lines.pair("energy ledger", &format!("off by {:.1e}, relative", audit.ledger_error));
+    lines.pair("energy ledger", &format!("off by {}, relative", tiny(audit.ledger_error)));
     let drift = audit.momentum_drift.map_or_else(
         || "not conserved: walls, gravity or static particles".to_owned(),
-        |drift| format!("drifted by {drift:.1e}, relative"),
+        |drift| format!("drifted by {}, relative", tiny(drift)),
     );
     lines.pair("momentum", &drift);
     let last = audit.deepest_final.map_or(0.0, |overlap| overlap.depth);
-    let overlap = format!("{:.1e} at an event, {last:.1e} at the end, of the contact distance", tally.deepest_overlap);
-    lines.pair("deepest overlap", &overlap);
+    let executed = tiny(tally.deepest_overlap);
+    lines.pair("deepest overlap", &format!("{executed} at an event, {} at the end, of the distance", tiny(last)));
     lines.pair("in invalid states", &describe::plural(tally.in_invalid_state as usize, "event"));
     lines.pair("at turning points", &describe::plural(tally.turning_point as usize, "event"));
     if finished.simulation.scene().contact_time.is_some() {
@@ -84,6 +86,11 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     for fault in &faults {
         lines.pair("", &fault.to_string());
     }
+}
+
+/// What should be nothing.
+fn tiny(number: f64) -> String {
+    if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
 }
 
 /// As many digits as the error leaves: `1.0432 +- 0.0021`.
@@ -109,7 +116,7 @@ struct Lines(String);
 impl Lines {
     fn pair(&mut self, name: &str, value: &str) {
         // Writing to a string cannot fail.
-        let _ = writeln!(self.0, "{name:<30}{value}");
+        let _ = writeln!(self.0, "{name:<32}{value}");
     }
 
     fn title(&mut self, title: &str) {
