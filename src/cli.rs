@@ -58,7 +58,7 @@ struct SceneArgs {
     /// The scene, a TOML file
     scene: PathBuf,
     /// Seed of the random numbers that place particles and draw velocities
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
     /// Replaces a value of the scene: dots lead through tables, entries of lists go by number (from 0) or by name
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_and_value)]

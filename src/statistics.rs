@@ -62,7 +62,8 @@ impl BlockAverage {
     /// The mean of all values and its standard error; `None` if there are no values.
     #[must_use]
     pub fn estimate(&self) -> Option<Estimate> {
-        (self.weight > 0.0).then(|| Estimate { mean: self.sum / self.weight, standard_error: standard_error(&self.bins) })
+        (self.weight > 0.0)
+            .then(|| Estimate { mean: self.sum / self.weight, standard_error: standard_error(&self.bins) })
     }
 
     /// Joins neighbouring bins; one left over is opened again.

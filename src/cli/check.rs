@@ -24,7 +24,11 @@ impl Check {
         for warning in &warnings {
             text.push_str(&format!("warning: {warning}\n"));
         }
-        text.push_str(if warnings.is_empty() { "The scene is valid.\n" } else { "The scene is valid, but see above.\n" });
+        text.push_str(if warnings.is_empty() {
+            "The scene is valid.\n"
+        } else {
+            "The scene is valid, but see above.\n"
+        });
         super::print(&text)
     }
 }
@@ -137,7 +141,10 @@ fn warnings(scene: &Scene) -> Vec<String> {
     let is_dissipative = scene.interactions.iter().any(|interaction| interaction.restitution < 1.0);
     let is_falling = scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
     if is_dissipative && is_falling && scene.contact_time.is_none() {
-        warnings.push("particles that fall and lose energy come to rest in ever more contacts: consider dynamics.contact_time".to_owned());
+        warnings.push(
+            "particles that fall and lose energy come to rest in ever more contacts: consider dynamics.contact_time"
+                .to_owned(),
+        );
     }
     if let (Some(interval), Some(time)) = (scene.output.thermo_interval, scene.run.limit.time)
         && time / interval > 1e6

@@ -24,7 +24,11 @@ const BAD_INPUT: u8 = 2;
 
 impl Failure {
     /// Something went wrong with good input.
-    pub fn failed(message: impl Into<String>, source: Option<Box<dyn Error + Send + Sync>>, help: Option<&str>) -> Self {
+    pub fn failed(
+        message: impl Into<String>,
+        source: Option<Box<dyn Error + Send + Sync>>,
+        help: Option<&str>,
+    ) -> Self {
         Self::new(message, source, help, FAILED)
     }
 

@@ -31,10 +31,10 @@ pub struct Run {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Measures for this simulated time, whatever the scene says
-    #[arg(long, value_name = "T", value_parser = duration)]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = duration)]
     until_time: Option<f64>,
     /// Measures for this many physical events, whatever the scene says; with --until-time, whichever comes first
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     until_events: Option<u64>,
     /// No progress, only the final table
     #[arg(long, short)]

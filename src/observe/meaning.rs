@@ -41,8 +41,7 @@ impl Meaning {
         let all = 0..scene.particles.len();
         let is_moving: Vec<bool> = all.clone().map(|index| !species_of(index).is_static()).collect();
         let moving = is_moving.iter().filter(|is_moving| **is_moving).count();
-        let masses: Vec<f64> =
-            all.map(|index| if is_moving[index] { species_of(index).mass } else { 0.0 }).collect();
+        let masses: Vec<f64> = all.map(|index| if is_moving[index] { species_of(index).mass } else { 0.0 }).collect();
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_walls = scene.space.boundary.iter().any(is_walled);
         let conserves_momentum = !is_accelerated && !has_walls && moving == scene.particles.len();

@@ -5,7 +5,8 @@ use crate::event::{Event, EventKind};
 use crate::response::Outcome;
 
 /// The first line.
-pub(super) const HEADER: &str = "time [time],kind,particle,partner,impulse [mass length/time],energy_step [energy],dissipated [energy]\n";
+pub(super) const HEADER: &str =
+    "time [time],kind,particle,partner,impulse [mass length/time],energy_step [energy],dissipated [energy]\n";
 
 /// A line for an event. The partner of a contact with a wall is the side of the box, `-z` for the lower wall of z.
 pub(super) fn line(event: &Event) -> String {

@@ -12,7 +12,8 @@ use crate::scene::draft::{
     PlacedGroup, Region, SpeciesDraft,
 };
 use crate::scene::file::{
-    AxisFile, ChainFile, CountFile, FillFile, InteractionFile, MeshFile, OutputFile, RunFile, SceneFile, SpaceFile, SpeciesFile,
+    AxisFile, ChainFile, CountFile, FillFile, InteractionFile, MeshFile, OutputFile, RunFile, SceneFile, SpaceFile,
+    SpeciesFile,
 };
 use crate::scene::place::Place;
 use crate::scene::surface::{Side, Surface};
