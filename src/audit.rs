@@ -160,3 +160,46 @@ fn momentum_scale(simulation: &Simulation) -> f64 {
     let now: f64 = masses().zip(&simulation.snapshot().velocities).map(|(mass, velocity)| mass * velocity.norm()).sum();
     initial.max(now)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::simulation::Until;
+
+    fn audit() -> Audit {
+        let scene = SceneBuilder::new("gas")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 0.9)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::new(scene);
+        let ledger = Ledger::open(&simulation, true);
+        simulation.advance(Until::events(1000)).unwrap();
+        ledger.close(&simulation)
+    }
+
+    #[test]
+    fn a_sound_run_has_no_faults_though_it_dissipates() {
+        let audit = audit();
+        assert!(audit.dissipated > 0.0);
+        assert_eq!(audit.faults(), []);
+        assert!(audit.ledger_error < 1e-13 && audit.momentum_drift.unwrap() < 1e-13);
+    }
+
+    #[test]
+    fn every_kind_of_fault_is_found() {
+        let sound = audit();
+        let has = |audit: Audit, is_it: fn(&Fault) -> bool| audit.faults().iter().any(is_it);
+        assert!(has(Audit { ledger_error: 1e-9, ..sound }, |fault| matches!(fault, Fault::Ledger { .. })));
+        assert!(has(Audit { momentum_drift: Some(1e-9), ..sound }, |fault| matches!(fault, Fault::Momentum { .. })));
+        assert!(has(Audit { ledger_error: f64::NAN, ..sound }, |fault| *fault == Fault::NotFinite));
+        let mut deep = sound;
+        deep.tally.deepest_overlap = 1e-6;
+        assert!(has(deep, |fault| matches!(fault, Fault::Overlap { .. })));
+        assert_eq!(Audit { had_valid_start: false, ..deep }.faults(), [], "the stable rule resolves overlaps");
+    }
+}

@@ -1,6 +1,6 @@
 //! `carom check`.
 
-use carom::scene::{Scene, Species};
+use carom::scene::{Limit, Scene, Species};
 use carom::simulation::EngineChoice;
 use clap::Args;
 
@@ -56,7 +56,7 @@ fn description(scene: &Scene) -> String {
     }
     let choice = EngineChoice::new(scene);
     add(format!("engine: {choice}, {}", describe::reasons(scene, choice)));
-    if scene.run.equilibration != carom::scene::Limit::default() {
+    if scene.run.equilibration != Limit::default() {
         add(format!("equilibrates {}", describe::limit(&scene.run.equilibration)));
     }
     add(format!("measures {}", describe::limit(&scene.run.limit)));
@@ -88,20 +88,14 @@ fn density(scene: &Scene) -> Option<String> {
         _ => std::f64::consts::PI / 6.0 * diameter * diameter * diameter,
     };
     let moving = || {
-        let all = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
-        all.filter(|species| !species.is_static())
+        let all = scene.particles.iter().map(|particle| (particle, &scene.species[particle.species.0 as usize]));
+        all.filter(|(_, species)| !species.is_static())
     };
     let number_density = moving().count() as f64 / volume;
-    let packing_fraction = moving().map(|species| body(species.diameter)).sum::<f64>() / volume;
-    let momenta: f64 = moving().count() as f64 * dimensions as f64;
-    let kinetic: f64 = scene
-        .particles
-        .iter()
-        .zip(scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]))
-        .filter(|(_, species)| !species.is_static())
-        .map(|(particle, species)| 0.5 * species.mass * particle.velocity.norm_squared())
-        .sum();
-    let temperature = if momenta > 0.0 { 2.0 * kinetic / momenta } else { 0.0 };
+    let packing_fraction = moving().map(|(_, species)| body(species.diameter)).sum::<f64>() / volume;
+    let doubled: f64 = moving().map(|(particle, species)| species.mass * particle.velocity.norm_squared()).sum();
+    let components = (moving().count() * dimensions).max(1) as f64;
+    let temperature = doubled / components;
     Some(format!(
         "number density {}, packing fraction {}, temperature {} at the start",
         digits(number_density),
@@ -135,7 +129,7 @@ fn warnings(scene: &Scene) -> Vec<String> {
     if !moving {
         warnings.push("nothing in the scene moves".to_owned());
     }
-    if scene.run.limit == carom::scene::Limit::default() {
+    if scene.run.limit == Limit::default() {
         warnings.push("nothing says how long to measure".to_owned());
     }
     let is_dissipative = scene.interactions.iter().any(|interaction| interaction.restitution < 1.0);

@@ -33,8 +33,10 @@ pub fn text(finished: &Finished) -> String {
         ("wall", tally.wall),
     ];
     let kinds: Vec<String> = kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
-    let kinds = if kinds.is_empty() { String::new() } else { format!("{}; ", kinds.join(", ")) };
-    lines.pair("events", &format!("{kinds}{} cell transitions", tally.transition));
+    if !kinds.is_empty() {
+        lines.pair("events", &kinds.join(", "));
+    }
+    lines.pair("cell transitions", &tally.transition.to_string());
     if !finished.observables.is_empty() {
         lines.title("mean and standard error");
         for (name, estimate) in &finished.observables {

@@ -109,3 +109,79 @@ fn is_walled(boundary: &Boundary) -> bool {
     let is_wall = |face: &Face| matches!(face, Face::Wall { .. });
     matches!(boundary, Boundary::Bounded { lower, upper } if is_wall(lower) || is_wall(upper))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::simulation::Until;
+    use crate::space::Space;
+
+    fn pair() -> SceneBuilder {
+        SceneBuilder::new("pair")
+            .space(Space::periodic_cube(10.0))
+            .species("A", 2.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", Vector::new(3.0, 5.0, 5.0), Vector::new(3.0, 0.0, 0.0))
+            .particle("A", Vector::new(7.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0))
+    }
+
+    #[test]
+    fn a_periodic_fluid_has_everything_but_a_height() {
+        let meaning = Meaning::of(&pair().build().unwrap());
+        assert!(meaning.conserves_momentum && meaning.has_temperature && meaning.has_pressure && meaning.has_core);
+        assert!(!meaning.has_wells && !meaning.has_height());
+        assert_eq!(meaning.degrees_of_freedom, 3.0);
+        assert_eq!(meaning.number_density, 0.002);
+        // The two move at 1 against their common velocity of 2: K' = 2, T = 2 * 2 / 3.
+        assert_eq!(meaning.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(4.0 / 3.0));
+    }
+
+    #[test]
+    fn walls_gravity_and_static_particles_take_meaning_away() {
+        let walls = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(10.0) };
+        let walled = Meaning::of(&pair().space(walls).build().unwrap());
+        assert!(!walled.conserves_momentum && !walled.has_pressure && walled.has_temperature);
+        assert_eq!(walled.degrees_of_freedom, 6.0);
+        assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
+
+        let falling = Meaning::of(&pair().gravity(Vector::new(0.0, 0.0, -1.0)).build().unwrap());
+        assert!(!falling.conserves_momentum && !falling.has_pressure && !falling.has_temperature);
+        assert!(falling.has_height());
+
+        let with_static = pair()
+            .static_species("S", 1.0)
+            .interaction("A", "S", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+            .particle("S", Vector::zeros(), Vector::zeros());
+        let with_static = Meaning::of(&with_static.build().unwrap());
+        assert!(!with_static.conserves_momentum && !with_static.has_pressure && with_static.has_wells);
+        assert_eq!(with_static.moving, 2);
+    }
+
+    #[test]
+    fn the_virial_of_an_ideal_like_fluid_is_positive_and_its_rate_that_of_the_counts() {
+        let scene = SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.2))
+            .temperature(1.5)
+            .build()
+            .unwrap();
+        let mut observer = super::super::Observer::new(&scene);
+        let mut simulation = Simulation::new(scene);
+        simulation.advance(Until::events(5_000)).unwrap();
+        let first = observer.row(&simulation);
+        assert_eq!((first.pressure, first.collision_rate), (None, None), "no interval yet");
+        simulation.advance(Until::events(25_000)).unwrap();
+        let row = observer.row(&simulation);
+        assert_eq!(row.collision_rate, Some(2.0 * 20_000.0 / (256.0 * (row.time - first.time))));
+        let (_, z) = observer.estimates()[2];
+        // Carnahan and Starling: 2.4063 at 0.2; 20,000 contacts tell Z - 1 to within 1 / sqrt(20,000), times some
+        // correlation: 3 % is four times that.
+        assert!((z.mean / 2.4063 - 1.0).abs() < 0.03, "{}", z.mean);
+        let temperature = row.temperature.unwrap();
+        assert!((temperature - 1.5).abs() < 1e-12);
+        let density = 0.2 * 6.0 / std::f64::consts::PI;
+        assert!((row.pressure.unwrap() / (z.mean * density * temperature) - 1.0).abs() < 1e-12);
+    }
+}
