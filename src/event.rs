@@ -97,6 +97,27 @@ impl Tally {
         self.dissipated + self.dissipated_correction
     }
 
+    /// What happened since an earlier tally. The deepest overlap stays that of both.
+    pub(crate) fn since(&self, earlier: &Self) -> Self {
+        let mut since = *self;
+        for (count, before) in [
+            (&mut since.core, earlier.core),
+            (&mut since.capture, earlier.capture),
+            (&mut since.release, earlier.release),
+            (&mut since.bounce, earlier.bounce),
+            (&mut since.wall, earlier.wall),
+            (&mut since.transition, earlier.transition),
+            (&mut since.turning_point, earlier.turning_point),
+            (&mut since.in_invalid_state, earlier.in_invalid_state),
+            (&mut since.tc_altered, earlier.tc_altered),
+        ] {
+            *count -= before;
+        }
+        since.virial -= earlier.virial;
+        since.dissipate(-earlier.total_dissipated());
+        since
+    }
+
     pub(crate) fn count(&mut self, outcome: Outcome) {
         match outcome {
             Outcome::Core => self.core += 1,

@@ -1,13 +1,13 @@
 //! The loop of a run.
 
+mod pace;
+
 use std::ops::ControlFlow;
 use std::time::Instant;
 
 use super::progress::{Progress, Stage};
-use super::ticks::{self, Ticks};
 use super::{Ending, Finished, Recorder, Stretch};
 use crate::audit::Ledger;
-use crate::event::Tally;
 use crate::observe::Observer;
 use crate::scene::{Limit, Scene};
 use crate::simulation::{Reason, Simulation, Until};
@@ -151,56 +151,6 @@ impl<R: Recorder> Driver<'_, R> {
         }
     }
 
-    /// The times of rows and frames; or the ending, if the run ends while they are chosen.
-    ///
-    /// Where only the number of events is known, the rate in the first of them tells how long the run will last.
-    fn pace(&mut self) -> Result<Result<(Ticks, Ticks), Ending>, R::Error> {
-        let start = self.stage.time;
-        let plan = &self.simulation.scene().output;
-        let (thermo, frame) = (plan.thermo_interval, plan.frame_interval);
-        let is_given = thermo.is_some() && frame.is_some();
-        let duration = match self.stage.limit {
-            Limit { time: Some(time), events: None } => time,
-            _ if is_given => f64::INFINITY,
-            Limit { time, events } => {
-                let events = events.unwrap_or(u64::MAX);
-                let (end_time, end_events) = self.stage.end();
-                let mut pilot = events.div_ceil(1000);
-                loop {
-                    let target = self.stage.events.saturating_add(pilot).min(end_events);
-                    match self.advance(end_time, target)? {
-                        None => return Ok(Err(Ending::Time)),
-                        Some(Ending::Events) if target < end_events => {}
-                        Some(ending) => return Ok(Err(ending)),
-                    }
-                    // Simultaneous events tell no rate.
-                    if self.simulation.time() > start {
-                        break;
-                    }
-                    pilot = pilot.saturating_mul(2);
-                }
-                let done = (self.simulation.tally().physical() - self.stage.events) as f64;
-                let expected = (self.simulation.time() - start) * (events as f64 / done);
-                ticks::rounded(expected).min(time.unwrap_or(f64::INFINITY))
-            }
-        };
-        let ticks = |given: Option<f64>, aim| match given {
-            Some(interval) => Ticks::given(start, interval),
-            None => Ticks::expecting(start, duration, aim),
-        };
-        let mut pace = (ticks(thermo, ticks::ROWS), ticks(frame, ticks::FRAMES));
-        if self.simulation.time() > start {
-            // The pilot is a thousandth of the events, and seldom reaches the first tick.
-            if pace.0.next() <= self.simulation.time() {
-                pace.0.pass(self.simulation.time());
-            }
-            if pace.1.next() <= self.simulation.time() {
-                pace.1.pass(self.simulation.time());
-            }
-        }
-        Ok(Ok(pace))
-    }
-
     /// Goes on to a time, or `None`; or to a number of events or an obstacle, and says which.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
         let mut wait = self.crossing;
@@ -298,27 +248,4 @@ fn crossing_time(simulation: &Simulation) -> f64 {
     let fastest = scene.particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
     let steepest = scene.species.iter().map(|species| species.acceleration.norm()).fold(0.0, f64::max);
     (length / fastest).min((2.0 * length / steepest).sqrt())
-}
-
-impl Tally {
-    /// What happened since an earlier tally. The deepest overlap stays that of both.
-    fn since(&self, earlier: &Self) -> Self {
-        let mut since = *self;
-        for (count, before) in [
-            (&mut since.core, earlier.core),
-            (&mut since.capture, earlier.capture),
-            (&mut since.release, earlier.release),
-            (&mut since.bounce, earlier.bounce),
-            (&mut since.wall, earlier.wall),
-            (&mut since.transition, earlier.transition),
-            (&mut since.turning_point, earlier.turning_point),
-            (&mut since.in_invalid_state, earlier.in_invalid_state),
-            (&mut since.tc_altered, earlier.tc_altered),
-        ] {
-            *count -= before;
-        }
-        since.virial -= earlier.virial;
-        since.dissipate(-earlier.total_dissipated());
-        since
-    }
 }
