@@ -11,6 +11,7 @@ pub mod overlap;
 pub mod picture;
 pub mod potential;
 pub mod queue;
+pub mod reference;
 pub mod response;
 pub mod scene;
 pub mod simulation;
