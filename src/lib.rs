@@ -13,6 +13,7 @@ pub mod overlap;
 pub mod picture;
 pub mod potential;
 pub mod queue;
+pub mod reference;
 pub mod response;
 pub mod run;
 pub mod scene;

@@ -221,8 +221,8 @@ impl Cells {
     #[inline]
     pub fn for_each_face(&self, cell: u32, mut visit: impl FnMut(Face, f64)) {
         let at = self.split(cell);
-        for axis in 0..3 {
-            let (index, n) = (at[axis], self.counts[axis]);
+        for (axis, index) in at.into_iter().enumerate() {
+            let n = self.counts[axis];
             let face = |is_upper| Face { axis: axis as u8, is_upper };
             if self.is_periodic[axis] || index > 0 {
                 visit(face(false), self.lower[axis] + f64::from(index) * self.side[axis]);
