@@ -15,7 +15,7 @@
 //!     .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0))
 //!     .build()?;
 //! let mut reference = Reference::new(&scene);
-//! assert_eq!(reference.step().map(|event| event.time), Some(1.0));
+//! assert_eq!(reference.step_before(10.0).map(|event| event.time), Some(1.0));
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -127,10 +127,18 @@ impl Reference {
         &self.velocities
     }
 
-    /// Executes the next event; `None` if there will never be one.
-    pub fn step(&mut self) -> Option<Event> {
+    /// Executes the next event, if there is one before a simulated time; otherwise moves all particles to that time.
+    pub fn step_before(&mut self, limit: f64) -> Option<Event> {
+        let limit = limit - self.start;
         loop {
-            let (candidate, Reverse((OrderedFloat(time), _))) = self.queue.pop()?;
+            let next = self.queue.peek().map(|(candidate, Reverse((time, _)))| (*candidate, time.0));
+            let Some((candidate, time)) = next.filter(|(_, time)| *time < limit) else {
+                if limit.is_finite() {
+                    self.stream(limit);
+                }
+                return None;
+            };
+            self.queue.pop();
             self.stream(time);
             match candidate {
                 Candidate::LookAgain(i, j) => self.predict_pair(i, j),

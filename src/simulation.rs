@@ -46,7 +46,8 @@ pub enum Reason {
     Time,
     /// The number of events was reached.
     Events,
-    /// Nothing will ever happen again, and no time limit was given.
+    /// Nothing will ever happen again, and no time limit was given. (Ten million cell transitions, and a hundred for each
+    /// particle, without a physical event count as never.)
     Idle,
 }
 

@@ -44,6 +44,10 @@ pub struct Cells {
 /// Grids finer than this many cells per particle only cost memory and transitions.
 const CELLS_PER_PARTICLE: f64 = 2.0;
 
+/// With this many cells along a periodic axis, particles in neighbouring cells are less than half a period apart, so that
+/// their minimum image is the one that they can meet in before either changes its cell.
+const UNAMBIGUOUS: u32 = 4;
+
 /// Cells are this much wider than the interaction's range, so that round-off of positions (which stays below some
 /// `1e-10` of the box) never hides a neighbour two cells away.
 const MARGIN: f64 = 1.0 + 1e-6;
@@ -73,8 +77,10 @@ impl Cells {
         let mut target = (range * MARGIN).max(spacing);
         let counts = loop {
             let counts = std::array::from_fn(|k| {
-                let fit = (extent[k] / target).floor();
-                if fit >= 1.0 && target > 0.0 { fit.min(f64::from(u32::MAX)) } else { 1.0 }
+                let fit = |side: f64| if side > 0.0 { (extent[k] / side).floor() } else { 0.0 };
+                // Coarse cells are no reason to fall below the number that needs no second images.
+                let few = if is_periodic[k] { fit(range * MARGIN).min(f64::from(UNAMBIGUOUS)) } else { 1.0 };
+                fit(target).max(few).clamp(1.0, f64::from(u32::MAX))
             });
             let [nx, ny, nz]: [f64; 3] = counts;
             if nx * ny * nz <= most {
@@ -98,6 +104,37 @@ impl Cells {
     #[must_use]
     pub fn counts(&self) -> [u32; 3] {
         self.counts
+    }
+
+    /// Separations, besides the minimum image, at which a pair can meet before either particle changes its cell.
+    ///
+    /// Empty unless a periodic axis is shorter than four cells. Between two predictions of a pair each of the two travels one
+    /// cell at most, so their separation changes by up to two cells: one period for two or three cells, two for a single one.
+    #[must_use]
+    pub fn further_images(&self, periods: &Vector) -> Vec<Vector> {
+        let mut images = vec![Vector::zeros()];
+        for axis in 0..3 {
+            let most = match self.counts[axis] {
+                _ if !self.is_periodic[axis] => 0,
+                1 => 2,
+                2 | 3 => 1,
+                _ => 0,
+            };
+            images = images
+                .iter()
+                .flat_map(|image| {
+                    (-most..=most).map(move |k: i32| {
+                        let mut shifted = *image;
+                        if k != 0 {
+                            shifted[axis] += f64::from(k) * periods[axis];
+                        }
+                        shifted
+                    })
+                })
+                .collect();
+        }
+        images.retain(|image| *image != Vector::zeros());
+        images
     }
 
     /// The cell that holds a position at the start.

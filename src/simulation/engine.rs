@@ -127,10 +127,14 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub is_known: Vec<bool>,
     pub walls: Vec<Wall>,
     pub periods: Vector,
+    /// Images of a small box that have to be looked at one by one; empty for others.
+    pub further_images: Vec<Vector>,
     pub contact_times: Option<ContactTimes>,
     pub tally: Tally,
     /// Physical events, the sum of the tally's.
     pub executed: u64,
+    /// Cell transitions when the last of them happened.
+    transitions_at_event: u64,
     /// Simulated time at the start, at the epoch since then, and now since the epoch.
     pub start: f64,
     pub epoch: f64,
@@ -162,6 +166,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             images: vec![[0; 3]; count],
             predictions: vec![Prediction::NONE; count],
             queue: EventQueue::new(count, 1.0),
+            further_images: cells.further_images(&scene.space.periods()),
             cells,
             memory: PairMemory::new(if TABLE { count } else { 0 }),
             is_known: vec![false; if TABLE { count } else { 0 }],
@@ -172,6 +177,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 .map(|contact_time| ContactTimes { contact_time, last: vec![f64::NEG_INFINITY; count] }),
             tally: Tally::default(),
             executed: 0,
+            transitions_at_event: 0,
             start: scene.start_time,
             epoch: 0.0,
             now: 0.0,
@@ -315,6 +321,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if !is_transition && self.executed >= until.events {
                 return Ok(Reason::Events);
             }
+            if is_transition && until.time == f64::INFINITY && self.is_dispersed() {
+                return Ok(Reason::Idle);
+            }
             self.queue.pop();
             self.now = wake.time;
             if is_transition {
@@ -344,8 +353,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
             self.executed += 1;
+            self.transitions_at_event = self.tally.transition;
             self.check_standstill(particle, &prediction)?;
         }
+    }
+
+    /// Whether particles have only crossed cells for so long that they will never meet again, as far as anyone can wait.
+    fn is_dispersed(&self) -> bool {
+        self.tally.transition - self.transitions_at_event > 10_000_000 + 100 * self.bodies.len() as u64
     }
 
     /// Simulated time now.

@@ -60,6 +60,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
             self.images[particle as usize][axis] -= transition.wrap;
         }
+        if !self.further_images.is_empty() {
+            self.predict(particle, time);
+            self.schedule(particle);
+            return;
+        }
         let me = self.streamed(particle, time);
         if TABLE {
             for known in self.memory.of(particle) {
@@ -120,6 +125,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let horizon = prediction.contact_time - me.time;
         if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, horizon) {
             self.offer(me, other, Side::Positive, dt, prediction);
+        }
+        for image in &self.further_images {
+            let state = RelativeState { position: state.position + image, ..state };
+            if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+                self.offer(me, other, Side::Positive, dt, prediction);
+            }
         }
     }
 

@@ -1,0 +1,226 @@
+//! The fast engine against the reference engine, event by event, on random scenes.
+
+use carom::Vector;
+use carom::event::{Event, EventKind};
+use carom::potential::Potential;
+use carom::reference::Reference;
+use carom::scene::{Fill, Lattice, Scene, SceneBuilder};
+use carom::simulation::{Simulation, Until};
+use carom::space::{Boundary, Face, Space};
+use proptest::prelude::*;
+
+/// Events compared in each scene. Differences of rounding grow by a factor of ten or so with each collision of a particle
+/// (a mean free path against a radius); with at least eight particles and forty events, a particle has about ten.
+const EVENTS: usize = 40;
+
+/// What 1e-15 grows to by then, `1e-15 * 10^8`, and far less than the time between two events.
+const TOLERANCE: f64 = 1e-7;
+
+/// Simulated time after which a scene counts as dispersed: nothing may ever happen again.
+const LONGEST: f64 = 20.0;
+
+#[derive(Debug, Clone)]
+struct Recipe {
+    seed: u64,
+    count: u64,
+    potential: usize,
+    boundary: [usize; 3],
+    gravity: bool,
+    restitution: f64,
+    statics: usize,
+    bonds: usize,
+    contact_time: Option<f64>,
+    box_length: f64,
+}
+
+fn recipe() -> impl Strategy<Value = Recipe> {
+    (
+        (0..1_000_000_u64, 8..24_u64, 0..6_usize, prop::array::uniform3(0..3_usize), any::<bool>()),
+        (
+            prop::sample::select(vec![1.0, 0.9, 0.5]),
+            0..4_usize,
+            0..4_usize,
+            prop::option::weighted(0.3, 1e-3..0.1_f64),
+            5.0..8.0_f64,
+        ),
+    )
+        .prop_map(
+            |((seed, count, potential, boundary, gravity), (restitution, statics, bonds, contact_time, box_length))| {
+                Recipe {
+                    seed,
+                    count,
+                    potential,
+                    boundary,
+                    gravity,
+                    restitution,
+                    statics,
+                    bonds,
+                    contact_time,
+                    box_length,
+                }
+            },
+        )
+}
+
+fn potential(kind: usize) -> Potential {
+    match kind {
+        0 => Potential::hard_sphere(1.0),
+        1 => Potential::square_well(1.0, 1.5, 0.7),
+        2 => Potential::square_shoulder(1.0, 1.4, 0.8),
+        3 => Potential::penetrable(1.0, 0.6),
+        4 => Potential::stepped_lennard_jones(1.0, 1.0, 2.0, 5, 20.0),
+        _ => Potential::new(vec![1.8, 1.5, 1.2, 1.0], vec![0.0, 0.4, -0.3, -1.0, f64::INFINITY]),
+    }
+    .expect("a valid potential")
+}
+
+impl Recipe {
+    fn scene(&self) -> Option<Scene> {
+        let wall =
+            |restitution| Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Wall { restitution } };
+        let mut space = Space::periodic_cube(self.box_length);
+        for axis in 0..3 {
+            space.boundary[axis] = match self.boundary[axis] {
+                0 => Boundary::Periodic,
+                1 => wall(self.restitution),
+                _ => Boundary::OPEN,
+            };
+        }
+        let gravity = if self.gravity { Vector::new(0.25, 0.0, -1.0) } else { Vector::zeros() };
+        let mut builder = SceneBuilder::new("random")
+            .seed(self.seed)
+            .space(space)
+            .gravity(gravity)
+            .species("A", 1.0, 1.0)
+            .species("B", 3.0, 1.2)
+            .static_species("S", 1.0)
+            .interaction("A", "A", potential(self.potential), self.restitution)
+            .interaction("A", "B", potential((self.potential + 1) % 6), self.restitution)
+            .interaction("B", "B", Potential::hard_sphere(1.2).ok()?, self.restitution)
+            .interaction("A", "S", potential((self.potential + 2) % 6), self.restitution)
+            .interaction("B", "S", Potential::hard_sphere(1.1).ok()?, self.restitution)
+            .bond_interaction("link", Potential::bond(0.3, 3.0).ok()?, self.restitution);
+        if let Some(time) = self.contact_time {
+            builder = builder.contact_time(time);
+        }
+        // Statics and bonded pairs first, in planes of their own, so that their ids and distances are known.
+        let at = |x: f64, y: f64, z: f64| Vector::new(x, y, z) * (self.box_length / 8.0);
+        for k in 0..self.statics {
+            builder = builder.particle("S", at(1.0 + 2.0 * k as f64, 1.0, 1.0), Vector::zeros());
+        }
+        for k in 0..self.bonds {
+            let x = 1.0 + 2.0 * k as f64;
+            builder = builder
+                .particle("A", at(x, 4.0, 1.0), Vector::new(0.1 * x, -0.7, 0.9))
+                .particle("A", at(x, 6.0, 1.0), Vector::new(-0.3, 0.5 * x, 0.2))
+                .bond((self.statics + 2 * k) as u32, (self.statics + 2 * k + 1) as u32, "link");
+        }
+        let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(self.count);
+        fill.composition = vec![("A".into(), 0.6), ("B".into(), 0.4)];
+        fill.temperature = Some(1.0);
+        fill.region = Some(carom::scene::Region { lower: at(0.1, 0.1, 2.6), upper: at(7.9, 7.9, 7.9) });
+        builder.add_fill(fill).build().ok()
+    }
+}
+
+fn pair(event: &Event) -> (u32, Option<u32>) {
+    match event.partner {
+        Some(partner) => (event.particle.0.min(partner.0), Some(event.particle.0.max(partner.0))),
+        None => (event.particle.0, None),
+    }
+}
+
+fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
+    let mut events = Vec::new();
+    let mut simulation = Simulation::new(scene.clone());
+    // An arrest ends the list as the absence of events does.
+    let until = Until { time: LONGEST, events: count as u64 };
+    let _ = simulation.advance_with(until, |event| events.push(*event));
+    events
+}
+
+/// Compares until two events of the reference are too close in time for rounding to order them.
+fn compare(scene: &Scene) -> Result<usize, TestCaseError> {
+    let mut reference = Reference::new(scene);
+    let fast = fast_events(scene, EVENTS);
+    let expected: Vec<Event> = std::iter::from_fn(|| reference.step_before(LONGEST)).take(EVENTS).collect();
+    for (k, ours) in fast.iter().enumerate() {
+        let Some(theirs) = expected.get(k) else { break };
+        if expected.get(k + 1).is_some_and(|next| next.time - theirs.time < TOLERANCE) {
+            return Ok(k);
+        }
+        prop_assert_eq!((ours.kind, pair(ours)), (theirs.kind, pair(theirs)), "event {}: {:?} {:?}", k, ours, theirs);
+        prop_assert!((ours.time - theirs.time).abs() < TOLERANCE, "event {k}: {ours:?} {theirs:?}");
+        prop_assert!((ours.impulse.abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE, "{ours:?} {theirs:?}");
+        prop_assert!((ours.energy_step - theirs.energy_step).abs() < 1e-12, "{ours:?} {theirs:?}");
+    }
+    prop_assert_eq!(fast.len(), expected.len());
+    Ok(fast.len())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_fast_engine_executes_the_events_of_the_reference(recipe in recipe()) {
+        let Some(scene) = recipe.scene() else { return Err(TestCaseError::reject("no such scene")) };
+        compare(&scene)?;
+    }
+}
+
+#[test]
+fn a_hard_sphere_fluid_agrees_for_its_first_events() {
+    let scene = SceneBuilder::new("fluid")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).expect("valid"), 1.0)
+        .add_fill(
+            Fill::new(Lattice::FaceCentredCubic, "A").count(108).amount(carom::scene::Amount::PackingFraction(0.45)),
+        )
+        .temperature(1.0)
+        .seed(3)
+        .build()
+        .expect("a valid scene");
+    assert_eq!(Simulation::new(scene.clone()).engine().to_string().split(',').nth(1), Some(" one hard-sphere species"));
+    let compared = compare(&scene).expect("the engines agree");
+    assert!(compared > 20, "{compared}");
+}
+
+#[test]
+fn walls_are_met_by_both() {
+    let count = |scene: &Scene| {
+        fast_events(scene, EVENTS).iter().filter(|event| matches!(event.kind, EventKind::Wall { .. })).count()
+    };
+    let recipe = Recipe {
+        seed: 1,
+        count: 12,
+        potential: 1,
+        boundary: [1, 1, 1],
+        gravity: true,
+        restitution: 0.9,
+        statics: 2,
+        bonds: 2,
+        contact_time: None,
+        box_length: 8.0,
+    };
+    let scene = recipe.scene().expect("a valid scene");
+    assert!(count(&scene) > 0);
+    compare(&scene).expect("the engines agree");
+}
+
+#[test]
+fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
+    let recipe = Recipe {
+        seed: 462_767,
+        count: 10,
+        potential: 0,
+        boundary: [2, 0, 0],
+        gravity: false,
+        restitution: 1.0,
+        statics: 0,
+        bonds: 0,
+        contact_time: None,
+        box_length: 5.0,
+    };
+    let compared = compare(&recipe.scene().expect("a valid scene")).expect("the engines agree");
+    assert!(compared > 5, "{compared}");
+}
