@@ -12,7 +12,7 @@ const PLANE: [Boundary; 3] = [Boundary::Periodic, Boundary::Periodic, Boundary::
 const LINE: [Boundary; 3] = [Boundary::Periodic, Boundary::Flat, Boundary::Flat];
 
 fn hard_spheres(boundary: [Boundary; 3], lattice: Lattice, count: u64, amount: Amount) -> Simulation {
-    let scene = SceneBuilder::new("hard spheres")
+    let scene = SceneBuilder::new("hard_spheres")
         .boundary(boundary)
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)

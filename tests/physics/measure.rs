@@ -1,6 +1,6 @@
 //! Fluids measured in blocks, and means with the standard errors that the blocks give.
 
-use carom::event::{Event, Tally};
+use carom::event::Event;
 use carom::simulation::{Reason, Simulation, Until};
 
 /// A mean of independent samples and its standard error.
@@ -37,10 +37,9 @@ pub struct Block {
     pub time: f64,
     /// The temperature's mean over that time.
     pub temperature: f64,
+    /// Core contacts.
     pub core: f64,
-    pub capture: f64,
-    pub release: f64,
-    pub bounce: f64,
+    /// Sum of `r_ij . J`.
     pub virial: f64,
 }
 
@@ -78,15 +77,11 @@ impl Fluid {
             });
             assert_eq!(reason, Ok(Reason::Events));
             let after = simulation.tally();
-            let counted = |field: fn(&Tally) -> u64| (field(after) - field(&before)) as f64;
             blocks.push(Block {
                 time: now - begin,
                 // Net momentum zero takes the degrees of freedom of one particle away.
                 temperature: 2.0 * integral / (now - begin) / (dimensions * (particles - 1.0)),
-                core: counted(|t| t.core),
-                capture: counted(|t| t.capture),
-                release: counted(|t| t.release),
-                bounce: counted(|t| t.bounce),
+                core: (after.core - before.core) as f64,
                 virial: after.virial - before.virial,
             });
         }

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 fn body(boundary: [Boundary; 3]) -> SceneBuilder {
     let space = Space { lower: Vector::new(-1.0, 0.0, 2.0), size: Vector::new(4.0, 5.0, 7.0), boundary };
-    SceneBuilder::new("one body").space(space).species("A", 2.0, 1.0)
+    SceneBuilder::new("one_body").space(space).species("A", 2.0, 1.0)
 }
 
 #[test]
