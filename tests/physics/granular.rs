@@ -6,7 +6,7 @@ use carom::event::EventKind;
 use carom::potential::Potential;
 use carom::scene::{Amount, Lattice, Scene, SceneBuilder};
 use carom::simulation::{Reason, Simulation, Until};
-use carom::space::{Boundary, Space};
+use carom::space::{Boundary, Face, Space};
 
 fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
     let mut builder = SceneBuilder::new("gas")
@@ -86,21 +86,51 @@ fn three_on_a_line(restitution: f64, contact_time: Option<f64>) -> Simulation {
 #[test]
 fn three_spheres_on_a_line_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
     let limit = 7.0 - 4.0 * 3.0_f64.sqrt();
-    for below in [0.01, 0.03, 0.05, 0.06, 0.065, limit - 0.002] {
-        let mut sim = three_on_a_line(below, None);
-        println!("{below} {:?} {:?}", sim.advance(Until::time(100.0)), sim.tally());
+    let speeds = |restitution| {
+        let mut simulation = three_on_a_line(restitution, None);
+        let mut last = 0.0;
+        let reason = simulation.advance_with(Until::time(100.0), |event| last = event.time);
+        assert_eq!(reason, Ok(Reason::Time));
+        let v = simulation.snapshot().velocities;
+        println!("e = {restitution}: {} contacts, the last at {last}, {v:?}", simulation.tally().core);
+        (v[1].x - v[0].x, v[2].x - v[1].x)
+    };
+    // In exact numbers contacts never end. In rounded ones they do when relative speeds of 1 have lost all of their digits: the
+    // three go on as one.
+    for below in [0.01, 0.03, 0.06, limit - 0.001] {
+        let (left, right) = speeds(below);
+        assert!(
+            (0.0..2.0 * f64::EPSILON).contains(&left) && (0.0..2.0 * f64::EPSILON).contains(&right),
+            "{left} {right}"
+        );
     }
-    for below in [0.01, 0.03, 0.06, limit - 0.002] {
-        let arrest = three_on_a_line(below, None).advance(Until::time(100.0)).unwrap_err();
-        assert!(arrest.time > 1.0 && arrest.time < 3.0, "{arrest}");
+    for above in [limit + 0.001, 0.1, 0.5, 1.0] {
+        let (left, right) = speeds(above);
+        assert!(left >= 0.0 && right >= 0.0 && left + right > 1e-8, "{left} {right}");
     }
-    for above in [limit + 0.002, 0.1, 0.5, 1.0] {
-        let mut simulation = three_on_a_line(above, None);
-        assert_eq!(simulation.advance(Until::time(100.0)), Ok(Reason::Time));
-        println!("{above}: {} contacts", simulation.tally().core);
-        let end = simulation.snapshot();
-        assert!(end.velocities[0].x <= end.velocities[1].x && end.velocities[1].x <= end.velocities[2].x);
-    }
+}
+
+#[test]
+fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
+    let floor = Face::Wall { restitution: 0.5 };
+    let space = Space {
+        lower: Vector::zeros(),
+        size: Vector::repeat(4.0),
+        boundary: [Boundary::OPEN, Boundary::OPEN, Boundary::Bounded { lower: floor, upper: Face::Open }],
+    };
+    let ball = SceneBuilder::new("ball")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -1.0))
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
+    let arrest = Simulation::new(ball.clone().build().unwrap()).advance(Until::time(5.0)).unwrap_err();
+    // sqrt(2) (1 + e) / (1 - e)
+    assert!((arrest.time - 3.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{arrest}");
+    assert_eq!((arrest.particle.0, arrest.partner), (0, None));
+    let mut held = Simulation::new(ball.contact_time(1e-3).build().unwrap());
+    assert_eq!(held.advance(Until::time(5.0)), Ok(Reason::Time));
+    assert!((held.snapshot().positions[0].z - 0.5).abs() < 1e-6);
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, r
     const BLOCKS: usize = 40;
     let mut counts = vec![vec![Counts::default(); BLOCKS]; potential.radii().len()];
     let mut simulation = fluid(potential, 864, density, temperature);
-    let fluid = Fluid::measure_with(&mut simulation, 300_000, BLOCKS, 50_000, |block, event| {
+    let fluid = Fluid::measure_with(&mut simulation, 150_000, BLOCKS, 25_000, |block, event| {
         let step = potential.radii().iter().position(|radius| *radius == event.distance).unwrap();
         let counts = &mut counts[step][block];
         match event.kind {
@@ -76,18 +76,18 @@ fn square_wells_release_as_many_pairs_as_they_should() {
 
 #[test]
 fn square_shoulders_admit_as_many_pairs_as_they_should() {
-    assert_the_law_holds(&Potential::square_shoulder(1.0, 1.5, 1.0).unwrap(), 0.4, 1.0, 0.01);
+    assert_the_law_holds(&Potential::square_shoulder(1.0, 1.5, 1.0).unwrap(), 0.4, 3.0, 0.01);
 }
 
 #[test]
 fn penetrable_spheres_admit_as_many_pairs_as_they_should() {
-    assert_the_law_holds(&Potential::penetrable(1.0, 1.0).unwrap(), 1.0, 1.0, 0.01);
+    assert_the_law_holds(&Potential::penetrable(1.0, 1.0).unwrap(), 1.0, 2.0, 0.01);
 }
 
 #[test]
 fn every_step_of_lennard_jones_is_taken_as_often_as_it_should() {
-    let potential = Potential::stepped_lennard_jones(1.0, 1.0, 2.5, 10, 10.0).unwrap();
-    assert_the_law_holds(&potential, 0.6, 1.5, 0.03);
+    let potential = Potential::stepped_lennard_jones(1.0, 1.0, 1.8, 8, 10.0).unwrap();
+    assert_the_law_holds(&potential, 0.5, 1.5, 0.05);
 }
 
 #[test]
@@ -107,7 +107,7 @@ fn dilute_square_wells_have_the_second_virial_coefficient() {
         let [one, two] = [0.01, 0.02].map(|density| {
             let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
             let mut simulation = fluid(&potential, 500, density, temperature);
-            let fluid = Fluid::measure(&mut simulation, 50_000, 50, 16_000);
+            let fluid = Fluid::measure(&mut simulation, 50_000, 40, 12_000);
             // Off the asked temperature by the wells that the start did not fill: the coefficient of each block's own.
             fluid.mean(|b| b.virial / (3.0 * fluid.particles * b.temperature * b.time * density) - b2(b.temperature))
         });
