@@ -1,0 +1,101 @@
+//! Bonded chains: the pendulum and the polymers of `configs/`.
+
+use carom::potential::Potential;
+use carom::scene::{ParticleId, Scene};
+use carom::simulation::{Simulation, Snapshot, Until};
+use carom::space::minimum_image;
+
+/// The largest part by which a bond is longer or shorter than it may be.
+fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
+    let excess = |bond: &carom::scene::Bond| {
+        let [a, b] = bond.pair.map(|id| now.positions[id.0 as usize]);
+        let distance = minimum_image(a - b, &scene.space.periods()).norm();
+        let potential: &Potential = &scene.interactions[bond.interaction.0 as usize].potential;
+        let core = potential.core().unwrap();
+        ((distance - potential.range()) / potential.range()).max((core - distance) / core)
+    };
+    scene.bonds.iter().map(excess).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// A position is rounded to the spacing of its coordinates' floats, at most 16, in each of its six coordinates and at the
+/// times of both particles: some ten units in the last place, relative to distances of 1.
+const BOND_ROUND_OFF: f64 = 10.0 * 16.0 * f64::EPSILON;
+
+fn pendulum(restitution: f64) -> Simulation {
+    let value = restitution.to_string();
+    let keys: Vec<String> = (0..5).map(|k| format!("interaction.{k}.restitution")).collect();
+    let overrides: Vec<(&str, &str)> = keys.iter().map(|key| (key.as_str(), value.as_str())).collect();
+    Simulation::new(Scene::from_file_with("configs/pendulum.toml", &overrides).unwrap())
+}
+
+#[test]
+fn the_energy_of_the_pendulum_never_rises() {
+    for restitution in [0.0, 0.5, 0.9, 1.0] {
+        let mut simulation = pendulum(restitution);
+        let total = |simulation: &Simulation| simulation.energy().kinetic + simulation.energy().potential;
+        // The bob can fall by 11 with its mass of 100.
+        let scale = 1100.0;
+        let (mut last, mut worst) = (total(&simulation), f64::NEG_INFINITY);
+        for event in 1..=20_000 {
+            simulation.advance(Until::events(event)).unwrap();
+            let now = total(&simulation);
+            // One event rounds the energies of two particles, and their streaming to it those of all, a few times each.
+            assert!(now <= last + 32.0 * scale * f64::EPSILON, "{restitution}: event {event} adds {}", now - last);
+            last = now;
+            worst = worst.max(worst_bond(simulation.scene(), &simulation.snapshot()));
+        }
+        assert!(worst < BOND_ROUND_OFF, "{restitution}: a bond is exceeded by {worst}");
+        println!("{restitution}: time {}, energy {last}, worst bond {worst:e}", simulation.time());
+        assert_eq!(simulation.tally().in_invalid_state, 0);
+    }
+}
+
+#[test]
+fn an_elastic_pendulum_keeps_its_energy() {
+    let mut simulation = pendulum(1.0);
+    let start = simulation.energy();
+    let mut most = 0.0_f64;
+    for part in 1..=100 {
+        simulation.advance(Until::events(1000 * part)).unwrap();
+        let now = simulation.energy();
+        most = most.max(now.kinetic);
+        let error = now.kinetic + now.potential - start.kinetic - start.potential;
+        assert!(error.abs() < 1e-10 * most, "{error} after {} events", 1000 * part);
+    }
+    assert!(most > 100.0);
+}
+
+#[test]
+fn an_inelastic_pendulum_comes_to_hang() {
+    let mut simulation = pendulum(0.5);
+    simulation.advance(Until::events(300_000)).unwrap();
+    let now = simulation.energy();
+    let bob = simulation.snapshot().positions[10];
+    println!("time {}, bob at {bob:?}, kinetic {}", simulation.time(), now.kinetic);
+    assert!(worst_bond(simulation.scene(), &simulation.snapshot()) < BOND_ROUND_OFF);
+    assert!(bob.xz().norm() < 9.0 * 1.06 + 1.5 * 1.06 + 1e-12);
+    let total = now.kinetic + now.potential;
+    assert!(total < 0.0, "{total}");
+}
+
+#[test]
+fn polymers_stay_whole() {
+    let mut simulation = Simulation::new(Scene::from_file("configs/polymer.toml").unwrap());
+    let start = simulation.energy();
+    for part in 1..=10 {
+        simulation.advance(Until::events(30_000 * part)).unwrap();
+        let scene = simulation.scene();
+        assert!(worst_bond(scene, &simulation.snapshot()) < BOND_ROUND_OFF);
+        for bond in &scene.bonds {
+            assert_eq!(simulation.pair_state(bond.pair[0], bond.pair[1]), 1);
+        }
+    }
+    assert_eq!(
+        simulation.pair_state(ParticleId(0), ParticleId(50)),
+        simulation.pair_state(ParticleId(50), ParticleId(0))
+    );
+    let now = simulation.energy();
+    // 2,000 beads at a temperature near 1; each of 300,000 events rounds the energies of two of them a few times.
+    let bound = 300_000.0 * 16.0 * 2.0 * f64::EPSILON;
+    assert!((now.kinetic + now.potential - start.kinetic - start.potential).abs() < bound);
+}

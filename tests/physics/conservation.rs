@@ -1,0 +1,142 @@
+//! Energy and momentum to round-off, and the formal example with an exact answer.
+
+use carom::Vector;
+use carom::event::{Event, EventKind};
+use carom::potential::Potential;
+use carom::response::Outcome;
+use carom::scene::{Amount, Arrangement, Fill, Lattice, Scene, SceneBuilder};
+use carom::simulation::{Reason, Simulation, Until};
+use carom::space::{Boundary, Space};
+
+/// An event rounds each component of two velocities, of the impulse and of the normal a few times, by half a unit in the last
+/// place each.
+const ROUNDINGS: f64 = 8.0;
+
+/// Runs `events` and checks energy and momentum against what rounding can do if no two errors ever cancel.
+fn assert_conserved(mut simulation: Simulation, events: u64) {
+    let start = simulation.energy();
+    assert_eq!(simulation.advance(Until::events(events)), Ok(Reason::Events));
+    let end = simulation.energy();
+    let particles = simulation.moving() as f64;
+    let mass = simulation.scene().species.iter().map(|s| s.mass).filter(|m| m.is_finite()).fold(0.0, f64::max);
+    // The fastest pairs of an event are some ten times as energetic as the mean; on average they are less than twice.
+    let typical = 2.0 * (start.kinetic.max(end.kinetic) / particles);
+    let energy = 2.0 * ROUNDINGS * f64::EPSILON * events as f64 * typical;
+    let error = end.kinetic + end.potential - start.kinetic - start.potential;
+    println!("energy {error:e} of {}, bound {energy:e}", start.kinetic);
+    assert!(error.abs() < energy, "energy changed by {error}, bound {energy}");
+    let momentum = ROUNDINGS * f64::EPSILON * events as f64 * (2.0 * mass * typical).sqrt();
+    let drift = (end.momentum - start.momentum).amax();
+    println!("momentum {drift:e}, bound {momentum:e}");
+    assert!(drift < momentum, "momentum changed by {drift}, bound {momentum}");
+}
+
+#[test]
+fn hard_spheres_conserve_energy_and_momentum() {
+    let scene = SceneBuilder::new("spheres")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45))
+        .temperature(1.0)
+        .build()
+        .unwrap();
+    assert_conserved(Simulation::new(scene), 500_000);
+}
+
+#[test]
+fn stepped_lennard_jones_conserves_energy_and_momentum() {
+    let overrides = [("fill.0.count", "500")];
+    let scene = Scene::from_file_with("configs/stepped_lennard_jones.toml", &overrides).unwrap();
+    assert_conserved(Simulation::new(scene), 100_000);
+}
+
+#[test]
+fn mixtures_of_masses_and_potentials_conserve_energy_and_momentum() {
+    let mut fill = Fill::new(Arrangement::Random, "light").count(400).amount(Amount::NumberDensity(0.3));
+    fill.composition = vec![("light".to_owned(), 3.0), ("heavy".to_owned(), 1.0)];
+    let scene = SceneBuilder::new("mixture")
+        .species("light", 0.01, 0.6)
+        .species("heavy", 7.0, 1.2)
+        .interaction("light", "light", Potential::penetrable(0.6, 0.8).unwrap(), 1.0)
+        .interaction("light", "heavy", Potential::square_well(0.9, 1.4, 0.7).unwrap(), 1.0)
+        .interaction("heavy", "heavy", Potential::square_shoulder(1.2, 1.2, 0.5).unwrap(), 1.0)
+        .add_fill(fill)
+        .temperature(1.0)
+        .build()
+        .unwrap();
+    assert_conserved(Simulation::new(scene), 500_000);
+}
+
+#[test]
+fn species_of_unequal_mass_share_the_energy_evenly() {
+    let mut fill = Fill::new(Arrangement::Random, "light").count(400).amount(Amount::PackingFraction(0.2));
+    fill.composition = vec![("light".to_owned(), 1.0), ("heavy".to_owned(), 1.0)];
+    let mut builder = SceneBuilder::new("mixture").species("light", 0.25, 1.0).species("heavy", 4.0, 1.0);
+    for (a, b) in [("light", "light"), ("light", "heavy"), ("heavy", "heavy")] {
+        builder = builder.interaction(a, b, Potential::hard_sphere(1.0).unwrap(), 1.0);
+    }
+    let mut simulation = Simulation::new(builder.add_fill(fill).temperature(1.0).build().unwrap());
+    simulation.advance(Until::events(20_000)).unwrap();
+    let shares = crate::measure::Mean::of((1..=100).map(|block| {
+        simulation.advance(Until::events(20_000 + block * 4_000)).unwrap();
+        let now = simulation.snapshot();
+        let (mut light, mut all) = (0.0, 0.0);
+        for (particle, velocity) in simulation.scene().particles.iter().zip(&now.velocities) {
+            let energy = simulation.scene().species[particle.species.0 as usize].mass * velocity.norm_squared();
+            all += energy;
+            light += if particle.species.0 == 0 { energy } else { 0.0 };
+        }
+        light / all
+    }));
+    // Half of the particles have half of the energy, less the degrees of freedom that the net momentum takes from each
+    // species by its share of the mass: (600 - 3 / 17) / (1200 - 3).
+    shares.assert_is((600.0 - 3.0 / 17.0) / 1197.0, 0.004, "energy of the light half");
+}
+
+#[test]
+fn the_formal_example_is_exact() {
+    let scene = Scene::from_file("configs/elastic_spheres_1d.toml").unwrap();
+    let mut simulation = Simulation::new(scene);
+    let mut events: Vec<Event> = Vec::new();
+    assert_eq!(simulation.advance_with(Until::time(10.0), |event| events.push(*event)), Ok(Reason::Time));
+    let pairs: Vec<_> = events.iter().map(|e| (e.particle.0.min(e.partner.unwrap().0), e.kind)).collect();
+    assert_eq!(pairs, [(0, EventKind::Pair(Outcome::Core)), (1, EventKind::Pair(Outcome::Core))]);
+    assert_eq!(events[0].time, 0.0);
+    assert!((events[1].time - 1.01).abs() <= 1e-14, "{}", events[1].time);
+    let end = simulation.snapshot();
+    for (k, (x, v)) in [(-10.0, -1.0), (11.5, 1.0), (20.99, 2.0)].into_iter().enumerate() {
+        // Two events and one streaming, each rounded to the spacing of floats below 32.
+        assert!((end.positions[k].x - x).abs() <= 3.0 * 16.0 * f64::EPSILON, "{}", end.positions[k].x);
+        assert_eq!(end.velocities[k], Vector::new(v, 0.0, 0.0));
+    }
+    assert_eq!(simulation.energy().kinetic, 3.0);
+    assert_eq!(simulation.energy().momentum.x, 2.0);
+}
+
+#[test]
+fn elastic_spheres_that_fall_between_elastic_walls_keep_their_energy() {
+    let space = Space {
+        lower: Vector::zeros(),
+        size: Vector::new(6.0, 6.0, 12.0),
+        boundary: [Boundary::Periodic, Boundary::walls(1.0), Boundary::walls(1.0)],
+    };
+    let scene = SceneBuilder::new("falling")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -1.0))
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(100))
+        .temperature(1.0)
+        .build()
+        .unwrap();
+    let mut simulation = Simulation::new(scene);
+    let start = simulation.energy();
+    simulation.advance(Until::events(200_000)).unwrap();
+    let end = simulation.energy();
+    let error = end.kinetic + end.potential - start.kinetic - start.potential;
+    // Streaming to an event rounds positions and velocities of two particles: their energies of up to g h = 12 each.
+    let bound = 200_000.0 * ROUNDINGS * 2.0 * 12.0 * f64::EPSILON;
+    println!("energy {error:e}, bound {bound:e}");
+    assert!(error.abs() < bound);
+    assert!(simulation.tally().wall > 1000);
+}

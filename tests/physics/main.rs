@@ -1,0 +1,13 @@
+//! Physics: whole simulations against exact and published results.
+//!
+//! Statistical tolerances are four standard errors, estimated from blocks of the run itself; seeds are fixed, so that a test
+//! passes always or never. Tolerances of round-off are derived where they are used.
+
+mod chains;
+mod conservation;
+mod granular;
+mod hard_spheres;
+mod invariance;
+mod measure;
+mod single_bodies;
+mod steps;

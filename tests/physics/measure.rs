@@ -1,0 +1,114 @@
+//! Fluids measured in blocks, and means with the standard errors that the blocks give.
+
+use carom::event::Event;
+use carom::simulation::{Reason, Simulation, Until};
+
+/// A mean of independent samples and its standard error.
+#[derive(Debug, Clone, Copy)]
+pub struct Mean {
+    pub mean: f64,
+    pub error: f64,
+}
+
+impl Mean {
+    pub fn of(samples: impl IntoIterator<Item = f64>) -> Self {
+        let samples: Vec<f64> = samples.into_iter().collect();
+        let n = samples.len() as f64;
+        let mean = samples.iter().sum::<f64>() / n;
+        let variance = samples.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0);
+        Self { mean, error: (variance / n).sqrt() }
+    }
+
+    /// Whether the mean is what theory says, within four standard errors: one seed in 16,000 is further off. The standard
+    /// error has to be below `resolution`, or the comparison would say nothing.
+    #[track_caller]
+    pub fn assert_is(&self, expected: f64, resolution: f64, what: &str) {
+        let Self { mean, error } = *self;
+        println!("{what}: {mean:.6} +- {error:.6}, expected {expected:.6}, {:+.2} sigma", (mean - expected) / error);
+        assert!(error < resolution, "{what}: the standard error {error} is not below {resolution}");
+        assert!((mean - expected).abs() < 4.0 * error, "{what} is {mean} +- {error}, expected {expected}");
+    }
+}
+
+/// What happened in one block of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Block {
+    /// Simulated time.
+    pub time: f64,
+    /// The temperature's mean over that time.
+    pub temperature: f64,
+    /// Core contacts.
+    pub core: f64,
+    /// Sum of `r_ij . J`.
+    pub virial: f64,
+}
+
+/// A force-free fluid measured in blocks.
+#[derive(Debug)]
+pub struct Fluid {
+    pub particles: f64,
+    pub dimensions: f64,
+    pub blocks: Vec<Block>,
+}
+
+impl Fluid {
+    /// Runs `equilibration` events without measuring, then `count` blocks of `events` each, and shows every measured event
+    /// to `observe` with the number of its block.
+    pub fn measure_with(
+        simulation: &mut Simulation,
+        equilibration: u64,
+        count: usize,
+        events: u64,
+        mut observe: impl FnMut(usize, &Event),
+    ) -> Self {
+        let (particles, dimensions) = (simulation.moving() as f64, simulation.dimensions() as f64);
+        let start = simulation.tally().physical();
+        assert_eq!(simulation.advance(Until::events(start + equilibration)), Ok(Reason::Events));
+        let mut kinetic = simulation.energy().kinetic;
+        let mut now = simulation.time();
+        let mut blocks = Vec::new();
+        for block in 0..count {
+            let (before, begin, mut integral) = (*simulation.tally(), now, 0.0);
+            let reason = simulation.advance_with(Until::events(before.physical() + events), |event| {
+                integral += kinetic * (event.time - now);
+                kinetic -= event.energy_step + event.dissipated;
+                now = event.time;
+                observe(block, event);
+            });
+            assert_eq!(reason, Ok(Reason::Events));
+            let after = simulation.tally();
+            blocks.push(Block {
+                time: now - begin,
+                // Net momentum zero takes the degrees of freedom of one particle away.
+                temperature: 2.0 * integral / (now - begin) / (dimensions * (particles - 1.0)),
+                core: (after.core - before.core) as f64,
+                virial: after.virial - before.virial,
+            });
+        }
+        Self { particles, dimensions, blocks }
+    }
+
+    /// Runs `equilibration` events without measuring, then `count` blocks of `events` each.
+    pub fn measure(simulation: &mut Simulation, equilibration: u64, count: usize, events: u64) -> Self {
+        Self::measure_with(simulation, equilibration, count, events, |_, _| {})
+    }
+
+    /// A mean over the blocks.
+    pub fn mean(&self, of: impl Fn(&Block) -> f64) -> Mean {
+        Mean::of(self.blocks.iter().map(of))
+    }
+
+    pub fn temperature(&self) -> Mean {
+        self.mean(|block| block.temperature)
+    }
+
+    /// `Z = 1 + sum r_ij . J / (D N T t)`.
+    pub fn compressibility(&self) -> Mean {
+        self.mean(|b| 1.0 + b.virial / (self.dimensions * self.particles * b.temperature * b.time))
+    }
+
+    /// Core contacts per particle and time, at temperature 1: two particles share a contact.
+    pub fn collision_rate(&self) -> Mean {
+        self.mean(|b| 2.0 * b.core / (self.particles * b.time * b.temperature.sqrt()))
+    }
+}

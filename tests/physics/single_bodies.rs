@@ -1,0 +1,184 @@
+//! One body whose motion is known: between walls, around a ring, on a floor, on a string.
+
+use carom::Vector;
+use carom::event::EventKind;
+use carom::potential::Potential;
+use carom::scene::{Scene, SceneBuilder};
+use carom::simulation::{Reason, Simulation, Until};
+use carom::space::{Boundary, Face, Space};
+use std::f64::consts::PI;
+
+fn body(boundary: [Boundary; 3]) -> SceneBuilder {
+    let space = Space { lower: Vector::new(-1.0, 0.0, 2.0), size: Vector::new(4.0, 5.0, 7.0), boundary };
+    SceneBuilder::new("one_body").space(space).species("A", 2.0, 1.0)
+}
+
+#[test]
+fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
+    // Its centre has 3, 4 and 6 to go; at speeds of 3/8, 1 and 3/4 the periods are 16, 8 and 16, and contacts come at times
+    // that floats hold exactly.
+    let start = (Vector::new(0.25, 1.25, 7.0), Vector::new(0.375, -1.0, 0.75));
+    let scene = body([Boundary::walls(1.0); 3])
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .particle("A", start.0, start.1)
+        .build()
+        .unwrap();
+    let mut simulation = Simulation::new(scene);
+    for period in 1..=1000 {
+        let mut faces = [0; 6];
+        let until = Until::time(16.0 * f64::from(period));
+        let reason = simulation.advance_with(until, |event| match event.kind {
+            EventKind::Wall { axis, is_upper } => faces[2 * usize::from(axis) + usize::from(is_upper)] += 1,
+            EventKind::Pair(_) => panic!("{event:?}"),
+        });
+        assert_eq!(reason, Ok(Reason::Time));
+        assert_eq!(faces, [1, 1, 2, 2, 1, 1], "period {period}");
+        // Nothing is ever rounded.
+        let now = simulation.snapshot();
+        assert_eq!((now.positions[0], now.velocities[0]), start, "period {period}");
+    }
+}
+
+#[test]
+fn a_body_in_a_periodic_box_returns_after_its_length_over_its_speed() {
+    let start = (Vector::new(0.0, 1.25, 7.5), Vector::new(0.5, -1.0, 0.875));
+    let scene = body([Boundary::Periodic; 3])
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .particle("A", start.0, start.1)
+        .build()
+        .unwrap();
+    let mut simulation = Simulation::new(scene);
+    // 8, 5 and 8 per turn; they meet again after 40.
+    assert_eq!(simulation.advance(Until::time(40_000.0)), Ok(Reason::Time));
+    let now = simulation.snapshot();
+    assert_eq!(now.velocities[0], start.1);
+    assert_eq!(now.images[0], [5000, -8000, 5000]);
+    // Each of 18,000 wraps rounds a coordinate below 16 once, and each streaming once more.
+    assert!((now.positions[0] - start.0).norm() < 2.0 * 18_000.0 * 8.0 * f64::EPSILON, "{:?}", now.positions[0]);
+}
+
+/// Times of contact, and the heights that follow, of the ball of `configs/bouncing_ball.toml`.
+fn bounces(restitution: f64, contact_time: f64) -> (Vec<f64>, Vec<f64>, Simulation) {
+    let (e, t_c) = (restitution.to_string(), format!("{contact_time:e}"));
+    let overrides = [("space.z.restitution", e.as_str()), ("dynamics.contact_time", t_c.as_str())];
+    let scene = Scene::from_file_with("configs/bouncing_ball.toml", &overrides).unwrap();
+    let mut simulation = Simulation::new(scene);
+    let (mut times, mut peaks, mut speed) = (Vec::new(), Vec::new(), 0.0);
+    let _ = simulation.advance_with(Until { time: f64::INFINITY, events: 200 }, |event| {
+        // Under gravity 1 the ball of mass 1 comes back as fast as it left.
+        let arrival = if times.is_empty() { 2.0_f64.sqrt() } else { speed };
+        speed = event.impulse - arrival;
+        times.push(event.time);
+        peaks.push(0.5 * speed * speed);
+    });
+    (times, peaks, simulation)
+}
+
+#[test]
+fn a_bouncing_ball_loses_height_as_a_power_and_comes_to_rest_in_time() {
+    for (e, rest) in [(0.5_f64, 4.242641), (0.9, 26.870058)] {
+        assert!((2.0_f64.sqrt() * (1.0 + e) / (1.0 - e) - rest).abs() < 1e-6);
+        let contact_time = 1e-6;
+        let (times, peaks, _) = bounces(e, contact_time);
+        let mut expected = 2.0_f64.sqrt();
+        for (n, (time, peak)) in times.iter().zip(&peaks).enumerate() {
+            let power = e.powi(n as i32 + 1);
+            if 2.0 * 2.0_f64.sqrt() * power / e < contact_time {
+                break; // the TC model has made the contact elastic
+            }
+            // Each flight rounds time and speed some units in the last place of the whole time, and a ball of speed v
+            // that arrives dt late is 1/2 v dt off its peak.
+            let bound = 8.0 * (n + 1) as f64 * rest * f64::EPSILON;
+            assert!((time - expected).abs() <= bound, "contact {n} at {time}, expected {expected}");
+            assert!((peak - power * power).abs() <= bound, "peak {n} of {peak}, expected {}", power * power);
+            expected += 2.0 * 2.0_f64.sqrt() * power;
+        }
+        println!("e = {e}: {} contacts, the last at {:?}, rest expected at {rest}", times.len(), times.last());
+        // What is left when contacts become elastic: flights shorter than the contact time.
+        let last = times.iter().copied().take_while(|time| *time < rest).count();
+        assert!(last > 15 || times.iter().all(|time| (time - rest).abs() < 1e-3 || *time < rest));
+    }
+}
+
+/// The complete elliptic integral of the first kind of modulus `k`, by the arithmetic-geometric mean.
+fn elliptic_k(k: f64) -> f64 {
+    let (mut a, mut b) = (1.0, (1.0 - k * k).sqrt());
+    for _ in 0..10 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    PI / (2.0 * a)
+}
+
+/// Period of a body on a bond between `1 - width` and 1, let go from the horizontal, over `swings` whole swings.
+fn pendulum_period(width: f64, swings: usize) -> f64 {
+    let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
+    let scene = SceneBuilder::new("pendulum")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -1.0))
+        .static_species("pivot", 0.1)
+        .species("bob", 1.0, 0.1)
+        .no_interaction("pivot", "bob")
+        .interaction("bob", "bob", Potential::hard_sphere(0.1).unwrap(), 1.0)
+        .bond_interaction("string", Potential::bond(1.0 - width, 1.0).unwrap(), 1.0)
+        .particle("pivot", Vector::zeros(), Vector::zeros())
+        .particle("bob", Vector::new(1.0 - 0.5 * width, 0.0, 0.0), Vector::zeros())
+        .bond(0, 1, "string")
+        .build()
+        .unwrap();
+    let mut simulation = Simulation::new(scene);
+    // Angles of the contacts with the bond's ends; between two of them the lowest point is passed at next to even speed.
+    let (mut last, mut passages) = ((0.0, 1.0), Vec::new());
+    while passages.len() < 2 * swings + 1 {
+        let next = simulation.tally().physical() + 1000;
+        simulation
+            .advance_with(Until::events(next), |event| {
+                let side = if event.partner.is_some_and(|id| id.0 == 0) { 1.0 } else { -1.0 };
+                let x = side * event.normal.x;
+                let now = (event.time, x);
+                if (x > 0.0) != (last.1 > 0.0) && event.normal.z * side < 0.0 {
+                    passages.push(last.0 + (now.0 - last.0) * last.1 / (last.1 - x));
+                }
+                last = now;
+            })
+            .unwrap();
+    }
+    (passages[2 * swings] - passages[0]) / swings as f64
+}
+
+#[test]
+fn a_bonded_body_swings_with_the_period_of_a_pendulum() {
+    // From the horizontal with L = g = 1: 4 K(sin(pi/4)) = 7.4163.
+    let exact = 4.0 * elliptic_k((PI / 4.0).sin());
+    assert!((exact - 7.416_298_709).abs() < 1e-9);
+    assert!((elliptic_k(0.0) - PI / 2.0).abs() < 1e-15);
+    let errors = [1e-2, 1e-3, 1e-4].map(|width| (pendulum_period(width, 10) / exact - 1.0).abs());
+    println!("relative errors of the period {errors:?}");
+    for (error, width) in errors.iter().zip([1e-2, 1e-3, 1e-4]) {
+        assert!(*error < 2.0 * width, "{error} at width {width}");
+    }
+}
+
+#[test]
+fn a_thrown_body_follows_its_parabola_off_a_floor() {
+    // From height 2 at rest with g = 1/2, the floor gives it back all: period 4 sqrt(2 h / g) / 2 with h = 1.5 from contact.
+    let boundary = [
+        Boundary::Periodic,
+        Boundary::OPEN,
+        Boundary::Bounded { lower: Face::Wall { restitution: 1.0 }, upper: Face::Open },
+    ];
+    let scene = body(boundary)
+        .gravity(Vector::new(0.0, 0.0, -0.5))
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .particle("A", Vector::new(0.0, 1.0, 2.0 + 0.5 + 4.0), Vector::new(1.0, 0.25, 0.0))
+        .build()
+        .unwrap();
+    let mut simulation = Simulation::new(scene);
+    // Falls 4 in a time of 4.
+    simulation.advance(Until::time(8.0 * 100.0)).unwrap();
+    let now = simulation.snapshot();
+    assert_eq!(simulation.tally().wall, 100);
+    // A contact that is rounded by some units in the last place of 800 moves all that follows by as much.
+    assert!((now.positions[0].z - 6.5).abs() < 1e-10, "{}", now.positions[0].z);
+    assert!((now.positions[0].y - 201.0).abs() < 800.0 * 4.0 * 100.0 * f64::EPSILON);
+    assert_eq!(now.images[0][0], 200);
+}

@@ -1,0 +1,117 @@
+//! The exact law of events at the steps of a potential, in equilibrium.
+//!
+//! Relative normal velocities are Maxwellian on either side of a step. Of the pairs that go up a step `eps`, those with
+//! `mu/2 vn^2 <= eps` bounce, so that `N_bounce / N_up = exp(eps / T) - 1`, and as many pairs go up as down (Bannerman and
+//! Lue, J. Chem. Phys. 133, 124506, 2010). For N particles of constant energy the law is off by a part of order `1 / (D N)`.
+
+use crate::measure::{Fluid, Mean};
+use carom::event::EventKind;
+use carom::potential::Potential;
+use carom::response::Outcome;
+use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::simulation::Simulation;
+use std::f64::consts::PI;
+
+fn fluid(potential: &Potential, count: u64, density: f64, temperature: f64) -> Simulation {
+    let scene = SceneBuilder::new("steps")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", potential.clone(), 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", count, Amount::NumberDensity(density))
+        .temperature(temperature)
+        .build()
+        .unwrap();
+    Simulation::new(scene)
+}
+
+/// How often pairs met one radius of a potential in one block.
+#[derive(Debug, Clone, Copy, Default)]
+struct Counts {
+    inwards: f64,
+    outwards: f64,
+    bounces: f64,
+}
+
+/// Checks the law at every finite step of a potential.
+fn assert_the_law_holds(potential: &Potential, density: f64, temperature: f64, resolution: f64) {
+    const BLOCKS: usize = 40;
+    let mut counts = vec![vec![Counts::default(); BLOCKS]; potential.radii().len()];
+    let mut simulation = fluid(potential, 864, density, temperature);
+    let fluid = Fluid::measure_with(&mut simulation, 150_000, BLOCKS, 25_000, |block, event| {
+        let step = potential.radii().iter().position(|radius| *radius == event.distance).unwrap();
+        let counts = &mut counts[step][block];
+        match event.kind {
+            EventKind::Pair(Outcome::Capture) => counts.inwards += 1.0,
+            EventKind::Pair(Outcome::Release) => counts.outwards += 1.0,
+            EventKind::Pair(Outcome::Bounce) => counts.bounces += 1.0,
+            _ => {}
+        }
+    });
+    println!("temperature {:?}", fluid.temperature());
+    for (step, counts) in counts.iter().enumerate() {
+        let [outside, inside] = [potential.energies()[step], potential.energies()[step + 1]];
+        if inside == f64::INFINITY {
+            continue;
+        }
+        let height = (inside - outside).abs();
+        let up = |c: &Counts| if inside > outside { c.inwards } else { c.outwards };
+        let total: f64 = counts.iter().map(up).sum();
+        // The mean of B - (exp(eps / T) - 1) U over the blocks is unbiased, unlike a mean of B / U.
+        let excess = Mean::of(
+            counts.iter().zip(&fluid.blocks).map(|(c, b)| c.bounces - (height / b.temperature).exp_m1() * up(c)),
+        );
+        let scale = total / BLOCKS as f64;
+        let ratio = height / fluid.temperature().mean;
+        let law = Mean { mean: excess.mean / scale, error: excess.error / scale };
+        law.assert_is(0.0, resolution * ratio.exp(), &format!("bounces at step {step}, {ratio:.3} T high"));
+        let net: f64 = counts.iter().map(|c| c.inwards - c.outwards).sum();
+        // In and out differ by the pairs that are inside, which the whole run changes by far less than its events.
+        assert!(net.abs() < 4.0 * total.sqrt(), "{net} more went in than out at step {step}, of {total}");
+    }
+}
+
+#[test]
+fn square_wells_release_as_many_pairs_as_they_should() {
+    assert_the_law_holds(&Potential::square_well(1.0, 1.5, 1.0).unwrap(), 0.5, 2.0, 0.01);
+}
+
+#[test]
+fn square_shoulders_admit_as_many_pairs_as_they_should() {
+    assert_the_law_holds(&Potential::square_shoulder(1.0, 1.5, 1.0).unwrap(), 0.4, 3.0, 0.01);
+}
+
+#[test]
+fn penetrable_spheres_admit_as_many_pairs_as_they_should() {
+    assert_the_law_holds(&Potential::penetrable(1.0, 1.0).unwrap(), 1.0, 2.0, 0.01);
+}
+
+#[test]
+fn every_step_of_lennard_jones_is_taken_as_often_as_it_should() {
+    let potential = Potential::stepped_lennard_jones(1.0, 1.0, 1.8, 8, 10.0).unwrap();
+    assert_the_law_holds(&potential, 0.5, 1.5, 0.05);
+}
+
+#[test]
+fn a_well_under_a_shoulder_has_both_laws() {
+    let inf = f64::INFINITY;
+    let potential = Potential::new(vec![1.9, 1.6, 1.3, 1.0], vec![0.0, 0.7, -0.5, 0.4, inf]).unwrap();
+    assert_the_law_holds(&potential, 0.3, 1.0, 0.02);
+}
+
+#[test]
+fn dilute_square_wells_have_the_second_virial_coefficient() {
+    // Z - 1 = B2 rho + B3 rho^2 + ...; two densities take B3 out, and 0.01 leaves B4 rho^3 far below the error.
+    let sphere = 2.0 * PI / 3.0;
+    let b2 = |temperature: f64| sphere * (1.0 - (1.5_f64.powi(3) - 1.0) * (1.0 / temperature).exp_m1());
+    assert!((b2(2.0) / sphere + 0.54071).abs() < 1e-5 && (b2(1.0) / sphere + 3.08092).abs() < 1e-5);
+    for temperature in [1.0, 3.0] {
+        let [one, two] = [0.01, 0.02].map(|density| {
+            let potential = Potential::square_well(1.0, 1.5, 1.0).unwrap();
+            let mut simulation = fluid(&potential, 500, density, temperature);
+            let fluid = Fluid::measure(&mut simulation, 50_000, 40, 12_000);
+            // Off the asked temperature by the wells that the start did not fill: the coefficient of each block's own.
+            fluid.mean(|b| b.virial / (3.0 * fluid.particles * b.temperature * b.time * density) - b2(b.temperature))
+        });
+        let extrapolated = Mean { mean: 2.0 * one.mean - two.mean, error: (2.0 * one.error).hypot(two.error) };
+        extrapolated.assert_is(0.0, 0.3, &format!("error of B2 = {:.4} at T = {temperature}", b2(temperature)));
+    }
+}
