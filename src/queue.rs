@@ -35,6 +35,10 @@ impl PartialOrd for Wake {
 /// Entries per bucket that the width is tuned to.
 const TARGET: f64 = 64.0;
 
+/// An epoch ends early after this many times the entries that its length is tuned to. One that was planned in a quiet time, of a
+/// start at rest or of particles far apart, would otherwise count the times of a busy one with too few digits.
+const CROWDED: u64 = 4;
+
 /// What the queue holds between the epoch and its horizon; later entries wait outside.
 #[derive(Debug)]
 pub struct EventQueue {
@@ -73,10 +77,17 @@ impl EventQueue {
         }
     }
 
-    /// Time from the epoch to the end of the last bucket: how far the epoch moves next.
+    /// Time from the epoch to the end of the last bucket: how far the queue sees.
     #[must_use]
     pub fn span(&self) -> f64 {
         self.width * self.buckets.len() as f64
+    }
+
+    /// Time from the epoch to the end of the bucket that time has reached: how far the epoch moves next. It is the span, unless
+    /// there were too many entries.
+    #[must_use]
+    pub fn reached(&self) -> f64 {
+        self.width * (self.cursor + 1) as f64
     }
 
     /// Adds an entry. One beyond the horizon is dropped: moving the epoch asks every particle for its wake time again.
@@ -91,7 +102,7 @@ impl EventQueue {
         }
     }
 
-    /// The earliest entry, or none if the queue is empty up to its horizon.
+    /// The earliest entry, or none if the epoch has come to its end, at the horizon or after too many entries.
     #[inline]
     pub fn peek(&mut self) -> Option<Wake> {
         loop {
@@ -100,7 +111,8 @@ impl EventQueue {
                 (Some(front), None) => return Some(*front),
                 (None, Some(Reverse(late))) => return Some(*late),
                 (None, None) => {
-                    if self.cursor + 1 >= self.buckets.len() {
+                    let is_crowded = self.popped > CROWDED * TARGET as u64 * self.buckets.len() as u64;
+                    if self.cursor + 1 >= self.buckets.len() || is_crowded {
                         return None;
                     }
                     self.cursor += 1;
@@ -129,9 +141,8 @@ impl EventQueue {
         for bucket in &mut self.buckets {
             bucket.clear();
         }
-        self.cursor = 0;
-        let per_bucket = self.popped as f64 / self.buckets.len() as f64;
-        self.popped = 0;
+        let per_bucket = self.popped as f64 / (self.cursor + 1) as f64;
+        (self.cursor, self.popped) = (0, 0);
         // Within a factor of two of the target nothing changes; an empty epoch looks far ahead.
         let factor = if !(0.5 * TARGET..=2.0 * TARGET).contains(&per_bucket) {
             power_of_two((TARGET / per_bucket).clamp(1.0 / 1024.0, 1024.0))
@@ -181,6 +192,27 @@ mod tests {
             order.push(next.particle);
         }
         assert_eq!(order, [3, 9, 5]);
+    }
+
+    #[test]
+    fn a_crowded_epoch_ends_with_its_bucket_and_the_next_one_is_shorter() {
+        let mut queue = EventQueue::new(8, 1.0);
+        let (span, width) = (queue.span(), queue.width);
+        assert_eq!(span, 64.0 * width);
+        let most = 4 * 64 * 64;
+        for k in 0..=most {
+            let time = width * f64::from(k) / f64::from(most + 1);
+            queue.push(wake(time, 0));
+            assert_eq!(queue.peek(), Some(wake(time, 0)));
+            queue.pop();
+        }
+        queue.push(wake(1.5 * width, 1));
+        assert_eq!(queue.peek(), None);
+        assert_eq!(queue.reached(), width);
+        queue.restart();
+        assert_eq!(queue.span(), span / 512.0);
+        queue.push(wake(0.5 * queue.width, 1));
+        assert!(queue.peek().is_some());
     }
 
     proptest! {

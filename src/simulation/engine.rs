@@ -391,7 +391,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Moves the epoch to the queue's horizon, or further if nothing happens before; false if nothing ever happens.
+    /// Moves the epoch to where the queue has come, or further if nothing happens before; false if nothing ever happens.
     ///
     /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
     /// multiple of a power of two, which most times lose without rounding.
@@ -400,8 +400,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if next == f64::INFINITY {
             return false;
         }
-        let span = self.queue.span();
-        let shift = span * (next / span).floor().max(1.0);
+        let reached = self.queue.reached();
+        let shift = reached * (next / reached).floor().max(1.0);
         self.epoch += shift;
         self.now -= shift;
         self.standstill.since -= shift;

@@ -105,7 +105,7 @@ fn rods_on_a_ring_meet_exactly_as_often_as_their_velocities_say() {
     // Equal rods exchange velocities, as if points went through each other on a ring of length L - N sigma. So each two
     // velocities meet floor or ceil(|v_i - v_j| t / (L - N sigma)) times: the count is known to one per pair, and each
     // contact has the impulse |v_i - v_j|. At rho = 1/2 the mean is that of Tonks, Z = 1 / (1 - rho sigma) = 2.
-    let (count, time) = (50, 8000.0);
+    let (count, time) = (50, 20_000.0);
     let mut simulation = hard_spheres(LINE, Lattice::Line, count, Amount::NumberDensity(0.5));
     let velocities: Vec<f64> = simulation.scene().particles.iter().map(|p| p.velocity.x).collect();
     let free = simulation.scene().space.size.x - count as f64;
