@@ -5,12 +5,12 @@
 //! particles is made anew. The cost grows with the square of the number of particles; use it for some hundreds.
 //!
 //! ```
-//! use carom::{potential::Potential, reference::Reference, scene::SceneBuilder, space::Boundary, Vector};
+//! use carom::{potential::Potential, reference::Reference, scene::SceneBuilder, space::{Boundary, Space}, Vector};
 //!
 //! let scene = SceneBuilder::new("head-on")
 //!     .species("A", 1.0, 1.0)
 //!     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-//!     .boundary([Boundary::OPEN; 3])
+//!     .space(Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(8.0) })
 //!     .particle("A", Vector::new(0.0, 0.0, 0.0), Vector::new(1.0, 0.0, 0.0))
 //!     .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0))
 //!     .build()?;
