@@ -45,7 +45,7 @@
 //! | Who could meet whom, and in which pair state? | [`neighbours`], [`interaction`] | |
 //! | Which event is next? | [`queue`] | |
 //! | The loop itself | [`simulation`] | |
-//! | The paper, word for word, for checking | [`reference`] | Algorithm 1 |
+//! | The paper, word for word, for checking | [`mod@reference`] | Algorithm 1 |
 //! | What is measured, and how well did it go? | [`observe`], [`statistics`], [`audit`] | |
 //! | A whole run, its files, its picture | [`run`], [`output`], [`picture`] | figure 6 |
 //!
