@@ -131,7 +131,7 @@ impl Ledger {
 
     pub fn close(mut self, simulation: &Simulation) -> Audit {
         let (energy, tally) = (simulation.energy(), *simulation.tally());
-        let (total, dissipated) = (energy.kinetic + energy.potential, tally.total_dissipated());
+        let (total, dissipated) = (energy.kinetic + energy.potential, tally.dissipated.total());
         self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(dissipated);
         let relative = |error: f64, scale: f64| if error == 0.0 { 0.0 } else { error / scale };
         Audit {

@@ -3,6 +3,7 @@
 use crate::Vector;
 use crate::response::Outcome;
 use crate::scene::ParticleId;
+use crate::statistics::Sum;
 
 /// What kind of physical event took place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -68,9 +69,7 @@ pub struct Tally {
     /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
     pub virial: f64,
     /// Kinetic energy lost to restitution `[energy]`.
-    pub dissipated: f64,
-    /// What rounding cut off `dissipated` (Neumaier's correction).
-    dissipated_correction: f64,
+    pub dissipated: Sum,
 }
 
 impl Tally {
@@ -78,23 +77,6 @@ impl Tally {
     #[must_use]
     pub fn physical(&self) -> u64 {
         self.core + self.capture + self.release + self.bounce + self.wall
-    }
-
-    /// Adds to `dissipated` without losing small terms in a large sum.
-    pub(crate) fn dissipate(&mut self, energy: f64) {
-        let sum = self.dissipated + energy;
-        self.dissipated_correction += if self.dissipated.abs() >= energy.abs() {
-            (self.dissipated - sum) + energy
-        } else {
-            (energy - sum) + self.dissipated
-        };
-        self.dissipated = sum;
-    }
-
-    /// Kinetic energy lost to restitution, with the part that a plain sum would have lost `[energy]`.
-    #[must_use]
-    pub fn total_dissipated(&self) -> f64 {
-        self.dissipated + self.dissipated_correction
     }
 
     /// What happened since an earlier tally. The deepest overlap stays that of both.
@@ -114,7 +96,7 @@ impl Tally {
             *count -= before;
         }
         since.virial -= earlier.virial;
-        since.dissipate(-earlier.total_dissipated());
+        since.dissipated.add(-earlier.dissipated.total());
         since
     }
 

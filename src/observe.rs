@@ -114,7 +114,7 @@ impl Observer {
             temperature: reading.temperature,
             kinetic: energy.kinetic,
             potential: energy.potential,
-            ledger: energy.kinetic + energy.potential + reading.tally.total_dissipated(),
+            ledger: energy.kinetic + energy.potential + reading.tally.dissipated.total(),
             pressure: interval.and_then(|interval| interval.pressure),
             collision_rate: interval.and_then(|interval| interval.collision_rate),
             height,

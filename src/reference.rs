@@ -28,7 +28,7 @@ use crate::event::{Event, EventKind};
 use crate::interaction::rules::{Discontinuity, Rules, Steps};
 use crate::motion::{RelativeState, stream_position};
 use crate::overlap::{Quartic, Side};
-use crate::response::{Leaving, Outcome, respond, tc_contact};
+use crate::response::{Approach, Leaving, Outcome, respond, tc_contact};
 use crate::scene::{InteractionId, ParticleId, Scene};
 use crate::space::{Boundary, Face};
 use ordered_float::OrderedFloat;
@@ -297,7 +297,9 @@ impl Reference {
         let weight = |p: u32| self.rules.species[self.species[p as usize]].inverse_mass;
         let (wi, wj) = (weight(i), weight(j));
         let mu = 1.0 / (wi + wj);
-        let mut response = respond(side, energy_step, mu, vn, restitution);
+        let response =
+            respond(side, energy_step, &Approach { radial: vn, squared: 1.0, reduced_mass: mu }, restitution);
+        let mut leaving_vn = response.radial;
         let mut tangential = velocity - normal * vn;
         if energy_step == f64::INFINITY {
             let closing = -side.sign()
@@ -305,11 +307,11 @@ impl Reference {
                     + tangential.norm_squared() / apart.norm());
             let approach = (-side.sign() * vn).max(0.0);
             if let Some(leaving) = self.tc_model(&[i, j], restitution, approach, tangential.norm(), closing) {
-                response.normal_velocity = side.sign() * leaving.speed;
+                leaving_vn = side.sign() * leaving.speed;
                 tangential *= leaving.tangential_scale;
             }
         }
-        let after = normal * response.normal_velocity + tangential;
+        let after = normal * leaving_vn + tangential;
         self.velocities[i as usize] += (after - velocity) * (wi * mu);
         self.velocities[j as usize] -= (after - velocity) * (wj * mu);
         let next = match response.outcome {
@@ -325,7 +327,7 @@ impl Reference {
             particle: ParticleId(i),
             partner: Some(ParticleId(j)),
             normal,
-            impulse: mu * (response.normal_velocity - vn),
+            impulse: mu * (leaving_vn - vn),
             distance: s,
             energy_step: if steps_over { energy_step } else { 0.0 },
             dissipated: if steps_over { 0.0 } else { 0.5 * mu * (velocity.norm_squared() - after.norm_squared()) },

@@ -51,12 +51,40 @@ pub enum Reason {
     Idle,
 }
 
-/// Events go on, but time does not: inelastic collapse, or a contact at rest.
+/// How the dynamics arrests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Standstill {
+    /// Events go on, but time does not: a contact at rest, or infinitely many contacts in a finite time.
+    Time {
+        /// How many events there were at that time.
+        events: u64,
+    },
+    /// An inelastic collapse that carries its speed along: contacts leave ever less relative speed, until there is none
+    /// in the digits of the velocities.
+    Speed {
+        /// The last normal speed of approach `[length / time]`.
+        approach: f64,
+    },
+}
+
+impl fmt::Display for Standstill {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Time { events } => write!(f, "{events} events without time advancing, the last of"),
+            Self::Speed { approach } => {
+                write!(f, "inelastic collapse, down to an approach speed of {approach:.1e} that rounding swallows, of")
+            }
+        }
+    }
+}
+
+/// The dynamics has come to rest in a way that needs infinitely many events.
 ///
 /// Carom cannot go on from here without changing the model, so it says so instead of spinning.
+#[doc(alias = "DynamicalArrest")]
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
-    "dynamical arrest at time {time}: {events} events without time advancing, the last of particle {} and {}",
+    "dynamical arrest at time {time}: {standstill} particle {} and {}",
     particle.0,
     partner.map_or("a wall".to_owned(), |id| format!("particle {}", id.0))
 )]
@@ -67,8 +95,8 @@ pub struct Arrest {
     pub partner: Option<ParticleId>,
     /// When.
     pub time: f64,
-    /// How many events there were at that time.
-    pub events: u64,
+    /// What stands still.
+    pub standstill: Standstill,
 }
 
 impl Arrest {

@@ -1,6 +1,6 @@
 //! The event loop: pop, stream, execute, repredict.
 
-use super::{Arrest, Reason, Until};
+use super::{Arrest, Reason, Standstill, Until};
 use crate::Vector;
 use crate::event::{Event, Tally};
 use crate::interaction::memory::{Known, PairMemory};
@@ -99,9 +99,9 @@ pub(super) struct ContactTimes {
     pub last: Vec<f64>,
 }
 
-/// Catches dynamics that process events without time advancing.
+/// Counts events without time.
 #[derive(Debug)]
-struct Standstill {
+struct Clock {
     /// Time at which the count began.
     since: f64,
     /// Physical events since then.
@@ -139,7 +139,9 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
-    standstill: Standstill,
+    clock: Clock,
+    /// Approach speed of an inelastic contact that lost it in rounding.
+    pub lost_speed: Option<f64>,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -181,7 +183,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             start: scene.start_time,
             epoch: 0.0,
             now: 0.0,
-            standstill: Standstill {
+            lost_speed: None,
+            clock: Clock {
                 since: 0.0,
                 events: 0,
                 // Simultaneous events of a lattice, and N^2/2 of touching spheres on a line, are no arrest.
@@ -354,6 +357,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             self.executed += 1;
             self.transitions_at_event = self.tally.transition;
+            self.count_standstill();
             self.check_standstill(particle, &prediction)?;
         }
     }
@@ -372,23 +376,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (time - self.start) - self.epoch
     }
 
-    /// Ends the run where events go on without time: theory, section 6.
-    fn check_standstill(&mut self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
-        if self.now - self.standstill.since > self.queue.span() * SHORTEST_ADVANCE {
-            (self.standstill.since, self.standstill.events) = (self.now, 0);
-            return Ok(());
-        }
-        self.standstill.events += 1;
-        if self.standstill.events <= self.standstill.most {
-            return Ok(());
-        }
+    /// Ends the run where events go on without time, or without speed: theory, section 6.
+    fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
+        let standstill = match self.lost_speed {
+            Some(approach) => Standstill::Speed { approach },
+            None if self.clock.events > self.clock.most => Standstill::Time { events: self.clock.events },
+            None => return Ok(()),
+        };
         let is_pair = matches!(prediction.contact, Contact::Pair(_));
         Err(Arrest {
             particle: ParticleId(particle),
             partner: is_pair.then_some(ParticleId(prediction.partner)),
             time: self.time(),
-            events: self.standstill.events,
+            standstill,
         })
+    }
+
+    /// Counts an event, unless time has moved since the last one.
+    #[inline]
+    fn count_standstill(&mut self) {
+        if self.now - self.clock.since > self.queue.span() * SHORTEST_ADVANCE {
+            (self.clock.since, self.clock.events) = (self.now, 0);
+        } else {
+            self.clock.events += 1;
+        }
     }
 
     /// Moves the epoch to where the queue has come, or further if nothing happens before; false if nothing ever happens.
@@ -404,7 +415,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let shift = reached * (next / reached).floor().max(1.0);
         self.epoch += shift;
         self.now -= shift;
-        self.standstill.since -= shift;
+        self.clock.since -= shift;
         for body in &mut self.bodies {
             body.time -= shift;
         }

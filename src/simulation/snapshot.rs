@@ -2,6 +2,7 @@
 
 use super::engine::Engine;
 use crate::Vector;
+use crate::statistics::Sum;
 
 /// All particles at one time, in the order of their ids.
 #[derive(Debug, Clone, PartialEq)]
@@ -73,24 +74,5 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             pair,
             momentum: Vector::from_fn(|k, _| momentum[k].total()),
         }
-    }
-}
-
-/// A sum that keeps what rounding cuts off (Neumaier), so that ledgers measure the dynamics and not the adding up.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Sum {
-    sum: f64,
-    correction: f64,
-}
-
-impl Sum {
-    pub(crate) fn add(&mut self, x: f64) {
-        let sum = self.sum + x;
-        self.correction += if self.sum.abs() >= x.abs() { (self.sum - sum) + x } else { (x - sum) + self.sum };
-        self.sum = sum;
-    }
-
-    pub(crate) fn total(&self) -> f64 {
-        self.sum + self.correction
     }
 }

@@ -7,6 +7,7 @@ mod chains;
 mod conservation;
 mod granular;
 mod hard_spheres;
+mod hopper;
 mod invariance;
 mod measure;
 mod single_bodies;

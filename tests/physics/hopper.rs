@@ -1,0 +1,54 @@
+//! The hopper of `configs/`.
+
+use carom::Vector;
+use carom::scene::Scene;
+use carom::simulation::{Reason, Simulation, Until};
+
+/// Deepest overlap that rounding explains: positions below 128, six coordinates of a pair some times over, at contact 2.
+const ROUND_OFF: f64 = 10.0 * 64.0 * f64::EPSILON;
+
+fn ledger_error(simulation: &Simulation, start: f64) -> f64 {
+    let now = simulation.energy();
+    (now.kinetic + now.potential + simulation.tally().dissipated.total() - start).abs()
+}
+
+#[test]
+fn every_grain_ends_in_the_container() {
+    let mut simulation = Simulation::new(Scene::from_file("configs/hopper.toml").unwrap());
+    let start = simulation.energy();
+    let grains = simulation.moving();
+    assert_eq!(simulation.advance(Until::time(76.0)), Ok(Reason::Time));
+    let settling = simulation.snapshot();
+    // The container of the scene, up to the tops of its spheres.
+    let (lower, upper) = (Vector::new(-16.0, -16.0, 0.0), Vector::new(34.0, 16.0, 14.7));
+    for position in &settling.positions[..grains] {
+        assert!((0..3).all(|k| lower[k] < position[k] && position[k] < upper[k]), "{position}");
+    }
+    assert_eq!(simulation.advance(Until::time(80.0)), Ok(Reason::Time));
+    let settled = simulation.snapshot();
+    let moved = (0..grains).map(|k| (settled.positions[k] - settling.positions[k]).norm()).fold(0.0, f64::max);
+    assert!(moved < 2.0, "a grain of diameter 2 still moves by {moved}");
+    assert!(simulation.energy().kinetic < 1e-3 * start.potential);
+    assert_eq!((simulation.tally().in_invalid_state, simulation.tally().turning_point), (0, 0));
+    assert!(simulation.tally().deepest_overlap < ROUND_OFF);
+    // Each of 1.4 million events rounds the energies of two grains of up to m g h = 76 a few times.
+    let bound = simulation.tally().physical() as f64 * 8.0 * 2.0 * 76.0 * f64::EPSILON;
+    assert!(ledger_error(&simulation, start.kinetic + start.potential) < bound);
+}
+
+#[test]
+fn grains_of_any_restitution_flow_without_an_error() {
+    for restitution in ["0.0", "0.1", "0.5", "0.9", "0.99", "1.0"] {
+        let keys = ["interaction.0", "interaction.1", "space.x", "space.y", "space.z"]
+            .map(|key| key.to_owned() + ".restitution");
+        let overrides: Vec<(&str, &str)> = keys.iter().map(|key| (key.as_str(), restitution)).collect();
+        let scene = Scene::from_file_with("configs/hopper.toml", &overrides).unwrap();
+        let mut simulation = Simulation::new(scene);
+        let start = simulation.energy();
+        assert_eq!(simulation.advance(Until::events(50_000)), Ok(Reason::Events), "{restitution}");
+        let bound = 50_000.0 * 8.0 * 2.0 * 76.0 * f64::EPSILON;
+        assert!(ledger_error(&simulation, start.kinetic + start.potential) < bound, "{restitution}");
+        assert!(simulation.tally().deepest_overlap < ROUND_OFF, "{restitution}");
+        assert_eq!(simulation.tally().in_invalid_state, 0, "{restitution}");
+    }
+}
