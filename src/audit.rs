@@ -8,19 +8,53 @@ use thiserror::Error;
 use crate::Vector;
 use crate::event::Tally;
 use crate::observe::Row;
+use crate::scene::AuditPlan;
 use crate::simulation::{Energy, Overlap, Simulation};
 
-/// Relative error of the ledger, or drift of the momentum, that round-off explains, per physical event: 16 roundings
-/// of one event, as if all of them went the same way. Their number is more than it is in the simulation of any pair; that
-/// they go different ways leaves a run of a million events a factor of a thousand below.
-const ROUND_OFF_PER_EVENT: f64 = 16.0 * f64::EPSILON;
+/// Roundings of one physical event, relative to the energy (or momentum) of the particles that it touches: two streamings, `B`,
+/// `|r|^2`, the quotient, and the new velocities, of three terms each.
+const ROUNDINGS: f64 = 32.0;
 
-/// What round-off explains before the first event: sums over the particles.
-const ROUND_OFF: f64 = 1e-12;
+/// What rounding leaves of a sum over all particles and events.
+///
+/// A rounding is at most `eps / 2` of what it rounds, and as often up as down. Those of `n` events add up to a random walk, whose
+/// standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`, even if every event touched all of the energy. Four times that is
+/// the limit, and `4 ROUNDINGS eps / 2` more for the sums themselves.
+fn round_off(events: u64) -> f64 {
+    4.0 * ROUNDINGS * 0.5 * f64::EPSILON * (1.0 + (events as f64).sqrt())
+}
 
-/// Overlap, relative to the discontinuity's distance, that round-off explains in a scene with a valid start: where a pair
-/// grazes, the time of contact is known to the root of the round-off, and so is the distance.
-const DEEPEST_BY_ROUND_OFF: f64 = 1e-7;
+/// When an audit fails: the scene's limits, or those of round-off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Largest relative error of the energy ledger.
+    pub energy: f64,
+    /// Largest relative drift of the momentum.
+    pub momentum: f64,
+    /// Deepest overlap; `None` judges each by the round-off of its own coordinates.
+    pub overlap: Option<f64>,
+}
+
+impl Limits {
+    /// The limits of a run of so many events, cell transitions included.
+    #[must_use]
+    pub fn new(plan: &AuditPlan, events: u64) -> Self {
+        Self {
+            energy: plan.energy.unwrap_or_else(|| round_off(events)),
+            momentum: plan.momentum.unwrap_or_else(|| round_off(events)),
+            overlap: plan.overlap,
+        }
+    }
+}
+
+/// What became of the overlaps that a scene started with.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Initial {
+    /// How many there were, deeper than round-off.
+    pub overlaps: usize,
+    /// When the last of them had gone, after the start `[time]`; `None` where some are left, or there were none.
+    pub resolved_after: Option<f64>,
+}
 
 /// What a run found out about itself, over its whole length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,8 +74,12 @@ pub struct Audit {
     pub tally: Tally,
     /// The deepest overlap at the end.
     pub deepest_final: Option<Overlap>,
-    /// Whether the scene started without overlaps.
-    pub had_valid_start: bool,
+    /// How many pairs overlap at the end, deeper than round-off.
+    pub final_overlaps: usize,
+    /// The overlaps at the start.
+    pub initial: Initial,
+    /// When it fails.
+    pub limits: Limits,
 }
 
 /// What an audit objects to.
@@ -52,28 +90,41 @@ pub enum Fault {
     #[error("a quantity is not finite")]
     NotFinite,
     /// Energy came from nowhere or went away.
-    #[error("the energy ledger is off by {error:.1e}, more than the {bound:.1e} that round-off explains")]
+    #[error("the energy ledger is off by {error:.1e}, more than the limit of {limit:.1e}")]
     Ledger {
         /// Relative error.
         error: f64,
         /// What is allowed.
-        bound: f64,
+        limit: f64,
     },
     /// Momentum came from nowhere or went away.
-    #[error("the total momentum drifted by {drift:.1e}, more than the {bound:.1e} that round-off explains")]
+    #[error("the total momentum drifted by {drift:.1e}, more than the limit of {limit:.1e}")]
     Momentum {
         /// Relative drift.
         drift: f64,
         /// What is allowed.
-        bound: f64,
+        limit: f64,
     },
-    /// Particles overlap though they did not at the start.
-    #[error("an overlap of {depth:.1e} of the contact distance, more than the {bound:.1e} that round-off explains")]
+    /// Particles overlap deeper than the scene allows.
+    #[error("an overlap of {depth:.1e} of the contact distance, more than the limit of {limit:.1e}")]
     Overlap {
         /// Relative depth.
         depth: f64,
         /// What is allowed.
-        bound: f64,
+        limit: f64,
+    },
+    /// Particles overlap deeper than round-off explains, though they did not at the start.
+    #[error(
+        "{events} events in invalid states and {pairs} overlaps at the end, deeper than round-off explains, the deepest \
+         {depth:.1e} of the contact distance"
+    )]
+    InvalidState {
+        /// Events executed in an invalid state.
+        events: u64,
+        /// Pairs in an invalid state at the end.
+        pairs: usize,
+        /// The deepest, relative.
+        depth: f64,
     },
 }
 
@@ -82,23 +133,34 @@ impl Audit {
     #[must_use]
     pub fn faults(&self) -> Vec<Fault> {
         let mut faults = Vec::new();
-        let momentum_drift = self.momentum_drift.unwrap_or(0.0);
-        let depth = self.tally.deepest_overlap.max(self.deepest_final.map_or(0.0, |overlap| overlap.depth));
-        let all = [self.energy.kinetic, self.energy.potential, self.ledger_error, momentum_drift, depth];
+        let drift = self.momentum_drift.unwrap_or(0.0);
+        let depth = self.deepest();
+        let all = [self.energy.kinetic, self.energy.potential, self.ledger_error, drift, depth];
         if all.iter().any(|x| !x.is_finite()) {
             faults.push(Fault::NotFinite);
         }
-        let bound = ROUND_OFF + ROUND_OFF_PER_EVENT * self.tally.physical() as f64;
-        if self.ledger_error > bound {
-            faults.push(Fault::Ledger { error: self.ledger_error, bound });
+        let Limits { energy, momentum, overlap } = self.limits;
+        if self.ledger_error > energy {
+            faults.push(Fault::Ledger { error: self.ledger_error, limit: energy });
         }
-        if momentum_drift > bound {
-            faults.push(Fault::Momentum { drift: momentum_drift, bound });
+        if drift > momentum {
+            faults.push(Fault::Momentum { drift, limit: momentum });
         }
-        if self.had_valid_start && depth > DEEPEST_BY_ROUND_OFF {
-            faults.push(Fault::Overlap { depth, bound: DEEPEST_BY_ROUND_OFF });
+        let (events, pairs) = (self.tally.in_invalid_state, self.final_overlaps);
+        match overlap {
+            Some(limit) if depth > limit => faults.push(Fault::Overlap { depth, limit }),
+            None if self.initial.overlaps == 0 && events + pairs as u64 > 0 => {
+                faults.push(Fault::InvalidState { events, pairs, depth });
+            }
+            _ => {}
         }
         faults
+    }
+
+    /// The deepest overlap that tells of the run: one that was there at the start only counts if it still is.
+    fn deepest(&self) -> f64 {
+        let last = self.deepest_final.map_or(0.0, |overlap| overlap.depth);
+        if self.initial.overlaps == 0 { last.max(self.tally.deepest_overlap) } else { last }
     }
 }
 
@@ -109,16 +171,33 @@ pub(crate) struct Ledger {
     /// The total momentum at the start, if it is conserved.
     initial_momentum: Option<Vector>,
     scale: f64,
+    initial: Initial,
 }
 
 impl Ledger {
     pub fn open(simulation: &Simulation, conserves_momentum: bool) -> Self {
         let energy = simulation.energy();
         let initial_energy = energy.kinetic + energy.potential;
+        // A scene that does not allow any was refused if it had some.
+        let is_valid = !simulation.scene().allow_invalid_start;
+        let overlaps = if is_valid { 0 } else { simulation.real_overlaps().len() };
         Self {
             initial_energy,
             initial_momentum: conserves_momentum.then_some(energy.momentum),
             scale: initial_energy.abs().max(energy.kinetic),
+            initial: Initial { overlaps, resolved_after: None },
+        }
+    }
+
+    /// Whether overlaps of the start may be left.
+    pub fn has_overlaps(&self) -> bool {
+        self.initial.overlaps > 0 && self.initial.resolved_after.is_none()
+    }
+
+    /// Looks whether overlaps of the start are left.
+    pub fn see_overlaps(&mut self, simulation: &Simulation) {
+        if self.has_overlaps() && simulation.real_overlaps().is_empty() {
+            self.initial.resolved_after = Some(simulation.time() - simulation.scene().start_time);
         }
     }
 
@@ -130,6 +209,7 @@ impl Ledger {
     }
 
     pub fn close(mut self, simulation: &Simulation) -> Audit {
+        self.see_overlaps(simulation);
         let (energy, tally) = (simulation.energy(), *simulation.tally());
         let (total, dissipated) = (energy.kinetic + energy.potential, tally.dissipated.total());
         self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(dissipated);
@@ -144,7 +224,9 @@ impl Ledger {
                 .map(|initial| relative((energy.momentum - initial).norm(), momentum_scale(simulation))),
             tally,
             deepest_final: simulation.deepest_overlap(),
-            had_valid_start: !simulation.scene().allow_invalid_start,
+            final_overlaps: simulation.real_overlaps().len(),
+            initial: self.initial,
+            limits: Limits::new(&simulation.scene().audit, tally.physical() + tally.transition),
         }
     }
 }
@@ -198,8 +280,51 @@ mod tests {
         assert!(has(Audit { momentum_drift: Some(1e-9), ..sound }, |fault| matches!(fault, Fault::Momentum { .. })));
         assert!(has(Audit { ledger_error: f64::NAN, ..sound }, |fault| *fault == Fault::NotFinite));
         let mut deep = sound;
+        deep.tally.in_invalid_state = 1;
         deep.tally.deepest_overlap = 1e-6;
-        assert!(has(deep, |fault| matches!(fault, Fault::Overlap { .. })));
-        assert_eq!(Audit { had_valid_start: false, ..deep }.faults(), [], "the stable rule resolves overlaps");
+        assert!(has(deep, |fault| matches!(fault, Fault::InvalidState { events: 1, pairs: 0, .. })));
+        assert!(has(Audit { final_overlaps: 2, ..sound }, |fault| matches!(
+            fault,
+            Fault::InvalidState { pairs: 2, .. }
+        )));
+        let overlapping = Initial { overlaps: 3, resolved_after: Some(1.0) };
+        assert_eq!(Audit { initial: overlapping, ..deep }.faults(), [], "the stable rule resolves overlaps");
+    }
+
+    #[test]
+    fn the_limits_of_the_scene_replace_those_of_round_off() {
+        let sound = audit();
+        let plan = AuditPlan { energy: Some(1e-18), momentum: Some(1e-19), overlap: Some(1e-17) };
+        let strict = Audit { limits: Limits::new(&plan, 1000), ledger_error: 1e-17, ..sound };
+        assert_eq!(strict.faults().len(), 3, "{:?}", strict.faults());
+        let mut deep = sound;
+        deep.tally.deepest_overlap = 1e-6;
+        deep.limits.overlap = Some(1e-5);
+        assert_eq!(deep.faults(), []);
+        let half =
+            Limits::new(&AuditPlan::default(), 10_000).energy / Limits::new(&AuditPlan::default(), 40_000).energy;
+        assert!((half - 0.5).abs() < 0.01, "a random walk grows with the square root");
+    }
+
+    #[test]
+    fn overlaps_of_the_start_are_counted_until_they_are_gone() {
+        let scene = SceneBuilder::new("overlap")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .space(crate::space::Space::periodic_cube(8.0))
+            .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::new(-1.0, 0.0, 0.0))
+            .particle("A", Vector::new(1.5, 1.0, 1.0), Vector::new(1.0, 0.0, 0.0))
+            .allow_invalid_start(true)
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::new(scene);
+        let mut ledger = Ledger::open(&simulation, true);
+        simulation.advance(Until::time(0.2)).unwrap();
+        ledger.see_overlaps(&simulation);
+        assert!(ledger.has_overlaps());
+        simulation.advance(Until::time(0.3)).unwrap();
+        let audit = ledger.close(&simulation);
+        assert_eq!(audit.initial, Initial { overlaps: 1, resolved_after: Some(0.3) });
+        assert_eq!(audit.faults(), []);
     }
 }

@@ -134,6 +134,17 @@ impl Limit {
     }
 }
 
+/// When the audit of a run fails, where the limits that follow from round-off do not fit. All are relative.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AuditPlan {
+    /// Largest error of the energy ledger.
+    pub energy: Option<f64>,
+    /// Largest drift of the momentum.
+    pub momentum: Option<f64>,
+    /// Deepest overlap, of the distance of the discontinuity.
+    pub overlap: Option<f64>,
+}
+
 /// How long to run, and what to do first.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RunPlan {
@@ -203,6 +214,8 @@ pub struct Scene {
     pub contact_time: Option<f64>,
     /// Whether overlaps at the start are left to the stable rule instead of being an error.
     pub allow_invalid_start: bool,
+    /// When the run's audit fails.
+    pub audit: AuditPlan,
     /// How long.
     pub run: RunPlan,
     /// What to write.

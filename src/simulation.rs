@@ -241,6 +241,12 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.deepest_overlap())
     }
 
+    /// The overlaps now that are deeper than round-off explains, of all pairs and walls.
+    #[must_use]
+    pub fn real_overlaps(&self) -> Vec<Overlap> {
+        with_engine!(&self.engine, engine => engine.real_overlaps())
+    }
+
     /// The state of a pair: through how many radii of its potential it has been captured.
     #[must_use]
     pub fn pair_state(&self, a: ParticleId, b: ParticleId) -> u16 {

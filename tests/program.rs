@@ -143,13 +143,13 @@ fn the_keys_of_the_summary_are_the_contract() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "9"])), 0);
     let summary = place.summary("runs/scene");
-    let top = "version scene seed engine particles time events energy momentum overlap observables speed";
+    let top = "version scene seed engine particles time events energy momentum overlap faults observables speed";
     assert_eq!(keys(&summary), sorted(top.split(' ').collect()));
     for (key, contents) in [
         ("events", "total core capture release bounce wall transition turning_point in_invalid_state tc_altered"),
-        ("energy", "initial final kinetic potential dissipated ledger_error_relative"),
-        ("momentum", "drift"),
-        ("overlap", "deepest_executed deepest_final"),
+        ("energy", "initial final kinetic potential dissipated ledger_error_relative ledger_limit"),
+        ("momentum", "drift limit"),
+        ("overlap", "deepest_executed deepest_final limit initial final resolved_after"),
         ("observables", "temperature pressure compressibility_factor collision_rate"),
         ("speed", "wall_seconds events_per_second contacts_per_second peak_memory_bytes"),
     ] {
@@ -292,6 +292,34 @@ fn an_arrest_is_an_error_with_complete_files_and_a_cure() {
     let summary = place.summary("runs/scene");
     assert!((summary["time"].as_f64().unwrap() - 3.0 * 2.0_f64.sqrt()).abs() < 1e-6);
     assert!(place.read("runs/scene/report.txt").contains("FAILED"));
+}
+
+#[test]
+fn a_run_over_a_limit_of_the_scene_says_which_one_failed() {
+    let place = Place::with(FLUID);
+    let output = place.carom(&["run", "scene.toml", "--set", "audit.overlap=1e-17"]);
+    assert_eq!(code(&output), 1, "{}", words(&output));
+    assert!(errors(&output).contains("1.0e-17"), "{}", errors(&output));
+    let summary = place.summary("runs/scene");
+    assert_eq!(summary["faults"].as_array().unwrap().len(), 1, "{summary}");
+    assert_eq!(summary["overlap"]["limit"], 1e-17);
+    assert!(place.read("runs/scene/report.txt").contains("FAILED"));
+    let output = place.carom(&["run", "scene.toml"]);
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    assert!(place.summary("runs/scene")["faults"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn a_run_from_overlaps_says_when_the_last_one_was_gone() {
+    let place = Place::with(&format!("allow_invalid_start = true\n{FLUID}"));
+    let random = ["--set", "fill.0.arrangement=random", "--set", "fill.0.packing_fraction=0.2"];
+    let output = place.carom(&[["run", "scene.toml"].as_slice(), &random].concat());
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    let overlap = &place.summary("runs/scene")["overlap"];
+    println!("{overlap}");
+    assert!(overlap["initial"].as_u64().unwrap() > 0 && overlap["final"] == 0, "{overlap}");
+    assert!(overlap["resolved_after"].as_f64().unwrap() > 0.0, "{overlap}");
+    assert!(place.read("runs/scene/report.txt").contains("the last gone after a time of"));
 }
 
 #[test]

@@ -64,15 +64,27 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     let audit = &finished.audit;
     let tally = &audit.tally;
     lines.title("audit of the whole run");
-    lines.pair("energy ledger", &format!("off by {}, relative", tiny(audit.ledger_error)));
+    lines.pair(
+        "energy ledger",
+        &format!("off by {}, relative; the limit is {:.1e}", tiny(audit.ledger_error), audit.limits.energy),
+    );
+    let limits = &audit.limits;
     let drift = audit.momentum_drift.map_or_else(
         || "not conserved: walls, gravity or static particles".to_owned(),
-        |drift| format!("drifted by {}, relative", tiny(drift)),
+        |drift| format!("drifted by {}, relative; the limit is {:.1e}", tiny(drift), limits.momentum),
     );
     lines.pair("momentum", &drift);
     let last = audit.deepest_final.map_or(0.0, |overlap| overlap.depth);
     let executed = tiny(tally.deepest_overlap);
     lines.pair("deepest overlap", &format!("{executed} at an event, {} at the end, of the distance", tiny(last)));
+    if audit.initial.overlaps > 0 {
+        let count = describe::plural(audit.initial.overlaps, "pair");
+        let end = audit.initial.resolved_after.map_or_else(
+            || format!("{} left at the end", audit.final_overlaps),
+            |time| format!("the last gone after a time of {}", digits(time)),
+        );
+        lines.pair("overlapping at the start", &format!("{count}, {end}"));
+    }
     lines.pair("in invalid states", &describe::plural(tally.in_invalid_state as usize, "event"));
     lines.pair("at turning points", &describe::plural(tally.turning_point as usize, "event"));
     if finished.simulation.scene().contact_time.is_some() {

@@ -26,6 +26,8 @@ pub struct Summary {
     pub energy: Energies,
     pub momentum: Momentum,
     pub overlap: Overlaps,
+    /// What the audit objects to, in words; empty for a sound run.
+    pub faults: Vec<String>,
     pub observables: BTreeMap<&'static str, Observable>,
     pub speed: Speed,
 }
@@ -56,6 +58,8 @@ pub struct Energies {
     pub potential: f64,
     pub dissipated: f64,
     pub ledger_error_relative: f64,
+    /// Where the audit fails.
+    pub ledger_limit: f64,
 }
 
 /// Momentum.
@@ -63,6 +67,8 @@ pub struct Energies {
 pub struct Momentum {
     /// Relative to the sum of `m |v|`; `None` where momentum is not conserved.
     pub drift: Option<f64>,
+    /// Where the audit fails.
+    pub limit: f64,
 }
 
 /// Overlaps, relative to the distance of the discontinuity.
@@ -72,6 +78,14 @@ pub struct Overlaps {
     pub deepest_executed: f64,
     /// At the end.
     pub deepest_final: f64,
+    /// Where the audit fails; `None` judges each overlap by the round-off of its coordinates.
+    pub limit: Option<f64>,
+    /// Pairs that overlapped at the start, deeper than round-off.
+    pub initial: usize,
+    /// Pairs that overlap at the end, deeper than round-off.
+    pub r#final: usize,
+    /// Simulated time after which the last of the initial ones was gone.
+    pub resolved_after: Option<f64>,
 }
 
 /// A mean and its standard error; `None` where the run is too short to tell.
@@ -132,12 +146,18 @@ impl Summary {
                 potential: audit.energy.potential,
                 dissipated: audit.dissipated,
                 ledger_error_relative: audit.ledger_error,
+                ledger_limit: audit.limits.energy,
             },
-            momentum: Momentum { drift: audit.momentum_drift },
+            momentum: Momentum { drift: audit.momentum_drift, limit: audit.limits.momentum },
             overlap: Overlaps {
                 deepest_executed: audit.tally.deepest_overlap,
                 deepest_final: audit.deepest_final.map_or(0.0, |overlap| overlap.depth),
+                limit: audit.limits.overlap,
+                initial: audit.initial.overlaps,
+                r#final: audit.final_overlaps,
+                resolved_after: audit.initial.resolved_after,
             },
+            faults: audit.faults().iter().map(ToString::to_string).collect(),
             observables: finished.observables.iter().map(observable).collect(),
             speed: Speed {
                 wall_seconds,

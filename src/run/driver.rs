@@ -102,6 +102,9 @@ impl Start {
     }
 }
 
+/// Part of the crossing time after which it is first looked whether overlaps of the start are gone.
+const SHORTEST_LOOK: f64 = 1e-4;
+
 struct Driver<'a, R> {
     simulation: Simulation,
     observer: Observer,
@@ -153,6 +156,11 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Goes on to a time, or `None`; or to a number of events or an obstacle, and says which.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+        if self.ledger.has_overlaps()
+            && let Some(ending) = self.advance_overlapped(time, events)?
+        {
+            return Ok(Some(ending));
+        }
         let mut wait = self.crossing;
         while self.simulation.time() < time {
             let before = *self.simulation.tally();
@@ -181,6 +189,32 @@ impl<R: Recorder> Driver<'_, R> {
             }
         }
         Ok((self.simulation.tally().physical() >= events).then_some(Ending::Events))
+    }
+
+    /// Goes on in small steps while overlaps of the start are left, to see when the last one goes.
+    fn advance_overlapped(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+        let moving = self.observer.meaning().moving as u64;
+        let (mut step, mut duration) = (moving.div_ceil(16), self.crossing * SHORTEST_LOOK);
+        while self.ledger.has_overlaps() && self.simulation.time() < time {
+            let done = self.simulation.tally().physical();
+            if done >= events {
+                return Ok(Some(Ending::Events));
+            }
+            let progress = self.progress();
+            if (self.watch)(&progress).is_break() {
+                return Ok(Some(Ending::Interrupted));
+            }
+            let until = Until { time: time.min(self.simulation.time() + duration), events: events.min(done + step) };
+            match self.chunk(until)? {
+                Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
+                Ok(Reason::Time | Reason::Events) => {}
+                Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
+            }
+            self.ledger.see_overlaps(&self.simulation);
+            // Ever longer ones, so that overlaps that stay cost little: the time is known to a tenth.
+            (step, duration) = (step + step.div_ceil(10), 1.1 * duration);
+        }
+        Ok(None)
     }
 
     /// Whether a run without a time limit would never end.

@@ -9,7 +9,7 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{AXES, finite, finite_vector, on_flat_axes, positive, restitution};
 use crate::scene::place::Place;
-use crate::scene::{CountRegion, Limit, Scene, Species, start};
+use crate::scene::{AuditPlan, CountRegion, Limit, Scene, Species, start};
 use crate::space::{Boundary, Face, Space};
 
 impl SceneBuilder {
@@ -46,6 +46,7 @@ impl SceneBuilder {
             meshes: groups.meshes,
             contact_time: self.contact_time,
             allow_invalid_start: self.allow_invalid_start,
+            audit: self.audit,
             run: self.run,
             output: self.output.clone(),
         })
@@ -61,6 +62,13 @@ impl SceneBuilder {
         finite(self.start_time, Place::root().key("start_time"))?;
         if let Some(time) = self.contact_time {
             positive(time, Place::root().key("dynamics").key("contact_time"))?;
+        }
+        let audit = Place::root().key("audit");
+        let AuditPlan { energy, momentum, overlap } = self.audit;
+        for (limit, key) in [(energy, "energy"), (momentum, "momentum"), (overlap, "overlap")] {
+            if let Some(limit) = limit {
+                positive(limit, audit.key(key))?;
+            }
         }
         let run = Place::root().key("run");
         check_limit(self.run.equilibration, run.key("equilibration_time"), run.key("equilibration_events"))?;

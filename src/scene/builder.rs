@@ -7,7 +7,7 @@ use crate::scene::draft::{
     SpeciesDraft,
 };
 use crate::scene::place::Place;
-use crate::scene::{OutputPlan, RunPlan};
+use crate::scene::{AuditPlan, OutputPlan, RunPlan};
 use crate::space::{Boundary, Space};
 
 /// Collects the parts of a scene; [`SceneBuilder::build`] checks them and places the particles.
@@ -44,6 +44,7 @@ pub struct SceneBuilder {
     pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<PlacedGroup>,
     pub(crate) bonds: Vec<BondDraft>,
+    pub(crate) audit: AuditPlan,
     pub(crate) run: RunPlan,
     pub(crate) output: OutputPlan,
 }
@@ -65,6 +66,7 @@ impl SceneBuilder {
             interactions: Vec::new(),
             groups: Vec::new(),
             bonds: Vec::new(),
+            audit: AuditPlan::default(),
             run: RunPlan::default(),
             output: OutputPlan::default(),
         }
@@ -111,6 +113,12 @@ impl SceneBuilder {
     /// Switches the TC model on `[time]`.
     pub fn contact_time(mut self, time: f64) -> Self {
         self.contact_time = Some(time);
+        self
+    }
+
+    /// When the run's audit fails.
+    pub fn audit(mut self, audit: AuditPlan) -> Self {
+        self.audit = audit;
         self
     }
 

@@ -36,6 +36,8 @@ pub(crate) struct SceneFile {
     pub mesh: Vec<MeshFile>,
     #[serde(default)]
     pub bond: Vec<BondFile>,
+    #[serde(default)]
+    pub audit: AuditFile,
     pub run: Option<RunFile>,
     #[serde(default)]
     pub output: OutputFile,
@@ -216,6 +218,15 @@ pub(crate) struct MeshFile {
 pub(crate) struct BondFile {
     pub particles: [u32; 2],
     pub interaction: String,
+}
+
+/// `[audit]`
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AuditFile {
+    pub energy: Option<f64>,
+    pub momentum: Option<f64>,
+    pub overlap: Option<f64>,
 }
 
 /// `[run]`

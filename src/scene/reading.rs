@@ -17,7 +17,7 @@ use crate::scene::file::{
 };
 use crate::scene::place::Place;
 use crate::scene::surface::{Side, Surface};
-use crate::scene::{CountRegion, Limit, OutputPlan, RunPlan};
+use crate::scene::{AuditPlan, CountRegion, Limit, OutputPlan, RunPlan};
 use crate::space::{Boundary, Face};
 
 /// The keys of an entry that depend on its kind, and which of them are given.
@@ -61,6 +61,7 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     scene.allow_invalid_start = file.allow_invalid_start;
     scene.gravity = vector(file.dynamics.gravity.unwrap_or_default());
     scene.contact_time = file.dynamics.contact_time;
+    scene.audit = AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
     read_space(&file.space, &mut scene)?;
     for (index, species) in file.species.into_iter().enumerate() {
         scene.species.push(read_species(species, &Place::entry("species", index))?);

@@ -1,4 +1,4 @@
-//! The engine's own check of its state.
+//! The engine's own check of its state: who overlaps, and how much of it is round-off.
 
 use super::engine::Engine;
 use crate::overlap::Side;
@@ -14,49 +14,134 @@ pub struct Overlap {
     pub partner: Option<ParticleId>,
     /// How far beyond the discontinuity, relative to the discontinuity's distance.
     pub depth: f64,
+    /// How much of that round-off explains.
+    pub round_off: f64,
+}
+
+impl Overlap {
+    /// Whether it is deeper than round-off explains.
+    #[must_use]
+    pub fn is_real(&self) -> bool {
+        self.depth > self.round_off
+    }
+}
+
+/// How many roundings the position of a pair at its event carries: of its six coordinates in two streamings, the minimum image,
+/// the three terms of each coefficient of the overlap function, the discriminant and the quotient that give the time, and the
+/// sum that makes it a time of the queue, all below one unit in the last place of what they round.
+const ROUNDINGS: f64 = 32.0;
+
+/// What depths at a wall are compared with: a point particle has no length of its own.
+pub(super) fn unit_of_wall(radius: f64) -> f64 {
+    if radius > 0.0 { radius } else { 1.0 }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The deepest overlap of all pairs that know each other or are near, and of particles and walls.
+    /// How far rounding can put two particles beyond a discontinuity of theirs, that they were predicted to meet after moving
+    /// by `path` relative to each other `[length]`.
+    ///
+    /// Three sources: the coordinates; the queue's time, at the relative speed; and the overlap function, whose terms are as
+    /// large as the squared distance from which the pair came, over its slope in space, `2 s`.
+    pub(super) fn round_off_of_pair(&self, i: u32, j: u32, distance: f64, path: f64) -> f64 {
+        let (a, b) = (&self.bodies[i as usize], &self.bodies[j as usize]);
+        let speed = (a.velocity - b.velocity).norm();
+        let from = distance + path;
+        let scale = a.position.amax() + b.position.amax() + speed * self.now.abs() + from * from / distance;
+        ROUNDINGS * f64::EPSILON * scale
+    }
+
+    /// The same for a wall at coordinate `at`, whose overlap function is a length.
+    pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, path: f64) -> f64 {
+        let body = &self.bodies[i as usize];
+        let scale = body.position[axis].abs() + at.abs() + body.velocity[axis].abs() * self.now.abs() + path;
+        ROUNDINGS * f64::EPSILON * scale
+    }
+
+    /// All overlaps of pairs that know each other or are near, and of particles and walls; pairs of moving particles twice.
+    pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
+        for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)) {
+            self.overlaps_with_known(particle, &mut found);
+            self.overlaps_with_strangers(particle, &mut found);
+            self.overlaps_with_walls(particle, &mut found);
+        }
+    }
+
+    /// The deepest overlap.
     pub(super) fn deepest_overlap(&self) -> Option<Overlap> {
         let mut deepest: Option<Overlap> = None;
-        let mut offer = |particle: u32, partner: Option<u32>, depth: f64| {
-            if depth > deepest.map_or(0.0, |d| d.depth) {
-                deepest = Some(Overlap { particle: ParticleId(particle), partner: partner.map(ParticleId), depth });
+        self.for_each_overlap(|overlap| {
+            if deepest.is_none_or(|d| overlap.depth > d.depth) {
+                deepest = Some(overlap);
             }
-        };
-        for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)) {
-            let (position, _) = self.state_at(particle, self.now);
-            let distance_to =
-                |other: u32| minimum_image(position - self.state_at(other, self.now).0, &self.periods).norm();
-            if TABLE {
-                for known in self.memory.of(particle) {
-                    let distance = distance_to(known.partner);
-                    for side in [Side::Positive, Side::Negative] {
-                        if let Some(seen) =
-                            self.rules.steps[usize::from(known.interaction)].seen_from(known.state, side)
-                        {
-                            let depth = side.sign() * (seen.distance - distance) / seen.distance;
-                            offer(particle, Some(known.partner), depth);
-                        }
-                    }
-                }
+        });
+        deepest
+    }
+
+    /// The overlaps deeper than round-off, each once.
+    pub(super) fn real_overlaps(&self) -> Vec<Overlap> {
+        let mut real = Vec::new();
+        self.for_each_overlap(|overlap| {
+            let is_first = overlap.partner.is_none_or(|p| overlap.particle < p || self.is_static(p.0));
+            if is_first && overlap.is_real() {
+                real.push(overlap);
             }
-            self.cells.for_each_near(self.bodies[particle as usize].cell, |other| {
-                let species = |id: u32| self.species[id as usize];
-                let meeting = self.rules.meeting(species(particle), species(other));
-                if other != particle && meeting.exists && !(TABLE && self.memory.get(particle, other).is_some()) {
-                    let range = meeting.squared.sqrt();
-                    offer(particle, Some(other), (range - distance_to(other)) / range);
+        });
+        real
+    }
+
+    fn distance(&self, i: u32, j: u32) -> f64 {
+        minimum_image(self.state_at(i, self.now).0 - self.state_at(j, self.now).0, &self.periods).norm()
+    }
+
+    fn overlaps_with_known(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+        if !TABLE {
+            return;
+        }
+        for known in self.memory.of(particle) {
+            let distance = self.distance(particle, known.partner);
+            for side in [Side::Positive, Side::Negative] {
+                let steps = &self.rules.steps[usize::from(known.interaction)];
+                if let Some(seen) = steps.seen_from(known.state, side) {
+                    let depth = side.sign() * (seen.distance - distance);
+                    self.offer_pair(particle, known.partner, depth, seen.distance, found);
                 }
-            });
-            let radius = self.rules.species[usize::from(self.species[particle as usize])].radius;
-            for wall in &self.walls {
-                let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
-                let height = inwards * (position[usize::from(wall.face.axis)] - wall.at);
-                offer(particle, None, (radius - height) / if radius > 0.0 { radius } else { 1.0 });
             }
         }
-        deepest
+    }
+
+    fn overlaps_with_strangers(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+        let species = |id: u32| self.species[id as usize];
+        self.cells.for_each_near(self.bodies[particle as usize].cell, |other| {
+            let meeting = self.rules.meeting(species(particle), species(other));
+            if other != particle && meeting.exists && !(TABLE && self.memory.get(particle, other).is_some()) {
+                let range = meeting.squared.sqrt();
+                self.offer_pair(particle, other, range - self.distance(particle, other), range, found);
+            }
+        });
+    }
+
+    fn offer_pair(&self, i: u32, j: u32, depth: f64, distance: f64, found: &mut impl FnMut(Overlap)) {
+        if depth > 0.0 {
+            // What has overlapped since the last event came from no further than the discontinuity itself.
+            let round_off = self.round_off_of_pair(i, j, distance, distance);
+            let (particle, partner) = (ParticleId(i), Some(ParticleId(j)));
+            found(Overlap { particle, partner, depth: depth / distance, round_off: round_off / distance });
+        }
+    }
+
+    fn overlaps_with_walls(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+        let (position, _) = self.state_at(particle, self.now);
+        let radius = self.rules.species[usize::from(self.species[particle as usize])].radius;
+        let unit = unit_of_wall(radius);
+        for wall in &self.walls {
+            let axis = usize::from(wall.face.axis);
+            let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+            let depth = radius - inwards * (position[axis] - wall.at);
+            if depth > 0.0 {
+                let round_off = self.round_off_of_wall(particle, axis, wall.at, radius);
+                let particle = ParticleId(particle);
+                found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
+            }
+        }
     }
 }

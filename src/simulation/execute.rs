@@ -1,5 +1,6 @@
 //! Execution: a predicted contact becomes an event.
 
+use super::audit::unit_of_wall;
 use super::engine::Engine;
 use crate::Vector;
 use crate::event::{Event, EventKind};
@@ -9,10 +10,6 @@ use crate::overlap::Side;
 use crate::response::{Approach, Leaving, Outcome, Response, respond, tc_contact};
 use crate::scene::ParticleId;
 use crate::space::minimum_image;
-
-/// Positions carry the rounding of the coordinates, and of the time that they were streamed to, some times over: each of the
-/// six coordinates of a pair in one streaming, one event time and one wrap, all below two units in the last place.
-const ROUNDINGS: f64 = 32.0;
 
 /// Relative to the speeds of two particles, what the velocities of both leave uncertain of their difference: two roundings
 /// of each, of the last event and the one before.
@@ -51,12 +48,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// A pair reaches a discontinuity.
     pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side, time: f64) -> Event {
+        let flown = time - self.bodies[i as usize].time.max(self.bodies[j as usize].time);
         self.stream(i, time);
         self.stream(j, time);
         let (state, interaction) = self.pair_state(i, j);
         let (seen, restitution) = self.discontinuity(state, interaction, side);
         let pair = self.encounter(i, j, side);
-        self.note_state(&pair, &seen, time);
+        self.note_state(&pair, &seen, flown);
         let (response, tangential_scale) = self.leave(&pair, &seen, restitution, time);
 
         let Approach { radial, squared, reduced_mass } = pair.approach;
@@ -115,16 +113,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Encounter { i, j, side, apart, line, velocity, approach }
     }
 
-    /// Takes note of an overlap or a turning point.
+    /// Takes note of an overlap or a turning point, of a pair that has flown freely for at least the time `flown`.
     #[inline]
-    fn note_state(&mut self, pair: &Encounter, seen: &Discontinuity, time: f64) {
+    fn note_state(&mut self, pair: &Encounter, seen: &Discontinuity, flown: f64) {
         let sign = pair.side.sign();
         let squared = pair.apart.norm_squared();
         if (squared - seen.squared) * sign < 0.0 {
-            let (a, b) = (&self.bodies[pair.i as usize], &self.bodies[pair.j as usize]);
             let depth = sign * (seen.distance - squared.sqrt());
-            let scale = a.position.amax() + b.position.amax() + pair.velocity.amax() * time.abs() + seen.distance;
-            self.note_overlap(depth, seen.distance, scale);
+            let acceleration = self.acceleration(pair.i) - self.acceleration(pair.j);
+            let path = (pair.velocity.norm() + 0.5 * flown * acceleration.norm()) * flown;
+            let round_off = self.round_off_of_pair(pair.i, pair.j, seen.distance, path);
+            self.note_overlap(depth, seen.distance, round_off);
         }
         if pair.velocity.dot(&pair.apart) * sign >= 0.0 {
             self.tally.turning_point += 1;
@@ -228,6 +227,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// A particle reaches a wall.
     pub(super) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Event {
+        let flown = time - self.bodies[i as usize].time;
         self.stream(i, time);
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
@@ -238,10 +238,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let vn = inwards * body.velocity[axis];
         let depth = species.radius - inwards * (body.position[axis] - at);
         if depth > 0.0 {
-            let scale = body.position.amax() + body.velocity.amax() * time.abs() + at.abs();
-            // A point particle has no length of its own to compare with.
-            let unit = if species.radius > 0.0 { species.radius } else { 1.0 };
-            self.note_overlap(depth, unit, scale);
+            let path = (vn.abs() + 0.5 * flown * species.acceleration[axis].abs()) * flown;
+            let round_off = self.round_off_of_wall(i, axis, at, path);
+            self.note_overlap(depth, unit_of_wall(species.radius), round_off);
         }
         if vn >= 0.0 {
             self.tally.turning_point += 1;
@@ -319,9 +318,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.rules.species[usize::from(species)].inverse_mass
     }
 
-    fn note_overlap(&mut self, depth: f64, unit: f64, scale: f64) {
+    /// `depth` and `round_off` are lengths, `unit` is the one that depths are compared with.
+    fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
         self.tally.deepest_overlap = self.tally.deepest_overlap.max(depth / unit);
-        if depth > ROUNDINGS * f64::EPSILON * scale {
+        if depth > round_off {
             self.tally.in_invalid_state += 1;
         }
     }

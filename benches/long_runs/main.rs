@@ -1,0 +1,54 @@
+//! How energy, momentum and overlaps grow over very long runs.
+//!
+//! ```text
+//! cargo bench --bench long_runs -- hard_spheres 1e9     measures one scene into benches/results/long_runs/
+//! cargo bench --bench long_runs -- report               draws what was measured
+//! ```
+//!
+//! A run can be stopped at any time: its rows are on disk. Rounding errors that point anywhere add up to a random walk, which grows with
+//! the square root of the number of events; ones that share a direction would grow in proportion.
+
+mod measure;
+mod report;
+mod row;
+
+use std::error::Error;
+use std::process::ExitCode;
+
+/// Name of a long run and its scene.
+const RUNS: [(&str, &str); 4] = [
+    ("hard_spheres", "configs/hard_sphere_fluid.toml"),
+    ("square_well", "configs/square_well_fluid.toml"),
+    ("pendulum", "configs/pendulum.toml"),
+    ("hopper", "configs/hopper.toml"),
+];
+
+const FOLDER: &str = "benches/results/long_runs";
+
+fn main() -> ExitCode {
+    // Cargo adds its own flags.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
+    match execute(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn execute(arguments: &[String]) -> Result<(), Box<dyn Error>> {
+    match arguments {
+        [word] if word == "report" => report::write(),
+        [name, events] => {
+            let (name, scene) =
+                RUNS.iter().find(|(known, _)| known == name).ok_or(format!("no run is called {name}"))?;
+            measure::run(name, scene, events.parse::<f64>()? as u64)
+        }
+        _ => {
+            let names = RUNS.map(|(name, _)| name).join(", ");
+            println!("long_runs: NAME EVENTS, or report; the names are {names}");
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! What is measured at one number of events.
+
+use std::error::Error;
+use std::fmt;
+use std::fs;
+use std::path::PathBuf;
+
+/// One row of a long run.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    pub events: f64,
+    pub time: f64,
+    /// `(E + dissipated - E_initial) / max(|E_initial|, kinetic, dissipated)`, with its sign.
+    pub energy: f64,
+    /// `|P - P_initial| / sum m |v|`; NaN where momentum is not conserved.
+    pub momentum: f64,
+    /// Deepest overlap at any event so far, relative to the discontinuity's distance.
+    pub overlap: f64,
+    /// Events deeper than round-off so far.
+    pub invalid: f64,
+    pub seconds: f64,
+}
+
+pub const HEADER: &str = "events,time,energy error,momentum drift,deepest overlap,events in invalid states,seconds";
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { events, time, energy, momentum, overlap, invalid, seconds } = self;
+        write!(f, "{events},{time},{energy:e},{momentum:e},{overlap:e},{invalid},{seconds:.1}")
+    }
+}
+
+impl Row {
+    fn parse(line: &str) -> Result<Self, Box<dyn Error>> {
+        let numbers = line.split(',').map(str::parse::<f64>).collect::<Result<Vec<_>, _>>()?;
+        let [events, time, energy, momentum, overlap, invalid, seconds] = numbers[..] else {
+            return Err(format!("not a row: {line}").into());
+        };
+        Ok(Self { events, time, energy, momentum, overlap, invalid, seconds })
+    }
+}
+
+pub fn file(name: &str) -> PathBuf {
+    PathBuf::from(super::FOLDER).join(format!("{name}.csv"))
+}
+
+/// The rows of a run, or none if it was not measured.
+pub fn read(name: &str) -> Result<Vec<Row>, Box<dyn Error>> {
+    match fs::read_to_string(file(name)) {
+        Ok(text) => text.lines().skip(1).map(Row::parse).collect(),
+        Err(_) => Ok(Vec::new()),
+    }
+}
