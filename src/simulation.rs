@@ -220,7 +220,20 @@ impl Simulation {
     /// # Errors
     /// [`Arrest`] if events go on without time.
     pub fn advance_with(&mut self, until: Until, observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
+        if self.tally().physical() >= until.events {
+            return Ok(Reason::Events);
+        }
         with_engine!(&mut self.engine, engine => engine.advance(until, observe))
+    }
+
+    /// Whether nothing will ever happen again. Looks up to the next event, past cell transitions, without executing it.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub(crate) fn is_idle(&mut self) -> Result<bool, Arrest> {
+        let until = Until { time: f64::INFINITY, events: self.tally().physical() };
+        let reason = with_engine!(&mut self.engine, engine => engine.advance(until, |_| {}))?;
+        Ok(reason == Reason::Idle)
     }
 
     /// Where everything is now.

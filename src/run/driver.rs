@@ -184,7 +184,7 @@ impl<R: Recorder> Driver<'_, R> {
             wait = if is_quiet && now.transition == before.transition { 2.0 * wait } else { self.crossing };
             if !is_quiet {
                 (self.quiet_since, self.quiet_transitions) = (self.simulation.time(), now.transition);
-            } else if self.stage.limit.time.is_none() && self.will_stay_quiet()? {
+            } else if self.stage.limit.time.is_none() && self.will_stay_quiet() {
                 return Ok(Some(Ending::Idle));
             }
         }
@@ -218,19 +218,17 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Whether a run without a time limit would never end.
-    fn will_stay_quiet(&mut self) -> Result<bool, R::Error> {
+    fn will_stay_quiet(&mut self) -> bool {
         // A thousand crossings of a thousand cells each, per particle: nothing is there to be met.
         let most = 10_000_000 + 10_000 * self.observer.meaning().moving as u64;
         let (time, tally) = (self.simulation.time(), *self.simulation.tally());
         if tally.transition - self.quiet_transitions > most {
-            return Ok(true);
+            return true;
         }
         if time - self.quiet_since < QUIET_CROSSINGS * self.crossing {
-            return Ok(false);
+            return false;
         }
-        // Goes through cell transitions up to the next physical event, without executing it.
-        let until = Until { time: f64::INFINITY, events: tally.physical() };
-        Ok(tally.transition == self.quiet_transitions && self.chunk(until)? == Ok(Reason::Idle))
+        tally.transition == self.quiet_transitions && self.simulation.is_idle() == Ok(true)
     }
 
     fn chunk(&mut self, until: Until) -> Result<Result<Reason, crate::simulation::Arrest>, R::Error> {

@@ -359,6 +359,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.transitions_at_event = self.tally.transition;
             self.count_standstill();
             self.check_standstill(particle, &prediction)?;
+            // At the time of the last event, whatever else goes on until the next one.
+            if self.executed >= until.events {
+                return Ok(Reason::Events);
+            }
         }
     }
 
