@@ -5,16 +5,19 @@ mod engine;
 mod execute;
 mod predict;
 mod snapshot;
+mod states;
 
 use crate::event::{Event, Tally};
 use crate::scene::{ParticleId, Scene};
 use crate::space::Boundary;
 use engine::Engine;
 use std::fmt;
+use std::ops::ControlFlow;
 use thiserror::Error;
 
 pub use audit::Overlap;
 pub use snapshot::{Energy, Snapshot};
+pub use states::{Elapsed, States};
 
 /// How far to go: whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -191,8 +194,38 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Arrest`] if events go on without time.
-    pub fn advance_with(&mut self, until: Until, observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
-        with_engine!(&mut self.engine, engine => engine.advance(until, observe))
+    pub fn advance_with(&mut self, until: Until, mut observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
+        with_engine!(&mut self.engine, engine => engine.advance(until, |event| {
+            observe(event);
+            ControlFlow::Continue(())
+        }))
+    }
+
+    /// Executes the next event and stops at its time, if there is one up to a simulated time; otherwise goes on to that time.
+    ///
+    /// `None` with an infinite limit means that nothing will ever happen again.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn step_before(&mut self, limit: f64) -> Result<Option<Event>, Arrest> {
+        let mut executed = None;
+        let stop = |event: &Event| {
+            executed = Some(*event);
+            ControlFlow::Break(())
+        };
+        with_engine!(&mut self.engine, engine => engine.advance(Until::time(limit), stop))?;
+        Ok(executed)
+    }
+
+    /// Writes where everything is now into `states`, with all the digits of the time that the engine has.
+    pub fn states(&self, states: &mut States) {
+        with_engine!(&self.engine, engine => engine.states(states));
+    }
+
+    /// All pairs that are not in state 0, each once, lower id first, and their states.
+    #[must_use]
+    pub fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
+        with_engine!(&self.engine, engine => engine.captured_pairs())
     }
 
     /// Where everything is now.

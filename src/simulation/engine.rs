@@ -10,6 +10,7 @@ use crate::overlap::Side;
 use crate::queue::{EventQueue, Wake};
 use crate::scene::{ParticleId, Scene};
 use crate::space::{Boundary, Face as SpaceFace};
+use std::ops::ControlFlow;
 
 /// A particle where an event last touched it: a *delayed state*, one cache line.
 #[derive(Debug, Clone, Copy)]
@@ -292,8 +293,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs until a time or a number of physical events, and calls `observe` for each event.
-    pub fn advance(&mut self, until: Until, mut observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
+    /// Runs until a time or a number of physical events, and calls `observe` for each event; where that breaks, it ends at the
+    /// time of the event.
+    pub fn advance(
+        &mut self,
+        until: Until,
+        mut observe: impl FnMut(&Event) -> ControlFlow<()>,
+    ) -> Result<Reason, Arrest> {
         let mut stop = self.since_epoch(until.time);
         loop {
             let Some(wake) = self.queue.peek() else {
@@ -330,7 +336,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.cross(particle, wake.time);
                 continue;
             }
-            match prediction.contact {
+            let flow = match prediction.contact {
                 Contact::Pair(side) => {
                     let partner = prediction.partner;
                     if self.bodies[partner as usize].events != prediction.partner_events {
@@ -338,23 +344,28 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                         self.schedule(particle);
                         continue;
                     }
-                    observe(&self.execute_pair(particle, partner, side, wake.time));
+                    let flow = observe(&self.execute_pair(particle, partner, side, wake.time));
                     self.predict(particle, wake.time);
                     self.schedule(particle);
                     if !self.is_static(partner) {
                         self.predict(partner, wake.time);
                         self.schedule(partner);
                     }
+                    flow
                 }
                 Contact::Wall(face) => {
-                    observe(&self.execute_wall(particle, face, wake.time));
+                    let flow = observe(&self.execute_wall(particle, face, wake.time));
                     self.predict(particle, wake.time);
                     self.schedule(particle);
+                    flow
                 }
-            }
+            };
             self.executed += 1;
             self.transitions_at_event = self.tally.transition;
             self.check_standstill(particle, &prediction)?;
+            if flow.is_break() {
+                return Ok(Reason::Events);
+            }
         }
     }
 
