@@ -79,6 +79,7 @@ pub mod scene;
 pub mod simulation;
 pub mod space;
 pub mod statistics;
+pub mod verify;
 
 /// A vector in space; the components along flat axes are exactly zero.
 pub type Vector = nalgebra::Vector3<f64>;
