@@ -24,14 +24,25 @@ pub struct Stretch {
 /// How far a verification is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
-    /// Events so far.
+    /// What is to be done.
+    pub stretch: Stretch,
+    /// Events so far, since the start of the simulation.
     pub events: u64,
-    /// Events at the end of the stretch.
-    pub of: u64,
     /// Whether the stretch has begun.
     pub is_proving: bool,
     /// Simulated time.
     pub time: f64,
+}
+
+impl Progress {
+    /// The part of the way to the stretch that is done, or of the stretch: 0 to 1.
+    #[must_use]
+    pub fn fraction(&self) -> f64 {
+        let Stretch { from, events } = self.stretch;
+        let (done, all) =
+            if self.is_proving { (self.events.saturating_sub(from), events) } else { (self.events, from) };
+        (done as f64 / all.max(1) as f64).min(1.0)
+    }
 }
 
 /// Replays a scene, and proves a stretch of it.
@@ -162,8 +173,7 @@ impl Replay {
 
     fn progress(&self, stretch: Stretch, is_proving: bool) -> Progress {
         let events = self.simulation.tally().physical();
-        let of = stretch.from.saturating_add(stretch.events);
-        Progress { events, of, is_proving, time: self.simulation.time() }
+        Progress { stretch, events, is_proving, time: self.simulation.time() }
     }
 }
 
