@@ -28,6 +28,8 @@ mod approach;
 mod bounds;
 mod certificate;
 mod contact;
+mod flights;
+mod meeting;
 mod outcome;
 mod pace;
 mod pairs;

@@ -68,7 +68,7 @@ pub struct Counts {
     pub turning_points: u64,
     /// Events in an invalid state, beyond round-off.
     pub in_invalid_state: u64,
-    /// Pairs of particles that changed their pair state, as the engine remembers it.
+    /// Windows of simulated time that have passed: looks at all pairs.
     pub windows: u64,
     /// How often Algorithm 1 was asked.
     pub asked: u64,
@@ -105,6 +105,20 @@ pub struct Certificate {
 }
 
 impl Certificate {
+    /// Of nothing yet.
+    pub(super) fn blank(first_event: u64, start: f64) -> Self {
+        Self {
+            first_event,
+            start,
+            duration: 0.0,
+            counts: Counts::default(),
+            margins: Margins::default(),
+            largest_gap: 0.0,
+            deepest_overlap: 0.0,
+            end: End::Asked,
+        }
+    }
+
     /// Whether every event that was looked at is proven, and the simulation could go on.
     #[must_use]
     pub fn is_proven(&self) -> bool {

@@ -1,5 +1,7 @@
 //! The verifier's own pair states: from distances at the start, then from the events' outcomes alone.
 
+use super::contact::Contact;
+use super::violation::Fault;
 use super::world::World;
 use crate::scene::ParticleId;
 use crate::simulation::States;
@@ -15,7 +17,8 @@ pub(super) struct Pairs {
 impl Pairs {
     /// From the distances of all pairs, the one time that distances decide them.
     pub fn from_distances(world: &World, states: &States) -> Self {
-        let mut pairs = Self::bonded(world, states);
+        let at_start = |i, j, interaction| world.state_at(interaction, world.nearest(states, i, j).norm());
+        let mut pairs = Self::bonded(world, states.positions.len(), at_start);
         if !world.has_states {
             return pairs;
         }
@@ -35,18 +38,25 @@ impl Pairs {
     }
 
     /// As they are told; all others are strangers.
-    pub fn told(world: &World, states: &States, told: &[([ParticleId; 2], u16)]) -> Self {
-        let mut pairs = Self::bonded(world, states);
-        for ([a, b], state) in told {
-            pairs.set(a.0, b.0, *state);
+    ///
+    /// # Errors
+    /// [`Fault::Unknown`] if a pair cannot be in its state.
+    pub fn told(world: &World, states: &States, told: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
+        let mut pairs = Self::bonded(world, states.positions.len(), |_, _, _| 0);
+        for &([a, b], state) in told {
+            if !world.has_state(a.0, b.0, state) {
+                return Err(Fault::Unknown { contact: Contact::pair(a, b), distance: 0.0, state });
+            }
+            pairs.set(a.0, b.0, state);
         }
-        pairs
+        Ok(pairs)
     }
 
-    fn bonded(world: &World, states: &States) -> Self {
-        let mut pairs = Self { states: vec![BTreeMap::new(); states.positions.len()] };
+    /// All strangers but the bonded pairs, each in the state that `state_of` gives it.
+    fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, u16) -> u16) -> Self {
+        let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
         for (&(a, b), &interaction) in &world.bonds {
-            pairs.set(a, b, world.state_at(interaction, world.nearest(states, a, b).norm()));
+            pairs.set(a, b, state_of(a, b, interaction));
         }
         pairs
     }

@@ -54,28 +54,24 @@ impl Progress {
 pub fn verify(scene: Scene, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Certificate {
     let plan = scene.run;
     let mut replay = Replay { simulation: Simulation::new(scene), stages: stages(&plan), ends: None };
-    let mut states = States::default();
     let skipped = replay.skip(stretch, watch);
+    let mut states = States::default();
     replay.simulation.states(&mut states);
-    let scene = replay.simulation.scene();
-    let mut verifier = if stretch.from == 0 {
-        Verifier::new(scene, &states)
-    } else {
-        Verifier::resume(scene, &states, &replay.simulation.captured_pairs())
+    let blank = Certificate::blank(replay.simulation.tally().physical() + 1, replay.simulation.time());
+    let mut verifier = match replay.verifier(stretch, &states) {
+        Ok(verifier) => verifier,
+        Err(fault) => return Certificate { end: End::Violated(replay.violation(fault)), ..blank },
     };
-    let (start, origin) = (replay.simulation.time(), states.elapsed);
-    let first_event = replay.simulation.tally().physical() + 1;
+    let origin = states.elapsed;
     let end = skipped.unwrap_or_else(|| replay.prove(&mut verifier, stretch, &mut states, watch));
-    let counts = Counts { asked: verifier.counts.asked + verifier.window.asked, ..verifier.counts };
     Certificate {
-        first_event,
-        start,
         duration: states.elapsed.after(&origin),
-        counts,
+        counts: Counts { asked: verifier.counts.asked + verifier.window.asked, ..verifier.counts },
         margins: verifier.margins,
         largest_gap: verifier.largest_gap,
         deepest_overlap: verifier.deepest_overlap,
         end,
+        ..blank
     }
 }
 
@@ -125,6 +121,15 @@ impl Replay {
             }
         }
         None
+    }
+
+    /// At the start of the stretch.
+    fn verifier(&self, stretch: Stretch, states: &States) -> Result<Verifier, Fault> {
+        let scene = self.simulation.scene();
+        match stretch.from {
+            0 => Verifier::new(scene, states),
+            _ => Verifier::resume(scene, states, &self.simulation.captured_pairs()),
+        }
     }
 
     /// Proves event after event.

@@ -1,21 +1,14 @@
 //! The proof itself, event by event, from nothing but events and states.
 
-use super::approach::{Approach, Boundary};
-use super::bounds::{Bounds, Flight};
 use super::certificate::{Counts, Margins, note};
 use super::contact::Contact;
-use super::outcome::Encounter;
 use super::pace::Pace;
 use super::pairs::Pairs;
 use super::violation::Fault;
-use super::window::{Due, Window, wall_approach};
+use super::window::{Due, Window};
 use super::world::World;
-use crate::Vector;
 use crate::event::{Event, EventKind};
-use crate::interaction::rules::Discontinuity;
-use crate::motion::{RelativeState, stream_position};
-use crate::overlap::Side;
-use crate::response::Outcome;
+use crate::motion::stream_position;
 use crate::scene::{ParticleId, Scene};
 use crate::simulation::{Elapsed, States};
 use std::collections::BTreeMap;
@@ -29,10 +22,10 @@ pub struct Verifier {
     pub(super) world: World,
     pub(super) pairs: Pairs,
     /// States at the last event, as they were shown.
-    states: States,
+    pub(super) states: States,
     /// States at the time of the event in hand, along the flights before it.
-    before: States,
-    last_event: Vec<Elapsed>,
+    pub(super) before: States,
+    pub(super) last_event: Vec<Elapsed>,
     pub(super) window: Window,
     /// Due already, but deeper in the invalid side by no more than round-off.
     overdue: Vec<Due>,
@@ -46,19 +39,25 @@ pub struct Verifier {
 
 impl Verifier {
     /// From the first states of a scene. Pair states follow from the distances, this one time.
-    #[must_use]
-    pub fn new(scene: &Scene, states: &States) -> Self {
+    ///
+    /// # Errors
+    /// [`Fault::Incomplete`] if there are not as many states as particles.
+    pub fn new(scene: &Scene, states: &States) -> Result<Self, Fault> {
+        check_count(scene.particles.len(), states)?;
         let world = World::new(scene);
         let pairs = Pairs::from_distances(&world, states);
-        Self::with_pairs(scene, world, pairs, states)
+        Ok(Self::with_pairs(scene, world, pairs, states))
     }
 
     /// From states within a run, with the pairs that are not in state 0 then.
-    #[must_use]
-    pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Self {
+    ///
+    /// # Errors
+    /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::Unknown`] if a pair has no such state.
+    pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
+        check_count(scene.particles.len(), states)?;
         let world = World::new(scene);
-        let pairs = Pairs::told(&world, states, captured);
-        Self::with_pairs(scene, world, pairs, states)
+        let pairs = Pairs::told(&world, states, captured)?;
+        Ok(Self::with_pairs(scene, world, pairs, states))
     }
 
     fn with_pairs(scene: &Scene, world: World, pairs: Pairs, states: &States) -> Self {
@@ -88,11 +87,14 @@ impl Verifier {
     /// The first [`Fault`].
     pub fn witness(&mut self, event: &Event, after: &States) -> Result<(), Fault> {
         let contact = Contact::of(event);
+        check_count(self.states.positions.len(), after)?;
+        if contact.particles().any(|particle| particle as usize >= self.states.positions.len()) {
+            return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
+        }
         self.pass_to(&after.elapsed, Some(contact))?;
-        let flights = self.flights(&contact);
         match event.kind {
-            EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after, flights)?,
-            EventKind::Wall { axis, is_upper } => self.check_wall(event, contact, axis, is_upper, after, flights)?,
+            EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
+            EventKind::Wall { .. } => self.check_wall(event, contact, after)?,
         }
         self.check_flights(&contact, after)?;
         self.states.clone_from(after);
@@ -114,6 +116,7 @@ impl Verifier {
     /// # Errors
     /// The first [`Fault`].
     pub fn witness_quiet(&mut self, now: &States) -> Result<(), Fault> {
+        check_count(self.states.positions.len(), now)?;
         self.pass_to(&now.elapsed, None)?;
         self.check_flights_of(now, |_| false)
     }
@@ -121,7 +124,7 @@ impl Verifier {
     /// Goes on to a time, and proves that everything due before it has taken place.
     fn pass_to(&mut self, elapsed: &Elapsed, executed: Option<Contact>) -> Result<(), Fault> {
         let since = elapsed.after(&self.states.elapsed);
-        if since.is_nan() || since < 0.0 {
+        if !(since.is_finite() && since >= 0.0) {
             return Err(Fault::Backwards { by: -since });
         }
         while self.window.time(elapsed) > self.window.length {
@@ -193,193 +196,6 @@ impl Verifier {
         }
     }
 
-    fn flights(&self, contact: &Contact) -> [Flight; 2] {
-        let of = |i: u32| Flight::new(&self.world, &self.before, i, &self.last_event[i as usize]);
-        match contact {
-            Contact::Pair(pair) => pair.map(|id| of(id.0)),
-            Contact::Wall { particle, .. } => [of(particle.0), Flight::NONE],
-        }
-    }
-
-    fn bounds(&self, contact: &Contact, approach: &Approach, flights: &[Flight; 2]) -> Bounds {
-        match (contact, approach.boundary) {
-            (Contact::Pair(_), Boundary::Sphere { distance, .. }) => {
-                Bounds::pair(&self.world, &flights[0], &flights[1], distance)
-            }
-            (contact, _) => {
-                let radius = contact.particles().next().map_or(0.0, |i| self.world.radius(i));
-                Bounds::wall(&flights[0], self.world.farthest_wall, radius)
-            }
-        }
-    }
-
-    fn check_pair(
-        &mut self,
-        event: &Event,
-        contact: Contact,
-        outcome: Outcome,
-        after: &States,
-        flights: [Flight; 2],
-    ) -> Result<(), Fault> {
-        let Contact::Pair([a, b]) = contact else { return Err(self.unknown(event, contact, 0)) };
-        let (i, j) = (event.particle.0, event.partner.unwrap_or(event.particle).0);
-        let state = self.pairs.get(a.0, b.0).unwrap_or(0);
-        let interaction = self.world.interaction(a.0, b.0).filter(|_| i != j);
-        let Some(steps) = interaction.map(|interaction| self.world.steps(interaction)) else {
-            return Err(self.unknown(event, contact, state));
-        };
-        let sides: &[Side] = match outcome {
-            Outcome::Core | Outcome::Capture => &[Side::Positive],
-            Outcome::Release => &[Side::Negative],
-            Outcome::Bounce => &[Side::Positive, Side::Negative],
-        };
-        let visible = sides.iter().filter_map(|&side| Some((side, steps.seen_from(state, side)?)));
-        let at_distance = |(_, seen): &(Side, Discontinuity)| seen.distance == event.distance;
-        // An outcome that its distance contradicts is told as such, where the pair sees that distance from its other side.
-        let any =
-            [Side::Positive, Side::Negative].into_iter().filter_map(|side| Some((side, steps.seen_from(state, side)?)));
-        let Some((side, seen)) = visible.chain(any).find(at_distance) else {
-            return Err(self.unknown(event, contact, state));
-        };
-        let restitution = steps.restitution;
-        let approach = self.approach(i, j, side, seen.distance);
-        // The order of the flights is that of the event.
-        let flights = if event.particle == a { flights } else { [flights[1], flights[0]] };
-        let bounds = self.bounds(&contact, &approach, &flights);
-        self.check_contact(contact, &approach, &bounds, seen.distance)?;
-        self.encounter(event, after, bounds, flights).check_pair(j, side, &seen, restitution, outcome)?;
-        match outcome {
-            Outcome::Core => self.counts.core += 1,
-            Outcome::Bounce => self.counts.bounce += 1,
-            Outcome::Capture => {
-                self.counts.capture += 1;
-                self.pairs.set(i, j, state + 1);
-            }
-            Outcome::Release => {
-                self.counts.release += 1;
-                self.pairs.set(i, j, state - 1);
-            }
-        }
-        if self.pairs.get(i, j) == Some(0) && !self.world.is_bonded(i, j) {
-            self.pairs.forget(i, j);
-        }
-        Ok(())
-    }
-
-    fn check_wall(
-        &mut self,
-        event: &Event,
-        contact: Contact,
-        axis: u8,
-        is_upper: bool,
-        after: &States,
-        flights: [Flight; 2],
-    ) -> Result<(), Fault> {
-        let i = event.particle.0;
-        let wall = self.world.walls.iter().find(|wall| wall.axis == axis && wall.is_upper == is_upper).copied();
-        let radius = self.world.radius(i);
-        let Some(wall) = wall.filter(|_| event.distance == radius && !self.world.is_static(i)) else {
-            return Err(self.unknown(event, contact, 0));
-        };
-        let now = self.window.time(&self.before.elapsed);
-        let Some(approach) = wall_approach(&self.world, &self.before, i, &wall, now) else {
-            return Err(self.unknown(event, contact, 0));
-        };
-        let bounds = self.bounds(&contact, &approach, &flights);
-        // A point has no length of its own to compare with.
-        self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
-        self.encounter(event, after, bounds, flights).check_wall(&wall)?;
-        self.counts.wall += 1;
-        Ok(())
-    }
-
-    fn encounter<'a>(
-        &'a mut self,
-        event: &'a Event,
-        after: &'a States,
-        bounds: Bounds,
-        flights: [Flight; 2],
-    ) -> Encounter<'a> {
-        let (world, before, margins) = (&self.world, &self.before, &mut self.margins);
-        Encounter { world, event, before, after, bounds, flights, margins }
-    }
-
-    /// The event was due: at its discontinuity, and closing.
-    fn check_contact(
-        &mut self,
-        contact: Contact,
-        approach: &Approach,
-        bounds: &Bounds,
-        unit: f64,
-    ) -> Result<(), Fault> {
-        let now = approach.since;
-        let (gap, closing, bound) = (approach.gap(now), approach.closing(now), bounds.distance);
-        if gap.is_nan() || gap > bound {
-            return Err(Fault::Early { contact, gap, bound });
-        }
-        // How deep a pair was that now leaves, or how far it will still come back: from the turning point that the event
-        // missed by round-off.
-        let missed = closing * closing / (2.0 * approach.curvature());
-        if closing < -bounds.normal_velocity && !(missed <= bound) {
-            return Err(Fault::NotClosing { contact, speed: -closing });
-        }
-        self.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
-        self.counts.in_invalid_state += u64::from(gap < -bound);
-        // Deeper than that, it was in an invalid state before it was due: what it did since then was looked at already.
-        if gap.abs() <= bound {
-            note(&mut self.margins.distance, gap.abs(), bound);
-        }
-        self.largest_gap = self.largest_gap.max(gap / unit);
-        self.deepest_overlap = self.deepest_overlap.max(-gap / unit);
-        Ok(())
-    }
-
-    fn approach(&self, i: u32, j: u32, side: Side, distance: f64) -> Approach {
-        let states = &self.before;
-        Approach {
-            since: self.window.time(&states.elapsed),
-            state: RelativeState {
-                position: self.world.nearest(states, i, j),
-                velocity: states.velocities[i as usize] - states.velocities[j as usize],
-            },
-            acceleration: self.world.accelerations[i as usize] - self.world.accelerations[j as usize],
-            boundary: Boundary::Sphere { distance, side },
-        }
-    }
-
-    fn unknown(&self, event: &Event, contact: Contact, state: u16) -> Fault {
-        Fault::Unknown { contact, distance: event.distance, state }
-    }
-
-    /// All others fly on, and nobody jumps.
-    fn check_flights(&mut self, contact: &Contact, after: &States) -> Result<(), Fault> {
-        let taking_part: Vec<u32> = contact.particles().collect();
-        self.check_flights_of(after, |i| taking_part.contains(&i))
-    }
-
-    fn check_flights_of(&mut self, after: &States, takes_part: impl Fn(u32) -> bool) -> Result<(), Fault> {
-        for i in 0..self.before.positions.len() as u32 {
-            let at = i as usize;
-            let jump = self.world.shortest(after.positions[at] - self.before.positions[at]).norm();
-            let change = (after.velocities[at] - self.before.velocities[at]).norm();
-            if jump == 0.0 && (change == 0.0 || takes_part(i)) && self.world.is_in_box(&after.positions[at]) {
-                continue;
-            }
-            let flight = Flight::new(&self.world, &self.before, i, &self.last_event[at]);
-            let bound = flight.position(&self.world);
-            if !(jump <= bound && self.world.is_in_box(&after.positions[at])) {
-                return Err(Fault::Jumped { particle: ParticleId(i), by: jump, bound });
-            }
-            note(&mut self.margins.flight, jump, bound);
-            let falls = self.world.accelerations[at] != Vector::zeros();
-            let bound = if falls { flight.velocity() } else { 0.0 };
-            if !(change <= bound || takes_part(i)) {
-                return Err(Fault::Disturbed { particle: ParticleId(i), by: change });
-            }
-        }
-        Ok(())
-    }
-
     /// Compares the pair states with those that an engine remembers.
     ///
     /// # Errors
@@ -395,5 +211,14 @@ impl Verifier {
             }
         }
         Ok(())
+    }
+}
+
+fn check_count(particles: usize, states: &States) -> Result<(), Fault> {
+    let found = states.positions.len().min(states.velocities.len());
+    if found == particles && states.positions.len() == states.velocities.len() {
+        Ok(())
+    } else {
+        Err(Fault::Incomplete { particles, found })
     }
 }

@@ -44,7 +44,15 @@ impl fmt::Display for Quantity {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Fault {
-    /// Time went backwards.
+    /// Not as many positions or velocities as the scene has particles.
+    #[error("{found} states of {particles} particles")]
+    Incomplete {
+        /// Particles of the scene.
+        particles: usize,
+        /// States that are there.
+        found: usize,
+    },
+    /// Time went backwards, or nowhere that a number can tell.
     #[error("time went back by {by:.3e}")]
     Backwards {
         /// By how much `[time]`.

@@ -7,7 +7,7 @@
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
 use super::pairs::Pairs;
-use super::world::World;
+use super::world::{Wall, World};
 use crate::Vector;
 use crate::motion::RelativeState;
 use crate::overlap::Side;
@@ -191,7 +191,7 @@ impl Window {
 
     fn ask_walls(&mut self, world: &World, states: &States, i: u32) {
         for wall in &world.walls {
-            let Some(approach) = wall_approach(world, states, i, wall, self.time(&states.elapsed)) else { continue };
+            let approach = wall_approach(world, states, i, wall, self.time(&states.elapsed));
             let contact = Contact::Wall { particle: ParticleId(i), axis: wall.axis, is_upper: wall.is_upper };
             self.ask(Claim::new(contact, Side::Positive), approach);
         }
@@ -206,17 +206,11 @@ impl Window {
 }
 
 /// The flight of a particle towards a wall, its height above contact along the first axis.
-pub(super) fn wall_approach(
-    world: &World,
-    states: &States,
-    i: u32,
-    wall: &super::world::Wall,
-    since: f64,
-) -> Option<Approach> {
+pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall, since: f64) -> Approach {
     let (k, inwards) = (usize::from(wall.axis), wall.inwards());
     let along = |x: f64| Vector::new(inwards * x, 0.0, 0.0);
-    let height = inwards * (states.positions.get(i as usize)?[k] - wall.at) - world.radius(i);
-    Some(Approach {
+    let height = inwards * (states.positions[i as usize][k] - wall.at) - world.radius(i);
+    Approach {
         since,
         state: RelativeState {
             position: Vector::new(height, 0.0, 0.0),
@@ -224,7 +218,7 @@ pub(super) fn wall_approach(
         },
         acceleration: along(world.accelerations[i as usize][k]),
         boundary: Boundary::Plane,
-    })
+    }
 }
 
 /// How far a flight leads in some time, at most `[length]`.

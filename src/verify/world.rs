@@ -1,5 +1,6 @@
 //! What never changes: masses, accelerations, interactions, the box.
 
+use super::contact::Contact;
 use crate::Vector;
 use crate::interaction::rules::{Rules, Steps};
 use crate::potential::Potential;
@@ -118,8 +119,25 @@ impl World {
         self.scene.longest_range()
     }
 
+    /// The wall of a contact, if the box has it.
+    pub fn wall(&self, contact: &Contact) -> Option<Wall> {
+        let Contact::Wall { axis, is_upper, .. } = *contact else { return None };
+        self.walls.iter().find(|wall| wall.axis == axis && wall.is_upper == is_upper).copied()
+    }
+
     pub fn steps(&self, interaction: u16) -> &Steps {
         &self.rules.steps[usize::from(interaction)]
+    }
+
+    /// Whether a pair of moving or bonded particles can be in a state.
+    pub fn has_state(&self, i: u32, j: u32, state: u16) -> bool {
+        let count = self.species.len();
+        let exist = i != j && (i as usize) < count && (j as usize) < count;
+        exist
+            && self.interaction(i, j).is_some_and(|interaction| {
+                let potential = &self.scene.interactions[usize::from(interaction)].potential;
+                potential.accessible_states().contains(&usize::from(state))
+            })
     }
 
     /// The state that a distance means at the start.
