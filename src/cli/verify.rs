@@ -55,8 +55,19 @@ impl Verify {
             signals::flow()
         });
         display.clear();
+        self.refuse_nothing(&certificate)?;
         super::print(&format!("{header}{}", table(&certificate)))?;
         verdict(&certificate)
+    }
+
+    /// A stretch behind the end of the run is a mistake.
+    fn refuse_nothing(&self, certificate: &Certificate) -> Result<(), Failure> {
+        let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
+        if !has_ended || self.from_events.is_none_or(|from| certificate.first_event > from) {
+            return Ok(());
+        }
+        let message = format!("the run has only {}", describe::plural(certificate.first_event as usize - 1, "event"));
+        Err(Failure::bad_input(message, None, Some("choose a smaller --from-events")))
     }
 
     fn load(&self) -> Result<Scene, Failure> {

@@ -19,7 +19,8 @@ impl Elapsed {
     /// Time from `earlier` to this `[time]`.
     #[must_use]
     pub fn after(&self, earlier: &Self) -> f64 {
-        (self.epoch - earlier.epoch) + (self.since_epoch - earlier.since_epoch)
+        // Epochs are multiples of a power of two, and the first two terms are close to each other or small: no digits are lost.
+        ((self.epoch - earlier.epoch) - earlier.since_epoch) + self.since_epoch
     }
 
     /// Time since the start `[time]`.
@@ -65,5 +66,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         pairs.sort_unstable();
         pairs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_time_across_epochs_keeps_its_digits() {
+        let earlier = Elapsed { epoch: 0.0, since_epoch: 384.0_f64.next_down() };
+        let later = Elapsed { epoch: 384.0, since_epoch: 1e-15 };
+        assert_eq!(later.after(&earlier), (384.0 - 384.0_f64.next_down()) + 1e-15);
+        assert_eq!(later.total(), 384.0);
     }
 }

@@ -37,10 +37,9 @@ impl Flight {
         let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
         let acceleration = world.accelerations[i as usize].norm();
         let speed = velocity.norm() + acceleration * duration;
-        // Event times are rounded as times since the epoch, flights as times since the last event.
-        let now = states.elapsed.since_epoch.abs();
-        let length = position.amax() + speed * (duration + now);
-        Self { length, speed, falling: acceleration * now, duration }
+        // Times are rounded as times since the epoch: that of a prediction possibly in an earlier epoch than that of its event.
+        let times = duration + states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
+        Self { length: position.amax() + speed * times, speed, falling: acceleration * times, duration }
     }
 
     /// For the position of this particle `[length]`.

@@ -203,7 +203,7 @@ fn a_wrong_pair_state_shows() {
     let mut verifier = Verifier::resume(&recording.scene, &recording.start, &captured).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
 
-    // The pair of the first Release is taken for strangers.
+    // The pair of the first Release is taken for strangers: at that distance they can only come in.
     let release =
         recording.events.iter().position(|(event, _)| event.kind == EventKind::Pair(Outcome::Release)).unwrap();
     let pair = Contact::of(&recording.events[release].0);
@@ -212,7 +212,7 @@ fn a_wrong_pair_state_shows() {
     assert_eq!(forgotten.len() + 1, captured.len());
     let mut verifier = Verifier::resume(&recording.scene, &recording.start, &forgotten).unwrap();
     let fault = recording.fault_for(&mut verifier);
-    let Some((_, Fault::Missed { contact, .. } | Fault::Unknown { contact, .. })) = fault else { panic!("{fault:?}") };
+    let Some((_, Fault::NotClosing { contact, .. })) = fault else { panic!("{fault:?}") };
     assert_eq!(contact, pair);
 }
 
