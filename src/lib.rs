@@ -47,6 +47,7 @@
 //! | The loop itself | [`simulation`] | |
 //! | The paper, word for word, for checking | [`mod@reference`] | Algorithm 1 |
 //! | What is measured, and how well did it go? | [`observe`], [`statistics`], [`audit`] | |
+//! | Is a run right, event by event? | [`mod@verify`] | Algorithm 1 |
 //! | A whole run, its files, its picture | [`run`], [`output`], [`picture`] | figure 6 |
 //!
 //! # Notation and units

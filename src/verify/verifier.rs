@@ -137,7 +137,10 @@ impl Verifier {
 
     /// A window from the end of this one on.
     fn next_window(&mut self, elapsed: &Elapsed) {
-        let end = Elapsed { since_epoch: self.window.origin.since_epoch + self.window.length, ..self.window.origin };
+        // Told in the epoch of the latest states: in that of the window it might have fewer digits.
+        let latest = self.states.elapsed;
+        let left = self.window.length - self.window.time(&latest);
+        let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
         self.stream(end.after(&self.states.elapsed).max(0.0), end);
         self.counts.asked += self.window.asked;
         self.counts.windows += 1;
