@@ -204,6 +204,7 @@ fn limits_on_the_command_line_replace_those_of_the_scene() {
 fn bad_input_is_told_before_anything_is_written() {
     let place = Place::with(FLUID);
     fs::write(place.path().join("binary.toml"), [0xff, 0xfe, 0, 1]).unwrap();
+    fs::create_dir(place.path().join("empty")).unwrap();
     for (arguments, expected) in [
         (vec!["run", "missing.toml"], "missing.toml"),
         (vec!["run", "binary.toml"], "UTF-8"),
@@ -219,7 +220,7 @@ fn bad_input_is_told_before_anything_is_written() {
         (vec!["check", "missing.toml"], "missing.toml"),
         (vec!["new", "soup"], "hopper"),
         (vec!["verify", "missing.toml"], "missing.toml"),
-        (vec!["verify", "."], "no scene.toml"),
+        (vec!["verify", "empty"], "no scene.toml"),
         (vec!["verify", "scene.toml", "--events", "0"], "at least 1"),
         (vec!["verify", "scene.toml", "-q", "--from-events", "1e5"], "only 4500 events"),
         (vec!["picture", "missing"], "missing"),

@@ -39,7 +39,10 @@ impl Flight {
         let speed = velocity.norm() + acceleration * duration;
         // Times are rounded as times since the epoch: that of a prediction possibly in an earlier epoch than that of its event.
         let times = duration + states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
-        Self { length: position.amax() + speed * times, speed, falling: acceleration * times, duration }
+        // A coordinate is rounded once more at every wrap, however far it has been extrapolated then.
+        let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
+        let length = (position.amax() + speed * times) * (1.0 + wraps / ROUNDINGS);
+        Self { length, speed, falling: acceleration * times, duration }
     }
 
     /// For the position of this particle `[length]`.

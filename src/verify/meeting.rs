@@ -133,7 +133,7 @@ impl Verifier {
         // How deep a pair was that now leaves, or how far it will still come back: from the turning point that the event
         // missed by round-off.
         let missed = closing * closing / (2.0 * approach.curvature());
-        if closing < -bounds.normal_velocity && !(missed <= bound) {
+        if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
             return Err(Fault::NotClosing { contact, speed: -closing });
         }
         self.counts.turning_points += u64::from(closing <= bounds.normal_velocity);

@@ -35,7 +35,7 @@ impl Pace {
     ///
     /// The fastest particle does not go round a periodic box in it, so that few images come near.
     pub fn length(&self, world: &World, states: &States, next: f64) -> f64 {
-        let shortest = world.periods.iter().copied().filter(|period| *period > 0.0).fold(f64::INFINITY, f64::min);
+        let shortest = world.shortest_period;
         let wanted = if self.target.is_finite() { self.target.max(1.01 * next) } else { 1.01 * next };
         let fastest = world
             .moving

@@ -143,7 +143,7 @@ impl Replay {
         let mut end = None;
         while end.is_none() {
             let done = verifier.counts.events();
-            if done % FEW == 0 && watch(&self.progress(stretch, true)).is_break() {
+            if done.is_multiple_of(FEW) && watch(&self.progress(stretch, true)).is_break() {
                 end = Some(End::Interrupted);
             } else if done >= stretch.events {
                 end = Some(End::Asked);

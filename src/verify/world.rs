@@ -41,6 +41,8 @@ pub(super) struct World {
     pub walls: Vec<Wall>,
     /// Edges of periodic axes, 0 for others `[length]`.
     pub periods: Vector,
+    /// The shortest of them, infinite if there are none `[length]`.
+    pub shortest_period: f64,
     lower: Vector,
     /// The longest distance of two particles, infinite where they can fly off `[length]`.
     pub diagonal: f64,
@@ -72,6 +74,7 @@ impl World {
             bonds: bonds.collect(),
             walls: walls(scene),
             periods: scene.space.periods().map(|period| if period.is_finite() { period } else { 0.0 }),
+            shortest_period: scene.space.periods().min(),
             lower: scene.space.lower,
             diagonal: if scene.space.is_fully_periodic() { scene.space.size.norm() } else { f64::INFINITY },
             longest_range: potentials.clone().map(|potential| potential.range()).fold(0.0, f64::max),

@@ -98,7 +98,7 @@ fn planes_lines_and_small_boxes_are_proven() {
     let small = FLUID.replace("256", "4").replace("0.35", "0.2");
     assert_proven("small box", &prove(scene(&small), 0, 3000), 3000);
     let thin = FLUID.replace("256", "4").replace("0.35", "0.000001");
-    assert_proven("thin gas", &prove(scene(&thin), 0, 200), 200);
+    assert_proven("thin gas", &prove(scene(&thin), 0, 20), 20);
 }
 
 const EVERYTHING: &str = r#"

@@ -243,7 +243,7 @@ fn what_makes_no_sense_is_refused_without_a_panic() {
     assert!(matches!(refused(&|r| r.events[5].0.distance = 1.25), Fault::Unknown { .. }));
     let wall = EventKind::Wall { axis: 7, is_upper: false };
     assert!(matches!(refused(&|r| r.events[5].0.kind = wall), Fault::Unknown { .. }));
-    assert!(matches!(refused(&|r| drop(r.events[5].1.positions.pop())), Fault::Incomplete { .. }));
+    assert!(matches!(refused(&|r| r.events[5].1.positions.truncate(255)), Fault::Incomplete { .. }));
     assert!(matches!(refused(&|r| r.events[5].1.elapsed.epoch = f64::NAN), Fault::Backwards { .. }));
     assert!(matches!(refused(&|r| r.events[5].1.elapsed.epoch = f64::INFINITY), Fault::Backwards { .. }));
     let i = truth.events[5].0.particle.0 as usize;
