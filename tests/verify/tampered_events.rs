@@ -26,6 +26,12 @@ fn first(recording: &Recording, outcome: Outcome) -> usize {
     (K..recording.events.len()).find(is_it).unwrap()
 }
 
+/// A particle that does not take part in event `K`.
+fn bystander(recording: &Recording) -> ParticleId {
+    let event = &recording.events[K].0;
+    (0..256).rev().map(ParticleId).find(|id| *id != event.particle && Some(*id) != event.partner).unwrap()
+}
+
 fn wrong_quantity(recording: &Recording, at: usize) -> Quantity {
     match recording.fault() {
         Some((found_at, Fault::WrongNumbers { quantity, .. })) if found_at == at => quantity,
@@ -72,12 +78,7 @@ fn an_invented_event_is_too_early_or_of_two_that_part() {
     let mut recording = fluid();
     // Two that are far apart, at the time of an event.
     let (mut event, states) = recording.events[K].clone();
-    let is_far = |other: &u32| {
-        let contact = Contact::of(&event);
-        !matches!(contact, Contact::Pair(pair) if pair.contains(&ParticleId(*other)))
-    };
-    let partner = (0..256).rev().find(is_far).unwrap();
-    event.partner = Some(ParticleId(partner));
+    event.partner = Some(bystander(&recording));
     recording.events.insert(K + 1, (event, states));
     assert!(matches!(recording.fault(), Some((at, Fault::Early { .. })) if at == K + 1), "{:?}", recording.fault());
 
@@ -170,20 +171,14 @@ fn wrong_velocities_are_told() {
 
 #[test]
 fn bystanders_fly_on_and_nobody_jumps() {
-    let taken = |recording: &Recording| recording.events[K].0.particle.0;
     let mut recording = fluid();
-    let other = (0..256)
-        .find(|i| {
-            Contact::of(&recording.events[K].0) != Contact::pair(ParticleId(*i), recording.events[K].0.particle)
-                && *i != taken(&recording)
-        })
-        .unwrap();
+    let expected = bystander(&recording);
+    let (other, taking_part) = (expected.0, recording.events[K].0.particle.0);
     let x = &mut recording.events[K].1.velocities[other as usize].x;
     *x = x.next_up();
-    let expected = ParticleId(other);
     assert!(matches!(recording.fault(), Some((K, Fault::Disturbed { particle, .. })) if particle == expected));
 
-    for particle in [other, taken(&recording)] {
+    for particle in [other, taking_part] {
         let mut recording = fluid();
         recording.events[K].1.positions[particle as usize].y += 1e-12;
         let fault = recording.fault();
