@@ -8,9 +8,11 @@ mod picture;
 mod progress;
 mod report;
 mod run;
+mod signals;
+mod verify;
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use carom::scene::{Scene, SceneError};
@@ -25,11 +27,12 @@ Examples:
   carom run fluid.toml                      simulates it; the results are in runs/fluid
   carom run fluid.toml --until-events 1e5   shorter
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
+  carom verify runs/fluid                   proves the first events of that run
   carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
 
 Exit codes:
   0  done
-  1  the simulation failed, its own audit did, or it was interrupted
+  1  the simulation failed, its own audit or its proof did, or it was interrupted
   2  bad input";
 
 /// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and meshes.
@@ -42,10 +45,12 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Simulates a scene and writes thermo.csv, trajectory.xyz, summary.json and report.txt
+    /// Simulates a scene and writes thermo.csv, trajectory.xyz, summary.json and more
     Run(run::Run),
     /// Says in words what will be simulated, and finds what is wrong
     Check(check::Check),
+    /// Proves that a stretch of a run missed, invented and misplaced no event
+    Verify(verify::Verify),
     /// Draws a frame of a run as a PNG
     Picture(picture::Picture),
     /// Prints a commented scene to start from
@@ -57,6 +62,19 @@ enum Command {
 struct SceneArgs {
     /// The scene, a TOML file
     scene: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
+}
+
+impl SceneArgs {
+    fn load(&self) -> Result<Scene, SceneError> {
+        self.changes.load(&self.scene)
+    }
+}
+
+/// What replaces values of a scene.
+#[derive(Debug, Args)]
+struct Changes {
     /// Seed of the random numbers that place particles and draw velocities
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     seed: Option<u64>,
@@ -65,12 +83,21 @@ struct SceneArgs {
     overrides: Vec<(String, String)>,
 }
 
-impl SceneArgs {
-    fn load(&self) -> Result<Scene, SceneError> {
+impl Changes {
+    fn load(&self, scene: &Path) -> Result<Scene, SceneError> {
         let seed = self.seed.map(|seed| seed.to_string());
+        Scene::from_file_with(scene, &self.all(seed.as_deref()))
+    }
+
+    /// The text of a scene that was loaded, with what was replaced in it.
+    fn record(&self, scene: &Scene, path: &Path) -> Result<String, SceneError> {
+        let seed = self.seed.map(|seed| seed.to_string());
+        scene.record(path, &self.all(seed.as_deref()))
+    }
+
+    fn all<'a>(&'a self, seed: Option<&'a str>) -> Vec<(&'a str, &'a str)> {
         let overrides = self.overrides.iter().map(|(key, value)| (key.as_str(), value.as_str()));
-        let all: Vec<(&str, &str)> = overrides.chain(seed.as_deref().map(|seed| ("seed", seed))).collect();
-        Scene::from_file_with(&self.scene, &all)
+        overrides.chain(seed.map(|seed| ("seed", seed))).collect()
     }
 }
 
@@ -94,6 +121,7 @@ pub fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Run(run) => run.execute(),
         Command::Check(check) => check.execute(),
+        Command::Verify(verify) => verify.execute(),
         Command::Picture(picture) => picture.execute(),
         Command::New(new) => new.execute(),
     };

@@ -47,6 +47,7 @@
 //! | The loop itself | [`simulation`] | |
 //! | The paper, word for word, for checking | [`mod@reference`] | Algorithm 1 |
 //! | What is measured, and how well did it go? | [`observe`], [`statistics`], [`audit`] | |
+//! | Is a run right, event by event? | [`mod@verify`] | Algorithm 1 |
 //! | A whole run, its files, its picture | [`run`], [`output`], [`picture`] | figure 6 |
 //!
 //! # Notation and units
@@ -79,6 +80,7 @@ pub mod scene;
 pub mod simulation;
 pub mod space;
 pub mod statistics;
+pub mod verify;
 
 /// A vector in space; the components along flat axes are exactly zero.
 pub type Vector = nalgebra::Vector3<f64>;

@@ -59,7 +59,8 @@ impl EventQueue {
     /// A queue for `particles` entries of which half lie within `median` of the epoch.
     #[must_use]
     pub fn new(particles: usize, median: f64) -> Self {
-        let buckets = (particles / 8).next_power_of_two().clamp(64, 1 << 22);
+        // Eight or more entries per particle and epoch, however few particles there are: a longer epoch counts times with fewer digits.
+        let buckets = (particles / 8).next_power_of_two().min(1 << 22);
         let width = if median.is_finite() && median > 0.0 {
             // The rate of wakes per unit time is about particles / median.
             power_of_two(median * TARGET / particles as f64)
@@ -196,7 +197,7 @@ mod tests {
 
     #[test]
     fn a_crowded_epoch_ends_with_its_bucket_and_the_next_one_is_shorter() {
-        let mut queue = EventQueue::new(8, 1.0);
+        let mut queue = EventQueue::new(512, 64.0);
         let (span, width) = (queue.span(), queue.width);
         assert_eq!(span, 64.0 * width);
         let most = 4 * 64 * 64;

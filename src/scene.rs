@@ -24,6 +24,7 @@ mod place;
 mod placement;
 mod random;
 mod reading;
+mod record;
 mod source;
 mod start;
 mod surface;
@@ -240,20 +241,7 @@ impl Scene {
     /// As [`Scene::from_file`]; a mistake in an override shows the override.
     pub fn from_file_with(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|source| {
-            SceneError::new(Place::root(), SceneErrorKind::Unreadable { path: path.to_owned(), source })
-        })?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let offset = error.utf8_error().valid_up_to();
-            // The characters that could be read are enough to show the line.
-            let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-            SceneError::new(Place::root(), SceneErrorKind::NotText { offset }).in_source(
-                &path.to_string_lossy(),
-                std::sync::Arc::new(text),
-                offset..offset,
-            )
-        })?;
-        Self::from_toml_with(text, path, overrides)
+        Self::from_toml_with(read_text(path)?, path, overrides)
     }
 
     /// Reads a scene from its text. `name` stands for the file: in messages, as the scene's name unless the text gives
@@ -306,4 +294,21 @@ impl Scene {
     pub fn species_of(&self, particle: ParticleId) -> &Species {
         &self.species[self.particles[particle.0 as usize].species.0 as usize]
     }
+}
+
+/// The text of a scene's file.
+fn read_text(path: &Path) -> Result<String, SceneError> {
+    let bytes = std::fs::read(path).map_err(|source| {
+        SceneError::new(Place::root(), SceneErrorKind::Unreadable { path: path.to_owned(), source })
+    })?;
+    String::from_utf8(bytes).map_err(|error| {
+        let offset = error.utf8_error().valid_up_to();
+        // The characters that could be read are enough to show the line.
+        let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+        SceneError::new(Place::root(), SceneErrorKind::NotText { offset }).in_source(
+            &path.to_string_lossy(),
+            std::sync::Arc::new(text),
+            offset..offset,
+        )
+    })
 }

@@ -5,6 +5,7 @@ mod engine;
 mod execute;
 mod predict;
 mod snapshot;
+mod states;
 
 use crate::event::{Event, Tally};
 use crate::scene::{ParticleId, Scene};
@@ -15,6 +16,7 @@ use thiserror::Error;
 
 pub use audit::Overlap;
 pub use snapshot::{Energy, Snapshot};
+pub use states::{Elapsed, States};
 
 /// How far to go: whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -224,6 +226,30 @@ impl Simulation {
             return Ok(Reason::Events);
         }
         with_engine!(&mut self.engine, engine => engine.advance(until, observe))
+    }
+
+    /// Executes the next event and stops at its time, if there is one up to a simulated time; otherwise goes on to that time.
+    ///
+    /// `None` with an infinite limit means that nothing will ever happen again.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn step_before(&mut self, limit: f64) -> Result<Option<Event>, Arrest> {
+        let mut executed = None;
+        let until = Until { time: limit, events: self.tally().physical() + 1 };
+        self.advance_with(until, |event| executed = Some(*event))?;
+        Ok(executed)
+    }
+
+    /// Writes where everything is now into `states`, with all the digits of the time that the engine has.
+    pub fn states(&self, states: &mut States) {
+        with_engine!(&self.engine, engine => engine.states(states));
+    }
+
+    /// All pairs that are not in state 0, each once, lower id first, and their states.
+    #[must_use]
+    pub fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
+        with_engine!(&self.engine, engine => engine.captured_pairs())
     }
 
     /// Whether nothing will ever happen again. Looks up to the next event, past cell transitions, without executing it.

@@ -120,7 +120,7 @@ fn a_run_leaves_its_files_and_a_table() {
     let files = fs::read_dir(place.path().join("runs/scene")).unwrap();
     let mut names: Vec<String> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
-    assert_eq!(names, ["report.txt", "summary.json", "thermo.csv", "trajectory.xyz"]);
+    assert_eq!(names, ["report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"]);
 
     let thermo = place.read("runs/scene/thermo.csv");
     let mut lines = thermo.lines();
@@ -204,6 +204,7 @@ fn limits_on_the_command_line_replace_those_of_the_scene() {
 fn bad_input_is_told_before_anything_is_written() {
     let place = Place::with(FLUID);
     fs::write(place.path().join("binary.toml"), [0xff, 0xfe, 0, 1]).unwrap();
+    fs::create_dir(place.path().join("empty")).unwrap();
     for (arguments, expected) in [
         (vec!["run", "missing.toml"], "missing.toml"),
         (vec!["run", "binary.toml"], "UTF-8"),
@@ -218,6 +219,10 @@ fn bad_input_is_told_before_anything_is_written() {
         (vec!["fly"], "unrecognized subcommand"),
         (vec!["check", "missing.toml"], "missing.toml"),
         (vec!["new", "soup"], "hopper"),
+        (vec!["verify", "missing.toml"], "missing.toml"),
+        (vec!["verify", "empty"], "no scene.toml"),
+        (vec!["verify", "scene.toml", "--events", "0"], "at least 1"),
+        (vec!["verify", "scene.toml", "-q", "--from-events", "1e5"], "only 4500 events"),
         (vec!["picture", "missing"], "missing"),
         (vec!["picture", ".", "--size", "10"], "WIDTH"),
     ] {
@@ -321,6 +326,36 @@ fn a_run_from_overlaps_says_when_the_last_one_was_gone() {
     assert!(overlap["initial"].as_u64().unwrap() > 0 && overlap["final"] == 0, "{overlap}");
     assert!(overlap["resolved_after"].as_f64().unwrap() > 0.0, "{overlap}");
     assert!(place.read("runs/scene/report.txt").contains("the last gone after a time of"));
+}
+
+#[test]
+fn a_run_can_be_proven_from_its_folder() {
+    let place = Place::with(FLUID);
+    let arguments = ["run", "scene.toml", "--seed", "9", "--set", "fill.0.temperature=2.0", "--until-events", "700"];
+    assert_eq!(code(&place.carom(&arguments)), 0);
+    fs::remove_file(place.path().join("scene.toml")).unwrap();
+    let kept = place.read("runs/scene/scene.toml");
+    for line in ["name = \"scene\"", "seed = 9", "temperature = 2.0", "until_events = 700"] {
+        assert!(kept.lines().any(|other| other == line), "{line}: {kept}");
+    }
+    let output = place.carom(&["verify", "runs/scene"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let text = words(&output);
+    for expected in ["scene, seed 9", "over all 5778 pairs", "1200 (1200 core)", "PROVEN", "up to the end of the run"] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    let output = place.carom(&["verify", "runs/scene", "--events", "100", "--from-events", "900", "--quiet"]);
+    assert!(words(&output).contains("event 901 to 1000"), "{}", words(&output));
+    assert_eq!(errors(&output), "");
+}
+
+#[test]
+fn an_arrest_ends_a_proof_with_the_cure() {
+    let place = Place::with(COLLAPSE);
+    let output = place.carom(&["verify", "scene.toml"]);
+    assert_eq!(code(&output), 1, "{}", words(&output));
+    assert!(words(&output).contains("ARRESTED"), "{}", words(&output));
+    assert!(errors(&output).contains("contact_time"), "{}", errors(&output));
 }
 
 #[test]

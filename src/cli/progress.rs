@@ -3,8 +3,9 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
-use carom::run::{Progress, Stage};
+use carom::run::{self, Stage};
 use carom::scene::Scene;
+use carom::verify;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Between two lines where there is no terminal.
@@ -20,8 +21,33 @@ pub struct Display {
     bar: Option<ProgressBar>,
     is_quiet: bool,
     shown: Option<Instant>,
-    stage: Option<(Stage, Instant)>,
+    stage: Option<(&'static str, Instant)>,
     rate: Rate,
+}
+
+/// How far something is.
+pub struct State {
+    stage: &'static str,
+    time: f64,
+    events: u64,
+    fraction: f64,
+}
+
+impl From<&run::Progress> for State {
+    fn from(progress: &run::Progress) -> Self {
+        let stage = match progress.stage {
+            Stage::Equilibration => "equilibrating",
+            Stage::Measurement => "measuring",
+        };
+        Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction() }
+    }
+}
+
+impl From<&verify::Progress> for State {
+    fn from(progress: &verify::Progress) -> Self {
+        let stage = if progress.is_proving { "proving" } else { "replaying" };
+        Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction() }
+    }
 }
 
 /// Events per second of late.
@@ -43,7 +69,8 @@ impl Display {
     }
 
     /// Shows how far the run is, if it is time to.
-    pub fn show(&mut self, progress: &Progress) {
+    pub fn show(&mut self, progress: impl Into<State>) {
+        let progress = progress.into();
         if self.is_quiet {
             return;
         }
@@ -62,11 +89,7 @@ impl Display {
         }
         self.shown = Some(now);
         self.rate.see(progress.events, now);
-        let fraction = progress.fraction();
-        let stage = match progress.stage {
-            Stage::Equilibration => "equilibrating",
-            Stage::Measurement => "measuring",
-        };
+        let State { fraction, stage, .. } = progress;
         let text = format!(
             "t = {:.4}, {} events, {} events/s{}",
             progress.time,

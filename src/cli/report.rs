@@ -14,7 +14,7 @@ pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;
     let scene = simulation.scene();
     let stretch = &finished.stretch;
-    let mut lines = Lines(String::new());
+    let mut lines = Lines::default();
     lines.pair("scene", &format!("{}, seed {}", scene.name, scene.seed));
     lines.pair("particles", &describe::population(scene));
     lines.pair("engine", &simulation.engine().to_string());
@@ -25,16 +25,9 @@ pub fn text(finished: &Finished) -> String {
     let rate = if seconds > 0.0 { tally.physical() as f64 / seconds } else { 0.0 };
     let measured = format!("a time of {}, {} events", digits(stretch.duration), tally.physical());
     lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
-    let kinds = [
-        ("core", tally.core),
-        ("capture", tally.capture),
-        ("release", tally.release),
-        ("bounce", tally.bounce),
-        ("wall", tally.wall),
-    ];
-    let kinds: Vec<String> = kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
+    let kinds = kinds(tally.core, tally.capture, tally.release, tally.bounce, tally.wall);
     if !kinds.is_empty() {
-        lines.pair("events", &kinds.join(", "));
+        lines.pair("events", &kinds);
     }
     lines.pair("cell transitions", &tally.transition.to_string());
     if !finished.observables.is_empty() {
@@ -45,7 +38,14 @@ pub fn text(finished: &Finished) -> String {
         }
     }
     audit(&mut lines, finished);
-    lines.0
+    lines.text()
+}
+
+/// Numbers of events by kind: `12 core, 3 wall`.
+pub fn kinds(core: u64, capture: u64, release: u64, bounce: u64, wall: u64) -> String {
+    let kinds = [("core", core), ("capture", capture), ("release", release), ("bounce", bounce), ("wall", wall)];
+    let kinds: Vec<String> = kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
+    kinds.join(", ")
 }
 
 fn ending(finished: &Finished) -> String {
@@ -103,7 +103,7 @@ fn audit(lines: &mut Lines, finished: &Finished) {
 }
 
 /// What should be nothing.
-fn tiny(number: f64) -> String {
+pub fn tiny(number: f64) -> String {
     if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
 }
 
@@ -125,16 +125,25 @@ fn with_error(estimate: &Estimate) -> String {
 }
 
 /// Lines of names and values.
-struct Lines(String);
+#[derive(Default)]
+pub struct Lines(String);
 
 impl Lines {
-    fn pair(&mut self, name: &str, value: &str) {
+    pub fn pair(&mut self, name: &str, value: &str) {
         // Writing to a string cannot fail.
         let _ = writeln!(self.0, "{name:<32}{value}");
     }
 
-    fn title(&mut self, title: &str) {
+    pub fn title(&mut self, title: &str) {
         let _ = writeln!(self.0, "\n{title}");
+    }
+
+    pub fn line(&mut self, line: &str) {
+        let _ = writeln!(self.0, "{line}");
+    }
+
+    pub fn text(self) -> String {
+        self.0
     }
 }
 

@@ -1,8 +1,6 @@
 //! `carom run`.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use carom::output::{Folder, Summary};
 use carom::run::{self, Ending, Finished};
@@ -13,7 +11,7 @@ use clap::Args;
 use super::SceneArgs;
 use super::failure::Failure;
 use super::progress::Display;
-use super::report;
+use super::{report, signals};
 
 /// Simulates a scene
 #[derive(Debug, Args)]
@@ -49,7 +47,7 @@ fn duration(text: &str) -> Result<f64, String> {
 }
 
 /// A whole number, also written as `1e6` or `1_000_000`.
-fn count(text: &str) -> Result<u64, String> {
+pub fn count(text: &str) -> Result<u64, String> {
     let plain = text.replace('_', "");
     let whole = |x: &f64| x.fract() == 0.0 && (1.0..=9.007_199_254_740_992e15).contains(x);
     match (plain.parse::<u64>(), plain.parse::<f64>()) {
@@ -59,19 +57,18 @@ fn count(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Set by Ctrl-C and SIGTERM.
-static IS_STOPPED: AtomicBool = AtomicBool::new(false);
-
 impl Run {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.load()?;
         let path = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&scene.name));
+        let record = self.scene.changes.record(&scene, &self.scene.scene)?;
         let mut folder = Folder::create(&path, &scene)?;
-        stop_on_signals();
+        folder.keep_scene(&record)?;
+        signals::watch();
         let mut display = Display::new(&scene, self.quiet);
         let result = run::run(scene, &mut folder, &mut |progress| {
             display.show(progress);
-            if IS_STOPPED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            signals::flow()
         });
         display.clear();
         let finished = result?;
@@ -103,15 +100,6 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
         Ending::Interrupted => Err(Failure::failed("interrupted; the files are complete up to there", None, None)),
         _ => Ok(()),
     }
-}
-
-fn stop_on_signals() {
-    // Without a handler, a signal ends the program as it does by default.
-    let _ = ctrlc::set_handler(|| {
-        if IS_STOPPED.swap(true, Ordering::Relaxed) {
-            std::process::exit(1);
-        }
-    });
 }
 
 #[cfg(test)]

@@ -20,8 +20,10 @@ use crate::simulation::Snapshot;
 
 /// The last file of a run: where it is, the others are complete and belong to it.
 const SUMMARY: &str = "summary.json";
+/// The scene as it was run.
+const SCENE: &str = "scene.toml";
 /// The files of a run besides the summary.
-const FILES: [&str; 4] = ["thermo.csv", "trajectory.xyz", "contacts.csv", "report.txt"];
+const FILES: [&str; 5] = [SCENE, "thermo.csv", "trajectory.xyz", "contacts.csv", "report.txt"];
 
 /// How often a table that is being written can be looked at.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
@@ -33,6 +35,7 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
+    scene: Option<PartialFile>,
     columns: Columns,
     thermo: PartialFile,
     trajectory: PartialFile,
@@ -59,6 +62,7 @@ impl Folder {
             file.write(contacts::HEADER)?;
         }
         Ok(Self {
+            scene: None,
             columns,
             thermo,
             trajectory: PartialFile::create(path.join("trajectory.xyz"))?,
@@ -67,6 +71,24 @@ impl Folder {
             flushed: Instant::now(),
             path: path.to_owned(),
         })
+    }
+
+    /// Keeps the text of the scene, from which the run can be made again: [`Scene::record`].
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] if it cannot be written.
+    pub fn keep_scene(&mut self, text: &str) -> Result<(), OutputError> {
+        let mut file = PartialFile::create(self.path.join(SCENE))?;
+        file.write(text)?;
+        file.flush()?;
+        self.scene = Some(file);
+        Ok(())
+    }
+
+    /// Where the scene of a run is kept, in the folder of the run.
+    #[must_use]
+    pub fn scene_of(run: &Path) -> PathBuf {
+        run.join(SCENE)
     }
 
     /// Gives the files their names, and adds the summary and a report for people.
@@ -90,8 +112,9 @@ impl Folder {
                 _ => {}
             }
         }
-        let files = [Some(self.thermo), Some(self.trajectory), self.contacts, Some(report_file), Some(summary_file)];
-        files.into_iter().flatten().map(PartialFile::complete).collect()
+        let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
+        let files = [self.scene].into_iter().chain(tables).chain([Some(report_file), Some(summary_file)]);
+        files.flatten().map(PartialFile::complete).collect()
     }
 }
 

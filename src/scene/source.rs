@@ -89,7 +89,11 @@ impl Source {
         self.at(error, range)
     }
 
-    fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
+    /// The file with what replaces its values.
+    ///
+    /// # Errors
+    /// [`SceneErrorKind::Syntax`] or [`SceneErrorKind::Override`].
+    pub(crate) fn tree(&self) -> Result<Spanned<DeTable<'_>>, SceneError> {
         let mut document = DeTable::parse(&self.text).map_err(|error| self.refused(&error))?;
         for this in &self.overrides {
             let keys: Vec<&str> = this.key.split('.').map(str::trim).collect();

@@ -420,8 +420,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.epoch += shift;
         self.now -= shift;
         self.clock.since -= shift;
-        for body in &mut self.bodies {
+        for particle in 0..self.bodies.len() as u32 {
+            let body = &mut self.bodies[particle as usize];
             body.time -= shift;
+            // A state from long ago has its position rounded at the whole distance flown since, with every wrap.
+            if body.time < -2.0 * shift {
+                self.stream(particle, 0.0);
+            }
         }
         for prediction in &mut self.predictions {
             prediction.contact_time -= shift;

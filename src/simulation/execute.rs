@@ -40,7 +40,7 @@ const OFF_UNITY: f64 = 0.75;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Moves a particle along its free flight to `time`.
     #[inline]
-    fn stream(&mut self, particle: u32, time: f64) {
+    pub(super) fn stream(&mut self, particle: u32, time: f64) {
         let (position, velocity) = self.state_at(particle, time);
         let body = &mut self.bodies[particle as usize];
         (body.position, body.velocity, body.time) = (position, velocity, time);

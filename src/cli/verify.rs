@@ -1,0 +1,155 @@
+//! `carom verify`.
+
+use std::path::PathBuf;
+
+use carom::output::Folder;
+use carom::scene::Scene;
+use carom::simulation::Arrest;
+use carom::verify::{self, Certificate, Counts, End, Stretch};
+use clap::Args;
+
+use super::Changes;
+use super::describe::{self, digits};
+use super::failure::Failure;
+use super::progress::{Display, short};
+use super::report::{Lines, kinds, tiny};
+use super::run::count;
+use super::signals;
+
+/// Proves a stretch of a run
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Replays the events and holds each against the paper's Algorithm 1, asked over all pairs and walls, without the engine's
+cells, predictions or memory. The cost of an event grows with the number of particles.
+
+Examples:
+  carom verify configs/hopper.toml
+  carom verify runs/fluid --from-events 1e6 --events 1e5
+  carom verify configs/polymer.toml --seed 7 --set run.until_time=5")]
+pub struct Verify {
+    /// The folder of a run, or a scene
+    #[arg(value_name = "RUN_OR_SCENE")]
+    run: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
+    /// Proves this many physical events, or all up to the end of the run if there are fewer
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count, default_value = "1e5")]
+    events: u64,
+    /// Only replays this many events first; pair states at their end are then the engine's
+    #[arg(long, value_name = "M", allow_negative_numbers = true, value_parser = count)]
+    from_events: Option<u64>,
+    /// No progress, only the final table
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+impl Verify {
+    pub fn execute(&self) -> Result<(), Failure> {
+        let scene = self.load()?;
+        let stretch = Stretch { from: self.from_events.unwrap_or(0), events: self.events };
+        let header = header(&scene);
+        signals::watch();
+        let mut display = Display::new(&scene, self.quiet);
+        let certificate = verify::verify(scene, stretch, &mut |progress| {
+            display.show(progress);
+            signals::flow()
+        });
+        display.clear();
+        self.refuse_nothing(&certificate)?;
+        super::print(&format!("{header}{}", table(&certificate)))?;
+        verdict(&certificate)
+    }
+
+    /// A stretch behind the end of the run is a mistake.
+    fn refuse_nothing(&self, certificate: &Certificate) -> Result<(), Failure> {
+        let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
+        if !has_ended || self.from_events.is_none_or(|from| certificate.first_event > from) {
+            return Ok(());
+        }
+        let message = format!("the run has only {}", describe::plural(certificate.first_event as usize - 1, "event"));
+        Err(Failure::bad_input(message, None, Some("choose a smaller --from-events")))
+    }
+
+    fn load(&self) -> Result<Scene, Failure> {
+        if !self.run.is_dir() {
+            return Ok(self.changes.load(&self.run)?);
+        }
+        let scene = Folder::scene_of(&self.run);
+        if !scene.exists() {
+            let message = format!("{} has no scene.toml", self.run.display());
+            let help = "carom run writes the scene of a run into its folder when the run is complete";
+            return Err(Failure::bad_input(message, None, Some(help)));
+        }
+        Ok(self.changes.load(&scene)?)
+    }
+}
+
+fn header(scene: &Scene) -> String {
+    let mut lines = Lines::default();
+    lines.pair("scene", &format!("{}, seed {}", scene.name, scene.seed));
+    lines.pair("particles", &describe::population(scene));
+    let moving = scene.particles.iter().filter(|p| !scene.species[p.species.0 as usize].is_static()).count() as f64;
+    let all = scene.particles.len() as f64;
+    let pairs = moving * (all - moving) + 0.5 * moving * (moving - 1.0);
+    lines.pair("rule", &format!("Algorithm 1 over all {pairs} pairs and all walls"));
+    lines.text()
+}
+
+fn table(certificate: &Certificate) -> String {
+    let Certificate { first_event, start, duration, counts, margins, .. } = certificate;
+    let mut lines = Lines::default();
+    lines.pair("stretch", &format!("event {first_event} to {}", first_event + counts.events().max(1) - 1));
+    lines.pair("", &format!("from t = {} on, a time of {}", digits(*start), digits(*duration)));
+    let pairs = if *first_event > 1 { "from the engine's at its start" } else { "from the distances at the start" };
+    lines.pair("pair states", &format!("{pairs}, then from the events"));
+    lines.title("proven");
+    let Counts { core, capture, release, bounce, wall, .. } = *counts;
+    lines.pair("events", &format!("{}{}", counts.events(), in_brackets(&kinds(core, capture, release, bounce, wall))));
+    lines.pair("ties within round-off", &counts.ties.to_string());
+    lines.pair("at turning points", &counts.turning_points.to_string());
+    lines.pair("in invalid states", &counts.in_invalid_state.to_string());
+    lines.pair("due times asked for", &short(counts.asked as f64));
+    lines.title("how exactly");
+    lines
+        .pair("largest gap at an event", &format!("{} of the discontinuity's distance", tiny(certificate.largest_gap)));
+    lines.pair("deepest overlap at an event", &format!("{} of it", tiny(certificate.deepest_overlap)));
+    for (name, margin) in [
+        ("gaps and overlaps", margins.distance.max(margins.overlap)),
+        ("velocities and energies", margins.outcome),
+        ("flights", margins.flight),
+    ] {
+        lines.pair(name, &format!("at most {:.1} % of what round-off explains", 100.0 * margin));
+    }
+    lines.title("verdict");
+    lines.line(&words(certificate));
+    lines.text()
+}
+
+fn in_brackets(kinds: &str) -> String {
+    if kinds.is_empty() { String::new() } else { format!(" ({kinds})") }
+}
+
+fn words(certificate: &Certificate) -> String {
+    let proven = "PROVEN: no event was missed, invented or out of order, and each came out right";
+    match certificate.end {
+        End::Asked => proven.to_owned(),
+        End::RunEnded => format!("{proven},\nup to the end of the run"),
+        End::Idle => format!("{proven};\nnothing will happen any more"),
+        End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
+        End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
+        End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),
+        _ => "ended".to_owned(),
+    }
+}
+
+fn verdict(certificate: &Certificate) -> Result<(), Failure> {
+    match certificate.end {
+        End::Violated(violation) => {
+            let help = "carom should not do this: please report the scene and the command";
+            Err(Failure::failed(violation.to_string(), None, Some(help)))
+        }
+        End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(Arrest::CURE))),
+        End::Interrupted => Err(Failure::failed("interrupted; what is above is proven", None, None)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,91 @@
+//! The record of a scene as it is run: its file with everything applied that replaced a value.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::de::Deserializer;
+use toml::{Table, Value};
+
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::place::Place;
+use crate::scene::source::Source;
+use crate::scene::{Scene, read_text};
+
+const HEADER: &str = "\
+# The scene of this run as it was run: with the values of the command line, and with absolute paths.
+";
+
+impl Scene {
+    /// The TOML from which this scene can be made again, wherever it is kept.
+    ///
+    /// `path` and `overrides` are those that the scene was read from. The overrides are applied, the name and the limits of the
+    /// run are the scene's, and relative paths of coordinate files become absolute. Comments are lost.
+    ///
+    /// # Errors
+    /// As [`Scene::from_file_with`], if the file is no longer what it was.
+    pub fn record(&self, path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
+        let path = path.as_ref();
+        let source = Source::new(&path.to_string_lossy(), read_text(path)?, overrides);
+        let failed = |message: String| SceneError::new(Place::root(), SceneErrorKind::Syntax { message });
+        let tree = source.tree()?;
+        let mut table = Table::deserialize(Deserializer::from(tree)).map_err(|error| failed(error.to_string()))?;
+        table.insert("name".to_owned(), Value::String(self.name.clone()));
+        self.record_limits(&mut table);
+        let directory = path.parent().unwrap_or(Path::new(""));
+        for file in table.get_mut("file").and_then(Value::as_array_mut).into_iter().flatten() {
+            if let Some(Value::String(name)) = file.get_mut("path")
+                && let Ok(absolute) = std::path::absolute(directory.join(&*name))
+                && let Some(absolute) = absolute.to_str()
+            {
+                *name = absolute.to_owned();
+            }
+        }
+        let text = toml::to_string(&table).map_err(|error| failed(error.to_string()))?;
+        Ok(format!("{HEADER}{text}"))
+    }
+
+    fn record_limits(&self, table: &mut Table) {
+        let run = table.entry("run").or_insert_with(|| Value::Table(Table::new()));
+        let Some(run) = run.as_table_mut() else { return };
+        run.remove("until_time");
+        run.remove("until_events");
+        if let Some(time) = self.run.limit.time {
+            run.insert("until_time".to_owned(), Value::Float(time));
+        }
+        if let Some(events) = self.run.limit.events {
+            run.insert("until_events".to_owned(), Value::Integer(i64::try_from(events).unwrap_or(i64::MAX)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Limit;
+
+    #[test]
+    fn a_record_makes_the_same_scene_elsewhere() {
+        let overrides = [("seed", "5"), ("species.sphere.diameter", "1.25")];
+        let path = "configs/hard_sphere_fluid.toml";
+        let mut scene = Scene::from_file_with(path, &overrides).unwrap();
+        scene.run.limit = Limit::time(0.1);
+        let record = scene.record(path, &overrides).unwrap();
+        let again = Scene::from_toml(record, "elsewhere/scene.toml").unwrap();
+        assert_eq!(again, scene);
+    }
+
+    #[test]
+    fn files_are_found_from_elsewhere() {
+        let directory = tempfile::tempdir().unwrap();
+        let scene = directory.path().join("scene.toml");
+        let text = "[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n\
+            [[interaction]]\nspecies = [\"A\", \"A\"]\npotential = \"hard-sphere\"\n\
+            [space]\nsize = [9.0, 9.0, 9.0]\n[[file]]\npath = \"start.xyz\"\n[run]\nuntil_time = 1.0\n";
+        std::fs::write(&scene, text).unwrap();
+        let coordinates = "2\nProperties=species:S:1:pos:R:3:velo:R:3\nA 1 1 1 0 0 0\nA 4 4 4 1 0 0\n";
+        std::fs::write(directory.path().join("start.xyz"), coordinates).unwrap();
+        let built = Scene::from_file(&scene).unwrap();
+        let again = Scene::from_toml(built.record(&scene, &[]).unwrap(), "elsewhere/scene.toml").unwrap();
+        assert_eq!(again, built);
+    }
+}

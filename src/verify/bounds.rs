@@ -1,0 +1,93 @@
+//! What round-off explains: no tolerance is chosen, each is counted from the numbers that were rounded.
+
+use super::world::World;
+use crate::Vector;
+use crate::simulation::{Elapsed, States};
+
+/// Roundings between the state at a prediction and the one at its event. Of a pair, six coordinates are rounded by one
+/// streaming (three operations), by the event's time, and by a wrap, in the engine and once more here; the overlap function's
+/// sum has eight terms. All are below one unit in the last place of the scales below.
+const ROUNDINGS: f64 = 32.0;
+
+/// Roundings that many, of a number of the order of `scale`.
+pub(super) fn rounded(scale: f64) -> f64 {
+    ROUNDINGS * f64::EPSILON * scale
+}
+
+/// The scales of a particle in flight.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Flight {
+    /// Largest coordinate that was rounded since the last event `[length]`.
+    length: f64,
+    /// Largest speed since then `[length / time]`.
+    pub speed: f64,
+    /// What the rounding of event times adds to the speed, as a speed `[length / time]`.
+    falling: f64,
+    /// Time since then `[time]`.
+    duration: f64,
+}
+
+impl Flight {
+    /// Of a wall.
+    pub const NONE: Self = Self { length: 0.0, speed: 0.0, falling: 0.0, duration: 0.0 };
+
+    /// Of a particle, from its state and the time of its last event.
+    pub fn new(world: &World, states: &States, i: u32, last_event: &Elapsed) -> Self {
+        let duration = states.elapsed.after(last_event).max(0.0);
+        let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
+        let acceleration = world.accelerations[i as usize].norm();
+        let speed = velocity.norm() + acceleration * duration;
+        // Times are rounded as times since the epoch: that of a prediction possibly in an earlier epoch than that of its event.
+        let times = duration + states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
+        // A coordinate is rounded once more at every wrap, however far it has been extrapolated then.
+        let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
+        let length = (position.amax() + speed * times) * (1.0 + wraps / ROUNDINGS);
+        Self { length, speed, falling: acceleration * times, duration }
+    }
+
+    /// For the position of this particle `[length]`.
+    pub fn position(&self, world: &World) -> f64 {
+        rounded(self.length + world.periods.amax())
+    }
+
+    /// For its velocity `[length / time]`.
+    pub fn velocity(&self) -> f64 {
+        rounded(self.speed + self.falling)
+    }
+}
+
+/// What round-off explains at a contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    /// Of a distance `[length]`.
+    pub distance: f64,
+    /// Of a change of velocity `[length / time]`.
+    pub velocity: f64,
+    /// Of the normal velocity, whose direction follows the rounded positions `[length / time]`.
+    pub normal_velocity: f64,
+    /// Of the direction of the normal `[1]`.
+    pub direction: f64,
+}
+
+impl Bounds {
+    /// At a discontinuity at `distance`.
+    ///
+    /// The overlap function is a difference of squares. Its rounding is that of the squared separation at its prediction,
+    /// at most as far as the two flew since the latest of their events; as a distance that is `|r|^2 / s`.
+    pub fn pair(world: &World, a: &Flight, b: &Flight, distance: f64) -> Self {
+        let flown = (a.speed + b.speed) * a.duration.min(b.duration);
+        let separation = (distance + flown).min(world.diagonal.max(distance));
+        let bound = rounded(a.length + b.length + distance + separation * separation / distance);
+        let speed = a.speed + b.speed;
+        let velocity = a.velocity() + b.velocity();
+        let direction = rounded(1.0) + bound / distance;
+        Self { distance: bound, velocity, normal_velocity: velocity + speed * direction, direction }
+    }
+
+    /// At a wall.
+    pub fn wall(a: &Flight, at: f64, radius: f64) -> Self {
+        let velocity = a.velocity();
+        let distance = rounded(a.length + at.abs() + radius);
+        Self { distance, velocity, normal_velocity: velocity, direction: 0.0 }
+    }
+}

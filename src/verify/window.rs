@@ -1,0 +1,227 @@
+//! A stretch of simulated time, and everything that Algorithm 1 says will be due in it.
+//!
+//! At its start all pairs are looked at once. What is too far apart to meet within the window is left out; the rest is asked
+//! when its next event is due. An event changes the flight of two particles: what was due for them is void, and their pairs with
+//! all others are looked at anew.
+
+use super::approach::{Approach, Boundary};
+use super::contact::{Claim, Contact};
+use super::pairs::Pairs;
+use super::world::{Wall, World};
+use crate::Vector;
+use crate::motion::RelativeState;
+use crate::overlap::Side;
+use crate::scene::ParticleId;
+use crate::simulation::{Elapsed, States};
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Rounding of the comparison that leaves out what is too far apart: some tens of roundings of lengths.
+const MARGIN: f64 = 1.0 + 1e-12;
+
+/// An event that the rule demands.
+#[derive(Debug, Clone)]
+pub(super) struct Due {
+    /// When, in the window `[time]`.
+    pub time: f64,
+    pub claim: Claim,
+    pub approach: Approach,
+    /// How often the flights of the two had changed when this was asked.
+    versions: [u32; 2],
+}
+
+impl PartialEq for Due {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Due {}
+
+impl PartialOrd for Due {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Due {
+    /// The earliest is the greatest, so that a heap gives it first.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.time.total_cmp(&self.time).then_with(|| other.claim.cmp(&self.claim))
+    }
+}
+
+/// The window.
+#[derive(Debug)]
+pub(super) struct Window {
+    /// When it starts.
+    pub origin: Elapsed,
+    /// How long it is `[time]`.
+    pub length: f64,
+    /// Events that it has seen.
+    pub events: u64,
+    /// How often Algorithm 1 was asked.
+    pub asked: u64,
+    due: BinaryHeap<Due>,
+    versions: Vec<u32>,
+}
+
+impl Window {
+    /// Looks at all pairs and walls.
+    pub fn open(world: &World, pairs: &Pairs, states: &States, length: f64) -> Self {
+        let mut window = Self {
+            origin: states.elapsed,
+            length,
+            events: 0,
+            asked: 0,
+            due: BinaryHeap::new(),
+            versions: vec![0; states.positions.len()],
+        };
+        let reaches: Vec<f64> = (0..states.positions.len())
+            .map(|i| reach(&states.velocities[i], &world.accelerations[i], length))
+            .collect();
+        for &i in &world.moving {
+            window.look_at(world, pairs, states, i, |j| world.is_first(i, j), &reaches);
+        }
+        window
+    }
+
+    /// Makes void what was due for two particles, whose flights have changed.
+    pub fn forget(&mut self, particles: impl Iterator<Item = u32>) {
+        for particle in particles {
+            self.versions[particle as usize] = self.versions[particle as usize].wrapping_add(1);
+        }
+    }
+
+    /// Looks at all pairs of some particles, whose flights have changed.
+    pub fn look_again(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) {
+        let left = self.length - self.time(&states.elapsed);
+        let reaches: Vec<f64> =
+            (0..states.positions.len()).map(|i| reach(&states.velocities[i], &world.accelerations[i], left)).collect();
+        for (at, &i) in changed.iter().enumerate() {
+            self.look_at(world, pairs, states, i, |j| !changed[..at].contains(&j), &reaches);
+        }
+    }
+
+    /// A time in the window `[time]`.
+    pub fn time(&self, elapsed: &Elapsed) -> f64 {
+        elapsed.after(&self.origin)
+    }
+
+    /// What was due before a time in the window, earliest first, and is not void.
+    pub fn due_before(&mut self, time: f64) -> Vec<Due> {
+        let mut due = Vec::new();
+        while self.due.peek().is_some_and(|first| first.time < time) {
+            due.extend(self.due.pop().filter(|first| self.is_valid(first)));
+        }
+        due
+    }
+
+    /// Asks for the next event after a time in the window, of what was due before.
+    pub fn ask_again(&mut self, due: &Due, time: f64) {
+        self.ask(due.claim, due.approach.streamed(time));
+    }
+
+    /// Whether the flights that something was asked for are the present ones.
+    pub fn is_valid(&self, due: &Due) -> bool {
+        self.versions_of(&due.claim.contact) == due.versions
+    }
+
+    fn versions_of(&self, contact: &Contact) -> [u32; 2] {
+        let mut versions = [0; 2];
+        for (version, particle) in versions.iter_mut().zip(contact.particles()) {
+            *version = self.versions[particle as usize];
+        }
+        versions
+    }
+
+    /// Asks for one particle's pairs and walls.
+    fn look_at(
+        &mut self,
+        world: &World,
+        pairs: &Pairs,
+        states: &States,
+        i: u32,
+        is_wanted: impl Fn(u32) -> bool,
+        reaches: &[f64],
+    ) {
+        for (j, state) in pairs.of(i).filter(|(j, _)| *j != i && is_wanted(*j)) {
+            self.ask_pair(world, states, i, j, state);
+        }
+        let far = (world.longest_range + reaches[i as usize]) * MARGIN;
+        for j in (0..reaches.len() as u32).filter(|&j| j != i && is_wanted(j)) {
+            let reach = far + reaches[j as usize] * MARGIN;
+            if world.nearest(states, i, j).norm_squared() <= reach * reach && pairs.get(i, j).is_none() {
+                self.ask_pair(world, states, i, j, 0);
+            }
+        }
+        if !world.is_static(i) {
+            self.ask_walls(world, states, i);
+        }
+    }
+
+    /// Asks when a pair reaches the discontinuities that its state sees.
+    fn ask_pair(&mut self, world: &World, states: &States, i: u32, j: u32, state: u16) {
+        let Some(interaction) = world.interaction(i, j) else { return };
+        let left = self.length - self.time(&states.elapsed);
+        let nearest = world.nearest(states, i, j);
+        let velocity = states.velocities[i as usize] - states.velocities[j as usize];
+        let acceleration = world.accelerations[i as usize] - world.accelerations[j as usize];
+        for side in [Side::Positive, Side::Negative] {
+            let Some(seen) = world.steps(interaction).seen_from(state, side) else { continue };
+            // A pair inside of a discontinuity only knows its nearest image.
+            let images = match side {
+                Side::Positive => {
+                    world.images(&nearest, (seen.distance + reach(&velocity, &acceleration, left)) * MARGIN)
+                }
+                Side::Negative => vec![nearest],
+            };
+            for position in images {
+                let approach = Approach {
+                    since: self.time(&states.elapsed),
+                    state: RelativeState { position, velocity },
+                    acceleration,
+                    boundary: Boundary::Sphere { distance: seen.distance, side },
+                };
+                let contact = Contact::pair(ParticleId(i), ParticleId(j));
+                self.ask(Claim::new(contact, side), approach);
+            }
+        }
+    }
+
+    fn ask_walls(&mut self, world: &World, states: &States, i: u32) {
+        for wall in &world.walls {
+            let approach = wall_approach(world, states, i, wall, self.time(&states.elapsed));
+            let contact = Contact::Wall { particle: ParticleId(i), axis: wall.axis, is_upper: wall.is_upper };
+            self.ask(Claim::new(contact, Side::Positive), approach);
+        }
+    }
+
+    fn ask(&mut self, claim: Claim, approach: Approach) {
+        self.asked += 1;
+        if let Some(time) = approach.next_event().filter(|time| *time <= self.length) {
+            self.due.push(Due { time, claim, approach, versions: self.versions_of(&claim.contact) });
+        }
+    }
+}
+
+/// The flight of a particle towards a wall, its height above contact along the first axis.
+pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall, since: f64) -> Approach {
+    let (k, inwards) = (usize::from(wall.axis), wall.inwards());
+    let along = |x: f64| Vector::new(inwards * x, 0.0, 0.0);
+    let height = inwards * (states.positions[i as usize][k] - wall.at) - world.radius(i);
+    Approach {
+        since,
+        state: RelativeState {
+            position: Vector::new(height, 0.0, 0.0),
+            velocity: along(states.velocities[i as usize][k]),
+        },
+        acceleration: along(world.accelerations[i as usize][k]),
+        boundary: Boundary::Plane,
+    }
+}
+
+/// How far a flight leads in some time, at most `[length]`.
+pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 {
+    (velocity.norm() + 0.5 * acceleration.norm() * time) * time
+}

@@ -1,0 +1,208 @@
+//! What never changes: masses, accelerations, interactions, the box.
+
+use super::contact::Contact;
+use crate::Vector;
+use crate::interaction::rules::{Rules, Steps};
+use crate::potential::Potential;
+use crate::scene::{InteractionId, Scene, SpeciesId};
+use crate::simulation::States;
+use crate::space::{Boundary, Face};
+use std::collections::BTreeMap;
+
+/// A wall of the box.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wall {
+    pub axis: u8,
+    pub is_upper: bool,
+    /// Coordinate along its axis `[length]`.
+    pub at: f64,
+    pub restitution: f64,
+}
+
+impl Wall {
+    /// The direction away from the wall along its axis: 1 or -1.
+    pub fn inwards(&self) -> f64 {
+        if self.is_upper { -1.0 } else { 1.0 }
+    }
+}
+
+/// The constants of a scene, by particle.
+#[derive(Debug)]
+pub(super) struct World {
+    scene: Scene,
+    rules: Rules,
+    species: Vec<u16>,
+    pub inverse_masses: Vec<f64>,
+    pub accelerations: Vec<Vector>,
+    /// Ids of the particles that move.
+    pub moving: Vec<u32>,
+    /// Interactions of bonded pairs, lower id first.
+    pub bonds: BTreeMap<(u32, u32), u16>,
+    pub walls: Vec<Wall>,
+    /// Edges of periodic axes, 0 for others `[length]`.
+    pub periods: Vector,
+    /// The shortest of them, infinite if there are none `[length]`.
+    pub shortest_period: f64,
+    lower: Vector,
+    /// The longest distance of two particles, infinite where they can fly off `[length]`.
+    pub diagonal: f64,
+    /// Beyond this distance no strangers meet `[length]`.
+    pub longest_range: f64,
+    /// The largest coordinate of a wall `[length]`.
+    pub farthest_wall: f64,
+    /// Whether any pair can be in another state than 0.
+    pub has_states: bool,
+    /// Whether species are bonded, so that pairs are in another state however far apart they are.
+    pub holds_all_pairs: bool,
+    pub has_contact_time: bool,
+}
+
+impl World {
+    pub fn new(scene: &Scene) -> Self {
+        let rules = Rules::new(scene);
+        let species: Vec<u16> = scene.particles.iter().map(|p| p.species.0 as u16).collect();
+        let of = |id: &u16| rules.species[usize::from(*id)];
+        let bonds = scene.bonds.iter().map(|bond| {
+            let [a, b] = bond.pair.map(|id| id.0);
+            ((a.min(b), a.max(b)), bond.interaction.0 as u16)
+        });
+        let potentials = scene.table.iter().flatten().map(|id| &scene.interactions[id.0 as usize].potential);
+        Self {
+            inverse_masses: species.iter().map(|id| of(id).inverse_mass).collect(),
+            accelerations: species.iter().map(|id| of(id).acceleration).collect(),
+            moving: (0..).zip(&species).filter(|(_, id)| !of(id).is_static()).map(|(i, _)| i).collect(),
+            bonds: bonds.collect(),
+            walls: walls(scene),
+            periods: scene.space.periods().map(|period| if period.is_finite() { period } else { 0.0 }),
+            shortest_period: scene.space.periods().min(),
+            lower: scene.space.lower,
+            diagonal: if scene.space.is_fully_periodic() { scene.space.size.norm() } else { f64::INFINITY },
+            longest_range: potentials.clone().map(|potential| potential.range()).fold(0.0, f64::max),
+            farthest_wall: walls(scene).iter().map(|wall| wall.at.abs()).fold(0.0, f64::max),
+            has_states: potentials.clone().any(|potential| *potential.accessible_states().end() > 0),
+            holds_all_pairs: potentials.clone().any(Potential::is_bond),
+            has_contact_time: scene.contact_time.is_some(),
+            scene: scene.clone(),
+            species,
+            rules,
+        }
+    }
+
+    pub fn is_static(&self, i: u32) -> bool {
+        self.inverse_masses[i as usize] == 0.0
+    }
+
+    /// Whether the pair of a moving particle `i` and `j` comes up here, and not again as `j` and `i`.
+    pub fn is_first(&self, i: u32, j: u32) -> bool {
+        i < j || (i > j && self.is_static(j))
+    }
+
+    /// Half the diameter `[length]`.
+    pub fn radius(&self, i: u32) -> f64 {
+        self.rules.species[usize::from(self.species[i as usize])].radius
+    }
+
+    /// The interaction of a pair.
+    pub fn interaction(&self, i: u32, j: u32) -> Option<u16> {
+        if !self.bonds.is_empty()
+            && let Some(&bond) = self.bonds.get(&(i.min(j), i.max(j)))
+        {
+            return Some(bond);
+        }
+        let species = |i: u32| SpeciesId(u32::from(self.species[i as usize]));
+        self.scene.interaction_of(species(i), species(j)).map(|id: InteractionId| id.0 as u16)
+    }
+
+    pub fn is_bonded(&self, i: u32, j: u32) -> bool {
+        self.bonds.contains_key(&(i.min(j), i.max(j)))
+    }
+
+    /// A length of the scene's particles: the longest range, or diameter if there is none `[length]`.
+    pub fn longest_length(&self) -> f64 {
+        self.scene.longest_range()
+    }
+
+    /// The wall of a contact, if the box has it.
+    pub fn wall(&self, contact: &Contact) -> Option<Wall> {
+        let Contact::Wall { axis, is_upper, .. } = *contact else { return None };
+        self.walls.iter().find(|wall| wall.axis == axis && wall.is_upper == is_upper).copied()
+    }
+
+    pub fn steps(&self, interaction: u16) -> &Steps {
+        &self.rules.steps[usize::from(interaction)]
+    }
+
+    /// Whether a pair of moving or bonded particles can be in a state.
+    pub fn has_state(&self, i: u32, j: u32, state: u16) -> bool {
+        let count = self.species.len();
+        let exist = i != j && (i as usize) < count && (j as usize) < count;
+        exist
+            && self.interaction(i, j).is_some_and(|interaction| {
+                let potential = &self.scene.interactions[usize::from(interaction)].potential;
+                potential.accessible_states().contains(&usize::from(state))
+            })
+    }
+
+    /// The state that a distance means at the start.
+    pub fn state_at(&self, interaction: u16, distance: f64) -> u16 {
+        self.scene.interactions[usize::from(interaction)].potential.state_at(distance) as u16
+    }
+
+    /// `r_i - r_j` of the nearest images, wherever they are.
+    pub fn nearest(&self, states: &States, i: u32, j: u32) -> Vector {
+        self.shortest(states.positions[i as usize] - states.positions[j as usize])
+    }
+
+    /// The shortest image of a separation, however long it is.
+    pub fn shortest(&self, mut apart: Vector) -> Vector {
+        for k in 0..3 {
+            let period = self.periods[k];
+            if apart[k].abs() > 0.5 * period && period > 0.0 {
+                apart[k] -= period * (apart[k] / period).round();
+            }
+        }
+        apart
+    }
+
+    /// The images of a separation that come within `reach` along every axis.
+    pub fn images(&self, nearest: &Vector, reach: f64) -> Vec<Vector> {
+        let mut images = vec![*nearest];
+        for k in (0..3).filter(|&k| self.periods[k] > 0.0) {
+            let period = self.periods[k];
+            let first = ((-reach - nearest[k]) / period).ceil() as i64;
+            let last = ((reach - nearest[k]) / period).floor() as i64;
+            let of = |image: Vector| {
+                (first..=last).map(move |n| {
+                    let mut image = image;
+                    image[k] += n as f64 * period;
+                    image
+                })
+            };
+            images = images.into_iter().flat_map(of).collect();
+        }
+        images
+    }
+
+    /// Whether a position is where the engine keeps particles: along periodic axes within the box to half a period.
+    pub fn is_in_box(&self, position: &Vector) -> bool {
+        (0..3).filter(|&k| self.periods[k] > 0.0).all(|k| {
+            let fraction = (position[k] - self.lower[k]) / self.periods[k];
+            (-0.5..1.5).contains(&fraction)
+        })
+    }
+}
+
+fn walls(scene: &Scene) -> Vec<Wall> {
+    let mut walls = Vec::new();
+    for axis in 0..3_u8 {
+        let k = usize::from(axis);
+        let Boundary::Bounded { lower, upper } = scene.space.boundary[k] else { continue };
+        let ends = [(false, lower, scene.space.lower[k]), (true, upper, scene.space.upper()[k])];
+        for (is_upper, face, at) in ends {
+            if let Face::Wall { restitution } = face {
+                walls.push(Wall { axis, is_upper, at, restitution });
+            }
+        }
+    }
+    walls
+}

@@ -1,0 +1,93 @@
+//! Whole engines with one thing wrong, consistent in themselves: the events of one scene, judged by the rules of another.
+
+use carom::scene::{Limit, Scene};
+use carom::verify::{Fault, Quantity};
+
+use crate::{FLUID, Recording, WELL, scene};
+
+/// The fault of a simulation that takes `wrong` for `right`.
+fn fault(wrong: &Scene, right: Scene) -> Fault {
+    let recording = Recording { scene: right, ..Recording::of(wrong.clone(), 2000) };
+    recording.fault().unwrap().1
+}
+
+fn changed(text: &str, from: &str, to: &str) -> Scene {
+    assert!(text.contains(from), "{from}");
+    let mut changed = scene(text);
+    let other = scene(&text.replace(from, to));
+    // All but the start.
+    (changed.species, changed.interactions, changed.table) = (other.species, other.interactions, other.table);
+    (changed.space.boundary, changed.contact_time) = (other.space.boundary, other.contact_time);
+    changed
+}
+
+#[test]
+fn a_wrong_diameter_misses_contacts() {
+    let small = changed(FLUID, "potential = \"hard-sphere\"", "potential = \"hard-sphere\"\ndiameter = 0.999999999");
+    let found = fault(&small, scene(FLUID));
+    assert!(matches!(found, Fault::Missed { .. } | Fault::Unknown { .. }), "{found:?}");
+    assert!(matches!(fault(&scene(FLUID), small), Fault::Unknown { .. }));
+}
+
+#[test]
+fn particles_that_do_not_see_each_other_miss_contacts() {
+    let text = format!("{FLUID}\n").replace("count = 256", "composition = { A = 0.5, B = 0.5 }\ncount = 256");
+    let text = text.replacen("species = \"A\"\narrangement", "arrangement", 1);
+    let species = "[[species]]\nname = \"B\"\nmass = 1.0\ndiameter = 1.0\n[[interaction]]\nspecies = [\"B\", \"B\"]\n\
+        potential = \"hard-sphere\"\n[[interaction]]\nspecies = [\"A\", \"B\"]\npotential = \"hard-sphere\"\n[[fill]]";
+    let right = scene(&text.replace("[[fill]]", species));
+    let mut blind = right.clone();
+    (blind.table[1], blind.table[2]) = (None, None);
+    assert!(matches!(fault(&blind, right), Fault::Missed { .. }));
+}
+
+#[test]
+fn a_wrong_restitution_has_wrong_numbers() {
+    let lossy = changed(FLUID, "potential = \"hard-sphere\"", "potential = \"hard-sphere\"\nrestitution = 0.999999999");
+    let found = fault(&lossy, scene(FLUID));
+    assert!(matches!(found, Fault::WrongNumbers { quantity: Quantity::Dissipation, .. }), "{found:?}");
+    assert!(matches!(fault(&scene(FLUID), lossy), Fault::WrongNumbers { quantity: Quantity::Dissipation, .. }));
+}
+
+#[test]
+fn a_wrong_well_depth_has_a_wrong_step() {
+    let deeper = changed(WELL, "well_depth = 1.0", "well_depth = 1.000000001");
+    let found = fault(&deeper, scene(WELL));
+    assert!(matches!(found, Fault::WrongNumbers { quantity: Quantity::EnergyStep, .. }), "{found:?}");
+}
+
+#[test]
+fn a_wrong_mass_has_wrong_velocities() {
+    let text = FLUID.replace("temperature = 1.0", "temperature = 1.0\n[dynamics]\ncontact_time = 1e-9");
+    let heavy = changed(&text, "mass = 1.0", "mass = 1.000000001");
+    let found = fault(&heavy, scene(FLUID));
+    assert!(matches!(found, Fault::WrongNumbers { .. }), "{found:?}");
+}
+
+#[test]
+fn a_force_that_is_not_there_bends_flights() {
+    let falling = changed(FLUID, "[run]", "[dynamics]\ngravity = [0.0, 0.0, -1e-9]\n[run]");
+    let found = fault(&falling, scene(FLUID));
+    // The two of the first event are looked at first.
+    let Fault::WrongNumbers { quantity, .. } = found else { panic!("{found:?}") };
+    assert_eq!(quantity, Quantity::Momentum);
+}
+
+#[test]
+fn a_box_of_another_size_misses_what_comes_round() {
+    let mut small = scene(FLUID);
+    small.space.size *= 1.0 + 1e-9;
+    let found = fault(&small, scene(FLUID));
+    assert!(matches!(found, Fault::Missed { .. } | Fault::Early { .. }), "{found:?}");
+}
+
+#[test]
+fn a_missing_wall_misses_contacts() {
+    let text = FLUID.replace("[run]", "[space]\nx = \"walls\"\n[run]");
+    let open = changed(&text, "\"walls\"", "\"open\"");
+    let found = fault(&open, scene(&text));
+    assert!(matches!(found, Fault::Missed { contact: carom::verify::Contact::Wall { .. }, .. }), "{found:?}");
+    let mut short = scene(&text);
+    short.run.limit = Limit::events(10);
+    assert!(matches!(fault(&short, open), Fault::Unknown { .. }));
+}

@@ -1,0 +1,96 @@
+//! The proof of runs: what is right is proven, and whatever is wrong is found.
+
+mod broken_engines;
+mod scenes;
+mod tampered_events;
+
+use std::ops::ControlFlow;
+
+use carom::event::Event;
+use carom::scene::Scene;
+use carom::simulation::{Simulation, States};
+use carom::verify::{Certificate, Fault, Stretch, Verifier, verify};
+
+fn prove(scene: Scene, from: u64, events: u64) -> Certificate {
+    verify(scene, Stretch { from, events }, &mut |_| ControlFlow::Continue(()))
+}
+
+fn config(name: &str) -> Scene {
+    Scene::from_file(format!("configs/{name}.toml")).unwrap()
+}
+
+fn scene(toml: &str) -> Scene {
+    Scene::from_toml(toml, "scene.toml").unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
+}
+
+/// The events of a simulation with the states after each, and the states before the first.
+struct Recording {
+    scene: Scene,
+    start: States,
+    events: Vec<(Event, States)>,
+}
+
+impl Recording {
+    fn of(scene: Scene, count: usize) -> Self {
+        let mut simulation = Simulation::new(scene.clone());
+        let mut start = States::default();
+        simulation.states(&mut start);
+        let mut events = Vec::new();
+        while events.len() < count {
+            let Some(event) = simulation.step_before(f64::INFINITY).unwrap() else { break };
+            let mut states = States::default();
+            simulation.states(&mut states);
+            events.push((event, states));
+        }
+        Self { scene, start, events }
+    }
+
+    /// The first fault, and the number of the event where it is found, from 0.
+    fn fault(&self) -> Option<(usize, Fault)> {
+        let mut verifier = Verifier::new(&self.scene, &self.start).unwrap();
+        self.fault_for(&mut verifier)
+    }
+
+    fn fault_for(&self, verifier: &mut Verifier) -> Option<(usize, Fault)> {
+        let mut faults = self.events.iter().enumerate();
+        faults.find_map(|(at, (event, states))| verifier.witness(event, states).err().map(|fault| (at, fault)))
+    }
+}
+
+const FLUID: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 256
+packing_fraction = 0.35
+temperature = 1.0
+[run]
+until_events = 100000
+"#;
+
+const WELL: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 1.0
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 256
+packing_fraction = 0.15
+temperature = 1.5
+[run]
+until_events = 100000
+"#;
