@@ -158,7 +158,9 @@ impl World {
         for k in 0..3 {
             let period = self.periods[k];
             if apart[k].abs() > 0.5 * period && period > 0.0 {
-                apart[k] -= period * (apart[k] / period).round();
+                // Nearly always one period; the quotient is for particles that have left the box.
+                let is_next = apart[k].abs() <= 1.5 * period;
+                apart[k] -= if is_next { period.copysign(apart[k]) } else { period * (apart[k] / period).round() };
             }
         }
         apart
