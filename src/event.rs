@@ -62,6 +62,8 @@ pub struct Tally {
     pub turning_point: u64,
     /// Physical events executed in an invalid state, deeper than the round-off of the positions.
     pub in_invalid_state: u64,
+    /// Contacts that the TC model looked at: all with infinite barriers, while it is switched on.
+    pub tc_contacts: u64,
     /// Contacts that the TC model made less dissipative.
     pub tc_altered: u64,
     /// Deepest overlap at any event, relative to the discontinuity's distance.
@@ -91,6 +93,7 @@ impl Tally {
             (&mut since.transition, earlier.transition),
             (&mut since.turning_point, earlier.turning_point),
             (&mut since.in_invalid_state, earlier.in_invalid_state),
+            (&mut since.tc_contacts, earlier.tc_contacts),
             (&mut since.tc_altered, earlier.tc_altered),
         ] {
             *count -= before;

@@ -25,6 +25,7 @@ pub use algorithm_1::{Polynomial, next_event};
 
 use crate::Vector;
 use crate::event::{Event, EventKind};
+use crate::interaction::contacts::ContactTimes;
 use crate::interaction::rules::{Discontinuity, Rules, Steps};
 use crate::motion::{RelativeState, stream_position};
 use crate::overlap::{Quartic, Side};
@@ -54,7 +55,7 @@ pub struct Reference {
     boundary: [Boundary; 3],
     lower: Vector,
     size: Vector,
-    contact_time: Option<f64>,
+    contact_times: Option<ContactTimes>,
     species: Vec<usize>,
     /// Interaction and state of every pair that interacts, by `(i, j)` with `i < j`.
     pairs: BTreeMap<(u32, u32), (InteractionId, u16)>,
@@ -62,7 +63,6 @@ pub struct Reference {
     time: f64,
     positions: Vec<Vector>,
     velocities: Vec<Vector>,
-    last_contact: Vec<f64>,
     queue: PriorityQueue<Candidate, Reverse<(OrderedFloat<f64>, Candidate)>>,
 }
 
@@ -77,13 +77,12 @@ impl Reference {
             boundary: scene.space.boundary,
             lower: scene.space.lower,
             size: scene.space.size,
-            contact_time: scene.contact_time,
+            contact_times: scene.contact_time.map(|contact_time| ContactTimes::new(contact_time, count)),
             pairs: BTreeMap::new(),
             start: scene.start_time,
             time: 0.0,
             positions: scene.particles.iter().map(|p| p.position).collect(),
             velocities: scene.particles.iter().map(|p| p.velocity).collect(),
-            last_contact: vec![f64::NEG_INFINITY; count],
             queue: PriorityQueue::new(),
             rules,
             species,
@@ -382,12 +381,8 @@ impl Reference {
         tangential: f64,
         closing: f64,
     ) -> Option<Leaving> {
-        let contact_time = self.contact_time?;
-        let mut is_recent = false;
-        for &particle in particles {
-            is_recent |= self.time - self.last_contact[particle as usize] < contact_time;
-            self.last_contact[particle as usize] = self.time;
-        }
-        Some(tc_contact(restitution, is_recent, approach, tangential, closing, contact_time))
+        let times = self.contact_times.as_mut()?;
+        let is_recent = times.note(particles, self.time);
+        Some(tc_contact(restitution, is_recent, approach, tangential, closing, times.contact_time))
     }
 }

@@ -146,7 +146,10 @@ fn the_keys_of_the_summary_are_the_contract() {
     let top = "version scene seed engine particles time events energy momentum overlap faults observables speed";
     assert_eq!(keys(&summary), sorted(top.split(' ').collect()));
     for (key, contents) in [
-        ("events", "total core capture release bounce wall transition turning_point in_invalid_state tc_altered"),
+        (
+            "events",
+            "total core capture release bounce wall transition turning_point in_invalid_state tc_contacts tc_altered",
+        ),
         ("energy", "initial final kinetic potential dissipated ledger_error_relative ledger_limit"),
         ("momentum", "drift limit"),
         ("overlap", "deepest_executed deepest_final limit initial final resolved_after"),

@@ -88,7 +88,7 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     lines.pair("in invalid states", &describe::plural(tally.in_invalid_state as usize, "event"));
     lines.pair("at turning points", &describe::plural(tally.turning_point as usize, "event"));
     if finished.simulation.scene().contact_time.is_some() {
-        let contacts = (tally.core + tally.bounce + tally.wall).max(1) as f64;
+        let contacts = tally.tc_contacts.max(1) as f64;
         let fraction = 100.0 * tally.tc_altered as f64 / contacts;
         lines.pair("TC model altered", &format!("{} contacts, {fraction:.2} % of them", tally.tc_altered));
     }

@@ -45,6 +45,7 @@ pub struct Events {
     pub transition: u64,
     pub turning_point: u64,
     pub in_invalid_state: u64,
+    pub tc_contacts: u64,
     pub tc_altered: u64,
 }
 
@@ -137,6 +138,7 @@ impl Summary {
                 transition: tally.transition,
                 turning_point: tally.turning_point,
                 in_invalid_state: tally.in_invalid_state,
+                tc_contacts: tally.tc_contacts,
                 tc_altered: tally.tc_altered,
             },
             energy: Energies {

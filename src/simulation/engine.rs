@@ -3,6 +3,7 @@
 use super::{Arrest, Reason, Standstill, Until};
 use crate::Vector;
 use crate::event::{Event, Tally};
+use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::{Known, PairMemory};
 use crate::interaction::rules::Rules;
 use crate::neighbours::cells::{Cells, Face, NOBODY};
@@ -90,15 +91,6 @@ pub(super) struct Wall {
     pub restitution: f64,
 }
 
-/// State of the TC model.
-#[derive(Debug)]
-pub(super) struct ContactTimes {
-    /// The model's `t_c`.
-    pub contact_time: f64,
-    /// Time of each particle's last contact since the epoch.
-    pub last: Vec<f64>,
-}
-
 /// Counts events without time.
 #[derive(Debug)]
 struct Clock {
@@ -174,9 +166,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             is_known: vec![false; if TABLE { count } else { 0 }],
             walls: walls(scene),
             periods: scene.space.periods(),
-            contact_times: scene
-                .contact_time
-                .map(|contact_time| ContactTimes { contact_time, last: vec![f64::NEG_INFINITY; count] }),
+            contact_times: scene.contact_time.map(|contact_time| ContactTimes::new(contact_time, count)),
             tally: Tally::default(),
             executed: 0,
             transitions_at_event: 0,
@@ -433,9 +423,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             prediction.transition_time -= shift;
         }
         if let Some(times) = &mut self.contact_times {
-            for last in &mut times.last {
-                *last -= shift;
-            }
+            times.shift(shift);
         }
         self.queue.restart();
         for particle in 0..self.bodies.len() as u32 {

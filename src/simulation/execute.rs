@@ -339,13 +339,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(times) = &mut self.contact_times else {
             return Leaving { speed: restitution * approach, tangential_scale: 1.0 };
         };
-        let mut is_recent = false;
-        for &particle in particles {
-            let last = &mut times.last[particle as usize];
-            is_recent |= time - *last < times.contact_time;
-            *last = time;
-        }
+        let is_recent = times.note(particles, time);
         let leaving = tc_contact(restitution, is_recent, approach, tangential, closing, times.contact_time);
+        self.tally.tc_contacts += 1;
         self.tally.tc_altered += u64::from(leaving.speed != restitution * approach || leaving.tangential_scale != 1.0);
         leaving
     }

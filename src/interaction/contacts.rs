@@ -1,0 +1,51 @@
+//! The memory of the TC model: when each particle had its last contact.
+
+/// Times of contacts, and the model's `t_c`.
+#[derive(Debug, Clone)]
+pub struct ContactTimes {
+    /// `t_c` `[time]`.
+    pub contact_time: f64,
+    last: Vec<f64>,
+}
+
+impl ContactTimes {
+    /// No contact yet of any of some particles.
+    #[must_use]
+    pub fn new(contact_time: f64, particles: usize) -> Self {
+        Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
+    }
+
+    /// Takes note of a contact at `time`, and says whether any of the particles had its previous one less than `t_c` ago.
+    pub fn note(&mut self, particles: &[u32], time: f64) -> bool {
+        let mut is_recent = false;
+        for &particle in particles {
+            let last = &mut self.last[particle as usize];
+            is_recent |= time - *last < self.contact_time;
+            *last = time;
+        }
+        is_recent
+    }
+
+    /// Counts all times from an epoch that is later by `shift`.
+    pub fn shift(&mut self, shift: f64) {
+        for last in &mut self.last {
+            *last -= shift;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_is_recent_if_either_particle_had_one_within_the_contact_time() {
+        let mut times = ContactTimes::new(0.5, 3);
+        assert!(!times.note(&[0, 1], 1.0));
+        assert!(!times.note(&[2], 1.25));
+        assert!(times.note(&[0, 2], 1.5), "2 had one a quarter ago");
+        times.shift(1.0);
+        assert!(!times.note(&[1], 0.5), "exactly the contact time is not less");
+        assert!(times.note(&[1, 0], 0.75));
+    }
+}
