@@ -1,11 +1,14 @@
 //! A simulation: a scene in motion.
 
 mod audit;
+mod build;
+mod clock;
 mod engine;
 mod execute;
 mod predict;
 mod snapshot;
 mod states;
+mod wall;
 
 use crate::event::{Event, Tally};
 use crate::scene::{ParticleId, Scene};

@@ -1,6 +1,7 @@
 //! The event loop: pop, stream, execute, repredict.
 
-use super::{Arrest, Reason, Standstill, Until};
+use super::clock::Clock;
+use super::{Arrest, Reason, Until};
 use crate::Vector;
 use crate::event::{Event, Tally};
 use crate::interaction::contacts::ContactTimes;
@@ -9,8 +10,6 @@ use crate::interaction::rules::Rules;
 use crate::neighbours::cells::{Cells, Face, NOBODY};
 use crate::overlap::Side;
 use crate::queue::{EventQueue, Wake};
-use crate::scene::{ParticleId, Scene};
-use crate::space::{Boundary, Face as SpaceFace};
 
 /// A particle where an event last touched it: a *delayed state*, one cache line.
 #[derive(Debug, Clone, Copy)]
@@ -91,17 +90,6 @@ pub(super) struct Wall {
     pub restitution: f64,
 }
 
-/// Counts events without time.
-#[derive(Debug)]
-struct Clock {
-    /// Time at which the count began.
-    since: f64,
-    /// Physical events since then.
-    events: u64,
-    /// More than this many in no time is an arrest.
-    most: u64,
-}
-
 /// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or remember a state; otherwise there is one
 /// species of hard spheres, and nothing about pairs is stored or looked up.
 #[derive(Debug)]
@@ -126,122 +114,17 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     /// Physical events, the sum of the tally's.
     pub executed: u64,
     /// Cell transitions when the last of them happened.
-    transitions_at_event: u64,
+    pub transitions_at_event: u64,
     /// Simulated time at the start, at the epoch since then, and now since the epoch.
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
-    clock: Clock,
+    pub clock: Clock,
     /// Approach speed of an inelastic contact that lost it in rounding.
     pub lost_speed: Option<f64>,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    pub fn new(scene: &Scene) -> Self {
-        let rules = Rules::new(scene);
-        let count = scene.particles.len();
-        let positions: Vec<Vector> = scene.particles.iter().map(|p| p.position).collect();
-        let cells = Cells::new(&scene.space, scene.longest_range(), &positions);
-        let bodies = scene
-            .particles
-            .iter()
-            .map(|p| Body {
-                position: p.position,
-                velocity: p.velocity,
-                time: 0.0,
-                events: 0,
-                cell: cells.cell_at(&p.position),
-            })
-            .collect();
-        let n = count as u64;
-        let mut engine = Self {
-            bodies,
-            species: scene.particles.iter().map(|p| p.species.0 as u16).collect(),
-            images: vec![[0; 3]; count],
-            predictions: vec![Prediction::NONE; count],
-            queue: EventQueue::new(count, 1.0),
-            further_images: cells.further_images(&scene.space.periods()),
-            cells,
-            memory: PairMemory::new(if TABLE { count } else { 0 }),
-            is_known: vec![false; if TABLE { count } else { 0 }],
-            walls: walls(scene),
-            periods: scene.space.periods(),
-            contact_times: scene.contact_time.map(|contact_time| ContactTimes::new(contact_time, count)),
-            tally: Tally::default(),
-            executed: 0,
-            transitions_at_event: 0,
-            start: scene.start_time,
-            epoch: 0.0,
-            now: 0.0,
-            lost_speed: None,
-            clock: Clock {
-                since: 0.0,
-                events: 0,
-                // Simultaneous events of a lattice, and N^2/2 of touching spheres on a line, are no arrest.
-                most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
-            },
-            rules,
-        };
-        if TABLE {
-            engine.remember_pairs(scene);
-        }
-        for particle in 0..count as u32 {
-            if !engine.is_static(particle) {
-                engine.predict(particle, 0.0);
-            }
-        }
-        let mut times: Vec<f64> =
-            engine.predictions.iter().map(Prediction::wake_time).filter(|t| t.is_finite()).collect();
-        if !times.is_empty() {
-            let middle = times.len() / 2;
-            let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
-            engine.queue = EventQueue::new(times.len(), median);
-        }
-        for particle in 0..count as u32 {
-            engine.schedule(particle);
-        }
-        engine
-    }
-
-    /// Sets the states of all pairs from their distances at the start, the one time that distances decide them.
-    fn remember_pairs(&mut self, scene: &Scene) {
-        for bond in &scene.bonds {
-            let [a, b] = bond.pair.map(|id| id.0);
-            self.remember(scene, a, b, bond.interaction.0 as u16, true);
-        }
-        let holds_all_pairs =
-            scene.table.iter().flatten().any(|id| scene.interactions[id.0 as usize].potential.is_bond());
-        let count = self.bodies.len() as u32;
-        for a in (0..count).filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
-            let mut near = Vec::new();
-            if holds_all_pairs {
-                near.extend(0..count);
-            } else {
-                self.cells.for_each_near(self.bodies[a as usize].cell, |b| near.push(b));
-            }
-            for b in near {
-                // Pairs of two moving particles come up twice; the first time decides.
-                if b == a || (b < a && !self.is_static(b)) || self.memory.get(a, b).is_some() {
-                    continue;
-                }
-                let meeting = *self.rules.meeting(self.species[a as usize], self.species[b as usize]);
-                if meeting.exists {
-                    self.remember(scene, a, b, meeting.interaction, false);
-                }
-            }
-        }
-    }
-
-    /// Sets one pair's state; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
-    fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
-        let apart = self.bodies[a as usize].position - self.bodies[b as usize].position;
-        let distance = crate::space::minimum_image(apart, &self.periods).norm();
-        let state = scene.interactions[usize::from(interaction)].potential.state_at(distance) as u16;
-        if state > 0 || is_bond {
-            self.know(a, b, state, interaction);
-        }
-    }
-
     /// Writes what two particles know of each other into the lists of both; static ones keep none.
     pub(super) fn know(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
         for (particle, partner) in [(a, b), (b, a)] {
@@ -369,86 +252,4 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn since_epoch(&self, time: f64) -> f64 {
         (time - self.start) - self.epoch
     }
-
-    /// Ends the run where events go on without time, or without speed: theory, section 6.
-    fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
-        let standstill = match self.lost_speed {
-            Some(approach) => Standstill::Speed { approach },
-            None if self.clock.events > self.clock.most => Standstill::Time { events: self.clock.events },
-            None => return Ok(()),
-        };
-        let is_pair = matches!(prediction.contact, Contact::Pair(_));
-        Err(Arrest {
-            particle: ParticleId(particle),
-            partner: is_pair.then_some(ParticleId(prediction.partner)),
-            time: self.time(),
-            standstill,
-        })
-    }
-
-    /// Counts an event, unless time has moved since the last one.
-    #[inline]
-    fn count_standstill(&mut self) {
-        if self.now - self.clock.since > self.queue.span() * SHORTEST_ADVANCE {
-            (self.clock.since, self.clock.events) = (self.now, 0);
-        } else {
-            self.clock.events += 1;
-        }
-    }
-
-    /// Moves the epoch to where the queue has come, or further if nothing happens before; false if nothing ever happens.
-    ///
-    /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
-    /// multiple of a power of two, which most times lose without rounding.
-    fn move_epoch(&mut self) -> bool {
-        let next = self.predictions.iter().map(Prediction::wake_time).fold(f64::INFINITY, f64::min);
-        if next == f64::INFINITY {
-            return false;
-        }
-        let reached = self.queue.reached();
-        let shift = reached * (next / reached).floor().max(1.0);
-        self.epoch += shift;
-        self.now -= shift;
-        self.clock.since -= shift;
-        for particle in 0..self.bodies.len() as u32 {
-            let body = &mut self.bodies[particle as usize];
-            body.time -= shift;
-            // A state from long ago has its position rounded at the whole distance flown since, with every wrap.
-            if body.time < -2.0 * shift {
-                self.stream(particle, 0.0);
-            }
-        }
-        for prediction in &mut self.predictions {
-            prediction.contact_time -= shift;
-            prediction.transition_time -= shift;
-        }
-        if let Some(times) = &mut self.contact_times {
-            times.shift(shift);
-        }
-        self.queue.restart();
-        for particle in 0..self.bodies.len() as u32 {
-            self.schedule(particle);
-        }
-        true
-    }
-}
-
-/// Time that advances by less than this part of the queue's span stands still: some thousand times the spacing of the
-/// floats that count it. An epoch sees of the order of ten events per particle, so a working system is far away from it.
-const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
-
-fn walls(scene: &Scene) -> Vec<Wall> {
-    let mut walls = Vec::new();
-    for axis in 0..3 {
-        if let Boundary::Bounded { lower, upper } = scene.space.boundary[axis] {
-            for (is_upper, side, at) in
-                [(false, lower, scene.space.lower[axis]), (true, upper, scene.space.upper()[axis])]
-            {
-                if let SpaceFace::Wall { restitution } = side {
-                    walls.push(Wall { face: Face { axis: axis as u8, is_upper }, at, restitution });
-                }
-            }
-        }
-    }
-    walls
 }

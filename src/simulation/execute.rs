@@ -1,11 +1,9 @@
-//! Execution: a predicted contact becomes an event.
+//! Execution: a predicted contact of a pair becomes an event.
 
-use super::audit::unit_of_wall;
 use super::engine::Engine;
 use crate::Vector;
 use crate::event::{Event, EventKind};
 use crate::interaction::rules::Discontinuity;
-use crate::neighbours::cells::Face;
 use crate::overlap::Side;
 use crate::response::{Approach, Leaving, Outcome, Response, respond, tc_contact};
 use crate::scene::ParticleId;
@@ -225,59 +223,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// A particle reaches a wall.
-    pub(super) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Event {
-        let flown = time - self.bodies[i as usize].time;
-        self.stream(i, time);
-        let axis = usize::from(face.axis);
-        let inwards = if face.is_upper { -1.0 } else { 1.0 };
-        let (at, restitution) =
-            self.walls.iter().find(|w| w.face == face).map_or((0.0, 1.0), |w| (w.at, w.restitution));
-        let species = self.rules.species[usize::from(self.species[i as usize])];
-        let body = self.bodies[i as usize];
-        let vn = inwards * body.velocity[axis];
-        let depth = species.radius - inwards * (body.position[axis] - at);
-        if depth > 0.0 {
-            let path = (vn.abs() + 0.5 * flown * species.acceleration[axis].abs()) * flown;
-            let round_off = self.round_off_of_wall(i, axis, at, path);
-            self.note_overlap(depth, unit_of_wall(species.radius), round_off);
-        }
-        if vn >= 0.0 {
-            self.tally.turning_point += 1;
-        }
-        let mut after = if vn < 0.0 { -restitution * vn } else { vn };
-        let mut tangential_scale = 1.0;
-        if self.contact_times.is_some() {
-            let closing = -inwards * species.acceleration[axis];
-            let tangential = (body.velocity.norm_squared() - vn * vn).max(0.0).sqrt();
-            let leaving = self.tc_model(&[i], restitution, (-vn).max(0.0), tangential, closing, time);
-            (after, tangential_scale) = (leaving.speed, leaving.tangential_scale);
-        }
-        let body = &mut self.bodies[i as usize];
-        if tangential_scale != 1.0 {
-            body.velocity *= tangential_scale;
-        }
-        body.velocity[axis] = inwards * after;
-        body.events = body.events.wrapping_add(1);
-        self.tally.wall += 1;
-        let dissipated =
-            if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
-        self.tally.dissipated.add(dissipated);
-        let mut normal = Vector::zeros();
-        normal[axis] = inwards;
-        Event {
-            time: self.time(),
-            kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
-            particle: ParticleId(i),
-            partner: None,
-            normal,
-            impulse: (after - vn) / species.inverse_mass,
-            distance: species.radius,
-            energy_step: 0.0,
-            dissipated,
-        }
-    }
-
     /// State and interaction of a pair: what the moving one of them remembers, or a stranger's.
     pub(super) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
         if !TABLE {
@@ -319,7 +264,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// `depth` and `round_off` are lengths, `unit` is the one that depths are compared with.
-    fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
+    pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
         self.tally.deepest_overlap = self.tally.deepest_overlap.max(depth / unit);
         if depth > round_off {
             self.tally.in_invalid_state += 1;
@@ -327,7 +272,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// A contact under the TC model, and its entry in the model's memory.
-    fn tc_model(
+    pub(super) fn tc_model(
         &mut self,
         particles: &[u32],
         restitution: f64,

@@ -1,0 +1,136 @@
+//! From a scene to an engine at its start.
+
+use super::clock::Clock;
+use super::engine::{Body, Engine, Prediction, Wall};
+use crate::Vector;
+use crate::event::Tally;
+use crate::interaction::contacts::ContactTimes;
+use crate::interaction::memory::PairMemory;
+use crate::interaction::rules::Rules;
+use crate::neighbours::cells::{Cells, Face};
+use crate::queue::EventQueue;
+use crate::scene::Scene;
+use crate::space::{Boundary, Face as SpaceFace};
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    pub fn new(scene: &Scene) -> Self {
+        let rules = Rules::new(scene);
+        let count = scene.particles.len();
+        let positions: Vec<Vector> = scene.particles.iter().map(|p| p.position).collect();
+        let cells = Cells::new(&scene.space, scene.longest_range(), &positions);
+        let bodies = scene
+            .particles
+            .iter()
+            .map(|p| Body {
+                position: p.position,
+                velocity: p.velocity,
+                time: 0.0,
+                events: 0,
+                cell: cells.cell_at(&p.position),
+            })
+            .collect();
+        let n = count as u64;
+        let mut engine = Self {
+            bodies,
+            species: scene.particles.iter().map(|p| p.species.0 as u16).collect(),
+            images: vec![[0; 3]; count],
+            predictions: vec![Prediction::NONE; count],
+            queue: EventQueue::new(count, 1.0),
+            further_images: cells.further_images(&scene.space.periods()),
+            cells,
+            memory: PairMemory::new(if TABLE { count } else { 0 }),
+            is_known: vec![false; if TABLE { count } else { 0 }],
+            walls: walls(scene),
+            periods: scene.space.periods(),
+            contact_times: scene.contact_time.map(|contact_time| ContactTimes::new(contact_time, count)),
+            tally: Tally::default(),
+            executed: 0,
+            transitions_at_event: 0,
+            start: scene.start_time,
+            epoch: 0.0,
+            now: 0.0,
+            lost_speed: None,
+            clock: Clock {
+                since: 0.0,
+                events: 0,
+                // Simultaneous events of a lattice, and N^2/2 of touching spheres on a line, are no arrest.
+                most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
+            },
+            rules,
+        };
+        if TABLE {
+            engine.remember_pairs(scene);
+        }
+        for particle in 0..count as u32 {
+            if !engine.is_static(particle) {
+                engine.predict(particle, 0.0);
+            }
+        }
+        let mut times: Vec<f64> =
+            engine.predictions.iter().map(Prediction::wake_time).filter(|t| t.is_finite()).collect();
+        if !times.is_empty() {
+            let middle = times.len() / 2;
+            let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
+            engine.queue = EventQueue::new(times.len(), median);
+        }
+        for particle in 0..count as u32 {
+            engine.schedule(particle);
+        }
+        engine
+    }
+
+    /// Sets the states of all pairs from their distances at the start, the one time that distances decide them.
+    fn remember_pairs(&mut self, scene: &Scene) {
+        for bond in &scene.bonds {
+            let [a, b] = bond.pair.map(|id| id.0);
+            self.remember(scene, a, b, bond.interaction.0 as u16, true);
+        }
+        let holds_all_pairs =
+            scene.table.iter().flatten().any(|id| scene.interactions[id.0 as usize].potential.is_bond());
+        let count = self.bodies.len() as u32;
+        for a in (0..count).filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
+            let mut near = Vec::new();
+            if holds_all_pairs {
+                near.extend(0..count);
+            } else {
+                self.cells.for_each_near(self.bodies[a as usize].cell, |b| near.push(b));
+            }
+            for b in near {
+                // Pairs of two moving particles come up twice; the first time decides.
+                if b == a || (b < a && !self.is_static(b)) || self.memory.get(a, b).is_some() {
+                    continue;
+                }
+                let meeting = *self.rules.meeting(self.species[a as usize], self.species[b as usize]);
+                if meeting.exists {
+                    self.remember(scene, a, b, meeting.interaction, false);
+                }
+            }
+        }
+    }
+
+    /// Sets one pair's state; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
+    fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
+        let apart = self.bodies[a as usize].position - self.bodies[b as usize].position;
+        let distance = crate::space::minimum_image(apart, &self.periods).norm();
+        let state = scene.interactions[usize::from(interaction)].potential.state_at(distance) as u16;
+        if state > 0 || is_bond {
+            self.know(a, b, state, interaction);
+        }
+    }
+}
+
+fn walls(scene: &Scene) -> Vec<Wall> {
+    let mut walls = Vec::new();
+    for axis in 0..3 {
+        if let Boundary::Bounded { lower, upper } = scene.space.boundary[axis] {
+            for (is_upper, side, at) in
+                [(false, lower, scene.space.lower[axis]), (true, upper, scene.space.upper()[axis])]
+            {
+                if let SpaceFace::Wall { restitution } = side {
+                    walls.push(Wall { face: Face { axis: axis as u8, is_upper }, at, restitution });
+                }
+            }
+        }
+    }
+    walls
+}

@@ -1,0 +1,63 @@
+//! Execution of a contact with a wall of the box.
+
+use super::audit::unit_of_wall;
+use super::engine::Engine;
+use crate::Vector;
+use crate::event::{Event, EventKind};
+use crate::neighbours::cells::Face;
+use crate::scene::ParticleId;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// A particle reaches a wall.
+    pub(super) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Event {
+        let flown = time - self.bodies[i as usize].time;
+        self.stream(i, time);
+        let axis = usize::from(face.axis);
+        let inwards = if face.is_upper { -1.0 } else { 1.0 };
+        let (at, restitution) =
+            self.walls.iter().find(|w| w.face == face).map_or((0.0, 1.0), |w| (w.at, w.restitution));
+        let species = self.rules.species[usize::from(self.species[i as usize])];
+        let body = self.bodies[i as usize];
+        let vn = inwards * body.velocity[axis];
+        let depth = species.radius - inwards * (body.position[axis] - at);
+        if depth > 0.0 {
+            let path = (vn.abs() + 0.5 * flown * species.acceleration[axis].abs()) * flown;
+            let round_off = self.round_off_of_wall(i, axis, at, path);
+            self.note_overlap(depth, unit_of_wall(species.radius), round_off);
+        }
+        if vn >= 0.0 {
+            self.tally.turning_point += 1;
+        }
+        let mut after = if vn < 0.0 { -restitution * vn } else { vn };
+        let mut tangential_scale = 1.0;
+        if self.contact_times.is_some() {
+            let closing = -inwards * species.acceleration[axis];
+            let tangential = (body.velocity.norm_squared() - vn * vn).max(0.0).sqrt();
+            let leaving = self.tc_model(&[i], restitution, (-vn).max(0.0), tangential, closing, time);
+            (after, tangential_scale) = (leaving.speed, leaving.tangential_scale);
+        }
+        let body = &mut self.bodies[i as usize];
+        if tangential_scale != 1.0 {
+            body.velocity *= tangential_scale;
+        }
+        body.velocity[axis] = inwards * after;
+        body.events = body.events.wrapping_add(1);
+        self.tally.wall += 1;
+        let dissipated =
+            if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
+        self.tally.dissipated.add(dissipated);
+        let mut normal = Vector::zeros();
+        normal[axis] = inwards;
+        Event {
+            time: self.time(),
+            kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
+            particle: ParticleId(i),
+            partner: None,
+            normal,
+            impulse: (after - vn) / species.inverse_mass,
+            distance: species.radius,
+            energy_step: 0.0,
+            dissipated,
+        }
+    }
+}
