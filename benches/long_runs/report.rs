@@ -8,12 +8,13 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-type Quantity = (&'static str, fn(&Row) -> f64);
+/// A title, what is drawn, and whether a random walk is drawn beside it.
+type Quantity = (&'static str, fn(&Row) -> f64, bool);
 
 const QUANTITIES: [Quantity; 3] = [
-    ("energy error, relative", |row| row.energy.abs()),
-    ("momentum drift, relative", |row| row.momentum),
-    ("deepest overlap, of the distance", |row| row.overlap),
+    ("energy error, relative", |row| row.energy.abs(), true),
+    ("momentum drift, relative", |row| row.momentum, true),
+    ("deepest overlap so far, of the discontinuity's distance", |row| row.overlap, false),
 ];
 
 pub fn write() -> Result<(), Box<dyn Error>> {
@@ -56,30 +57,43 @@ fn table(series: &[(&str, Vec<Row>)]) -> Result<String, std::fmt::Error> {
 }
 
 /// What rounds to nothing is drawn here.
-const FLOOR: f64 = 1e-17;
+const FLOOR: f64 = 1e-18;
+
+/// Told apart also by people who see red and green alike.
+const COLOURS: [RGBColor; 4] =
+    [RGBColor(0, 90, 160), RGBColor(220, 110, 0), RGBColor(0, 140, 110), RGBColor(160, 60, 140)];
 
 fn plot(path: &Path, series: &[(&str, Vec<Row>)]) -> Result<(), Box<dyn Error>> {
     let root = SVGBackend::new(path, (760, 1020)).into_drawing_area();
     root.fill(&WHITE)?;
     let most = series.iter().flat_map(|(_, rows)| rows).map(|row| row.events).fold(0.0, f64::max);
-    for (area, (title, quantity)) in root.split_evenly((3, 1)).into_iter().zip(QUANTITIES) {
+    for (area, (title, quantity, has_walk)) in root.split_evenly((3, 1)).into_iter().zip(QUANTITIES) {
         let mut chart = ChartBuilder::on(&area)
             .margin(12)
             .caption(title, ("sans-serif", 17))
             .x_label_area_size(38)
             .y_label_area_size(70)
-            .build_cartesian_2d((1e3..most).log_scale(), (FLOOR..1e-9).log_scale())?;
+            .build_cartesian_2d((1e3..most).log_scale(), (1.0..1e-10 / FLOOR).log_scale())?;
         let power = |x: &f64| format!("1e{:.0}", x.log10());
-        chart.configure_mesh().x_desc("events").x_label_formatter(&power).y_label_formatter(&power).draw()?;
+        // The library labels no axis below its own precision: the axis counts floors.
+        let of_floors = |x: &f64| power(&(x * FLOOR));
+        let mut mesh = chart.configure_mesh();
+        mesh.x_desc("events").y_labels(9).light_line_style(WHITE).bold_line_style(BLACK.mix(0.15));
+        mesh.x_label_formatter(&power).y_label_formatter(&of_floors).draw()?;
         let walk = (0..=100).map(|k| 1e3 * (most / 1e3).powf(f64::from(k) / 100.0));
-        chart
-            .draw_series(LineSeries::new(walk.map(|n| (n, f64::EPSILON * n.sqrt())), BLACK.mix(0.4)))?
-            .label("eps sqrt(n), a random walk")
-            .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], BLACK.mix(0.4)));
+        if has_walk {
+            chart
+                .draw_series(LineSeries::new(walk.map(|n| (n, f64::EPSILON / FLOOR * n.sqrt())), BLACK.mix(0.5)))?
+                .label("eps sqrt(n): a random walk")
+                .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], BLACK.mix(0.5)));
+        }
         for (k, (name, rows)) in series.iter().enumerate() {
-            let colour = Palette99::pick(k).mix(1.0);
-            let points: Vec<(f64, f64)> =
-                rows.iter().map(|row| (row.events, quantity(row).max(FLOOR))).filter(|(_, y)| y.is_finite()).collect();
+            let colour = COLOURS[k % COLOURS.len()];
+            let points: Vec<(f64, f64)> = rows
+                .iter()
+                .map(|row| (row.events, quantity(row).max(FLOOR) / FLOOR))
+                .filter(|(_, y)| y.is_finite())
+                .collect();
             if rows.iter().all(|row| quantity(row).is_nan()) {
                 continue;
             }
@@ -88,7 +102,12 @@ fn plot(path: &Path, series: &[(&str, Vec<Row>)]) -> Result<(), Box<dyn Error>> 
                 .label(name.replace('_', " "))
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2)));
         }
-        chart.configure_series_labels().position(SeriesLabelPosition::UpperLeft).border_style(BLACK.mix(0.3)).draw()?;
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE.mix(0.8))
+            .border_style(TRANSPARENT)
+            .draw()?;
     }
     root.present()?;
     Ok(())
