@@ -1,10 +1,18 @@
 //! An exact oracle for event detection.
 #![allow(dead_code)]
+mod agreement;
+mod cases;
+mod compare;
 mod crossing;
+mod detection;
 mod dyadic;
+mod evaluations;
 mod exact;
 mod hand;
+mod hard_cases;
+mod measure;
 mod polynomial;
 mod random;
 mod rule;
 mod sturm;
+mod tally;
