@@ -5,9 +5,9 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::place::Place;
 use crate::space::{Boundary, Space};
 
-/// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: squares and
-/// products of three of them stay finite.
-const LARGEST: f64 = 1e100;
+/// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: products of four, such
+/// as the discriminants of event detection, stay finite.
+const LARGEST: f64 = 1e50;
 
 /// Memory that a particle takes in a simulation, with its prediction, cell and outputs `[bytes]`.
 const BYTES_PER_PARTICLE: u64 = 512;

@@ -4,10 +4,10 @@
 //! boundary between two verdicts, the oracle's for a witness: another polynomial inside the boxes of [`Overlap::rounding`].
 
 use crate::detection::{Algorithm, quartic};
-use crate::dyadic::Dyadic;
 use crate::exact::{Overlap, State};
-use crate::measure::{Distance, distance, last_place};
+use crate::measure::{Distance, distance};
 use crate::rule::{Kind, Verdict, next_event};
+use crate::witness::witness;
 
 /// The largest error of a time, in units of what rounding allows ([`Distance::ratio`]).
 ///
@@ -88,44 +88,4 @@ fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind,
     } else {
         Judgement::Wrong("early end")
     }
-}
-
-/// Parts of the boxes' size at which witnesses are sought.
-const PARTS: [f64; 3] = [1.0, 0.25, 0.0625];
-
-/// Whether some polynomials within the boxes have the answer: its verdict, and times that enclose its time.
-fn witness(overlap: &Overlap, answer: Option<f64>, kind: Option<Kind>) -> bool {
-    let (mut before, mut after) = (false, false);
-    for part in PARTS {
-        for signs in directions(overlap.coefficients.len()) {
-            let signs: Vec<_> = signs.iter().map(|s| s * part).collect();
-            match (next_event(&overlap.shifted(&signs)), answer) {
-                (Verdict::None, None) => return true,
-                (Verdict::Now, Some(0.0)) => return true,
-                (Verdict::Now, Some(_)) => before = true,
-                (Verdict::Later(found, crossing), Some(t)) if t > 0.0 => {
-                    if kind.is_some_and(|kind| kind != found) {
-                        continue;
-                    }
-                    let slack = &Dyadic::power_of_two(last_place(t) + 2);
-                    let t = &Dyadic::from(t);
-                    before |= !crossing.is_after(&(t + slack));
-                    after |= crossing.is_after(&(t - slack));
-                }
-                _ => {}
-            }
-            if before && after {
-                return true;
-            }
-        }
-    }
-    false
-}
-
-/// All combinations of -1, 0 and 1, the uniform ones first.
-fn directions(count: usize) -> impl Iterator<Item = Vec<f64>> {
-    let all = 3_usize.pow(count as u32);
-    let digit = |code: usize, k: usize| (code / 3_usize.pow(k as u32) % 3) as f64 - 1.0;
-    let vector = move |code: usize| (0..count).map(|k| digit(code, k)).collect::<Vec<_>>();
-    [0, all - 1].into_iter().chain(1..all - 1).map(vector)
 }

@@ -55,7 +55,7 @@ pub fn evaluations(algorithm: Algorithm, state: &State, comparison: &Comparison)
         return found;
     }
     count.set(0);
-    bracketed(value, from, to);
+    let _ = bracketed(value, from, to);
     found.ours.push(f64::from(count.take()));
     bisect(value, from, to);
     found.bisection.push(f64::from(count.take()));

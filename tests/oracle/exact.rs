@@ -53,7 +53,7 @@ impl Overlap {
         Polynomial::new(&self.coefficients)
     }
 
-    /// The corner or face of the box in the direction of `signs`.
+    /// A polynomial of the box: `signs` are parts of its half edges, from -1 to 1.
     pub fn shifted(&self, signs: &[f64]) -> Polynomial {
         let shifted = self.coefficients.iter().zip(&self.rounding).zip(signs);
         Polynomial::new(&shifted.map(|((c, d), s)| c + &Dyadic::from(d * s)).collect::<Vec<_>>())

@@ -67,10 +67,11 @@ impl Random {
         vectors.map(|x| Vector::from_fn(|k, _| signs[k] * x[(first + step * k) % 3]))
     }
 
-    /// The float itself or one of its two neighbours.
+    /// The float itself or one of its two neighbours; zero stays, for products with its neighbours underflow.
     pub fn neighbour(&mut self, x: f64) -> f64 {
         match self.below(3) {
             0 => x,
+            _ if x == 0.0 => x,
             1 => x.next_up(),
             _ => x.next_down(),
         }
