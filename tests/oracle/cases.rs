@@ -9,9 +9,10 @@ use carom::Vector;
 pub type Family = fn(&mut Random, falling: bool) -> State;
 
 /// All families, by the names that the table gives them.
-pub const FAMILIES: [(&str, Family); 20] = [
+pub const FAMILIES: [(&str, Family); 21] = [
     ("fluid", fluid),
     ("30 decades of every scale", scales),
+    ("100 decades of every scale", all_scales),
     ("exact zeros", zeros),
     ("contact", contact),
     ("one float from contact", beside_contact),
@@ -47,20 +48,36 @@ fn fluid(random: &mut Random, falling: bool) -> State {
     state(2.0 * random.vector(), random.vector(), if_falling(falling, acceleration), random.between(0.5, 1.5))
 }
 
-/// A vector whose length, and half of the time each component on its own, spans 30 decades.
-fn of_any_scale(random: &mut Random) -> Vector {
+/// A vector whose length, and half of the time each component on its own, spans decades around one.
+fn of_any_scale(random: &mut Random, decades: f64) -> Vector {
     let own = random.chance(0.5);
-    let scale = random.scale(-15.0, 15.0);
+    let scale = random.scale(-decades, decades);
     let vector = random.vector();
-    if own { Vector::from_fn(|k, _| vector[k].signum() * random.scale(-15.0, 15.0)) } else { vector * scale }
+    if own {
+        Vector::from_fn(|k, _| vector[k].signum() * random.scale(-decades, decades))
+    } else {
+        // A component may be a thousandth of the scale, but no less than the domain's smallest.
+        vector.map(|x| x.signum() * (x * scale).abs().clamp(SMALLEST, 1.0 / SMALLEST))
+    }
+}
+
+/// The smallest magnitude that scenes allow; its inverse is the largest.
+const SMALLEST: f64 = 1e-50;
+
+fn of_scales(random: &mut Random, falling: bool, decades: f64) -> State {
+    let [position, velocity, acceleration] = [(); 3].map(|()| of_any_scale(random, decades));
+    // Most spheres would be missed: half of the time the distance is near that of the pair.
+    let near = (position.norm() * random.scale(-1.0, 1.0)).clamp(SMALLEST, 1.0 / SMALLEST);
+    let distance = if random.chance(0.5) { near } else { random.scale(-decades, decades) };
+    state(position, velocity, if_falling(falling, acceleration), distance)
 }
 
 fn scales(random: &mut Random, falling: bool) -> State {
-    let (position, velocity, acceleration) = (of_any_scale(random), of_any_scale(random), of_any_scale(random));
-    // Most spheres would be missed: half of the time the distance is near that of the pair.
-    let near = position.norm() * random.scale(-1.0, 1.0);
-    let distance = if random.chance(0.5) { near } else { random.scale(-15.0, 15.0) };
-    state(position, velocity, if_falling(falling, acceleration), distance)
+    of_scales(random, falling, 15.0)
+}
+
+fn all_scales(random: &mut Random, falling: bool) -> State {
+    of_scales(random, falling, 50.0)
 }
 
 fn zeros(random: &mut Random, falling: bool) -> State {

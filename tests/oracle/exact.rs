@@ -55,8 +55,13 @@ impl Overlap {
 
     /// A polynomial of the box: `signs` are parts of its half edges, from -1 to 1.
     pub fn shifted(&self, signs: &[f64]) -> Polynomial {
-        let shifted = self.coefficients.iter().zip(&self.rounding).zip(signs);
-        Polynomial::new(&shifted.map(|((c, d), s)| c + &Dyadic::from(d * s)).collect::<Vec<_>>())
+        Polynomial::new(&self.moved(signs))
+    }
+
+    /// Its coefficients.
+    pub fn moved(&self, signs: &[f64]) -> Vec<Dyadic> {
+        let moved = self.coefficients.iter().zip(&self.rounding).zip(signs);
+        moved.map(|((c, d), s)| c + &(&Dyadic::from(*d) * &Dyadic::from(*s))).collect()
     }
 
     /// `sum rounding_k t^k`: by how much an evaluation at `t >= 0` may miss.

@@ -14,6 +14,7 @@ mod long_run;
 mod measure;
 mod polynomial;
 mod random;
+mod regressions;
 mod rule;
 mod sturm;
 mod tally;

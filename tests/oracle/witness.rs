@@ -25,25 +25,49 @@ const SLACK: i64 = 2;
 /// Moves a polynomial of the boxes so that it has a root, or a turning point, at `t`; whether that is its next event.
 fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     let at = Dyadic::from(t);
-    let f = overlap.shifted(signs);
-    let (missing, available) = match kind {
-        Kind::Root => (f.value(&at), overlap.error_at(t)),
-        Kind::TurningPoint => (f.derivative().value(&at), overlap.error_of_derivative_at(t)),
+    let available = match kind {
+        Kind::Root => overlap.error_at(t),
+        Kind::TurningPoint => overlap.error_of_derivative_at(t),
     };
-    let part = missing.to_f64() / available;
+    let missing = |f: &Polynomial| if kind == Kind::Root { f.value(&at) } else { f.derivative().value(&at) };
+    let part = missing(&overlap.shifted(signs)).to_f64() / available;
     let moved: Vec<_> = signs.iter().map(|sign| sign - part).collect();
     if !moved.iter().all(|s| s.abs() <= 1.0) {
         return false;
     }
+    // The parts are floats and leave a small rest, which is taken from the term that moves f most.
+    let effects = (0..signs.len()).map(|k| effect(k, t, kind));
+    let (term, effect) = effects.enumerate().max_by(|a, b| weigh(overlap, a).total_cmp(&weigh(overlap, b))).expect("terms");
+    let rest = missing(&overlap.shifted(&moved)).to_f64() / effect;
+    if rest.abs() > REST * overlap.rounding[term] {
+        return false;
+    }
+    let mut coefficients = overlap.moved(&moved);
+    coefficients[term] = &coefficients[term] - &Dyadic::from(rest);
     let slack = &Dyadic::power_of_two(last_place(t) + SLACK);
-    let moved: Polynomial = overlap.shifted(&moved);
-    match next_event(&moved) {
+    match next_event(&Polynomial::new(&coefficients)) {
         Verdict::Later(found, crossing) if found == kind => {
             crossing.is_after(&(&at - slack)) && !crossing.is_after(&(&at + slack))
         }
         _ => false,
     }
 }
+
+/// By how much a coefficient's unit moves `f`, or its derivative, at `t`.
+fn effect(term: usize, t: f64, kind: Kind) -> f64 {
+    match (kind, term) {
+        (Kind::Root, _) => t.powi(term as i32),
+        (Kind::TurningPoint, 0) => 0.0,
+        (Kind::TurningPoint, _) => term as f64 * t.powi(term as i32 - 1),
+    }
+}
+
+fn weigh(overlap: &Overlap, (term, effect): &(usize, f64)) -> f64 {
+    overlap.rounding[*term] * effect
+}
+
+/// A part of a box so small that it may be left out of its size: a few roundings of the parts of other boxes.
+const REST: f64 = 1e-9;
 
 /// The middle of the boxes, then their corners and the middles of edges and faces, towards each part of their size.
 fn directions(overlap: &Overlap) -> impl Iterator<Item = Vec<f64>> {

@@ -1,0 +1,72 @@
+//! States on which a detection function, or the comparison itself, once failed.
+
+use crate::compare::{Judgement, compare};
+use crate::detection::Algorithm;
+use crate::exact::State;
+use carom::Vector;
+use carom::overlap::Side;
+
+fn state(r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f64) -> State {
+    State { position: Vector::from(r), velocity: Vector::from(v), acceleration: Vector::from(a), distance }
+}
+
+fn is_not_wrong(algorithm: Algorithm, state: &State) {
+    let comparison = compare(algorithm, state);
+    assert!(!matches!(comparison.judgement, Judgement::Wrong(_)), "{comparison:?}");
+}
+
+#[test]
+fn a_turning_point_that_rounding_makes_a_root_is_within_rounding() {
+    // One float beyond the end of a bond and almost at rest along it: R2 rounds to zero.
+    is_not_wrong(
+        Algorithm::InertialNegative,
+        &state(
+            [1.5000000000000002, 0.0, -2.0000000000000004],
+            [-7.437862465520784e-11, 1.5242914750111353e-8, -5.578396849140464e-11],
+            [0.0; 3],
+            2.5000000000000004,
+        ),
+    );
+    is_not_wrong(
+        Algorithm::AcceleratedPositive,
+        &state(
+            [-7.999999999999999, -4.0, -8.0],
+            [-4.540532853379365e-9, 1.6847465747732462e-9, -8.87917105579543e-10],
+            [6.767436368904282, -14.12330979561322, 10.679744203248886],
+            12.0,
+        ),
+    );
+}
+
+#[test]
+fn a_near_miss_that_rounding_makes_a_hit_is_within_rounding() {
+    // Grazes exactly; the two roots that rounding makes are sqrt(epsilon) apart.
+    for (r, v, a, distance) in [
+        (
+            [-1.9575268761518552, -5.872580628455566, -17.617741885366698],
+            [0.0, 1.9575268761518552, 5.872580628455566],
+            [0.0; 3],
+            1.9575268761518552,
+        ),
+        ([25.200000000000003, -33.6, 0.0], [30.799999999999997, 25.6, -168.0], [-31.4, -24.8, 168.0], 40.0),
+    ] {
+        is_not_wrong(Algorithm::General(Side::Positive), &state(r, v, a, distance));
+        if a != [0.0; 3] {
+            is_not_wrong(Algorithm::AcceleratedPositive, &state(r, v, a, distance));
+        }
+    }
+}
+
+#[test]
+fn a_turning_point_within_1e_32_of_now_is_within_rounding() {
+    // Found by the fuzz target.
+    is_not_wrong(
+        Algorithm::AcceleratedNegative,
+        &state(
+            [14.333333333333334, 2.5243548967072375e-29, -6688574853559353.0],
+            [-20.333333333333332, 53.0, 0.0],
+            [4.4726801511442e-33, 0.0, -2.848526764311838e18],
+            6688574853559353.0,
+        ),
+    );
+}
