@@ -136,7 +136,8 @@ fn overlapped(random: &mut Random, falling: bool) -> State {
     let (along, across) = random.directions();
     let depth = random.sign() * random.scale(-16.0, 0.0);
     let (toward, aside) = (random.between(-1.0, 1.0), random.between(-1.0, 1.0) * random.scale(-3.0, 0.0));
-    let acceleration = (random.between(-1.0, 1.0) * along + random.between(-1.0, 1.0) * across) * random.scale(-3.0, 1.0);
+    let acceleration =
+        (random.between(-1.0, 1.0) * along + random.between(-1.0, 1.0) * across) * random.scale(-3.0, 1.0);
     state(along * (1.0 + depth), along * toward + across * aside, if_falling(falling, acceleration), 1.0)
 }
 

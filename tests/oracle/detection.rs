@@ -1,8 +1,6 @@
 //! The detection functions, each called with what the engine would build from a float state.
 
-use crate::exact::{
-    Overlap, ROUNDINGS_OF_GENERAL, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State,
-};
+use crate::exact::{Overlap, ROUNDINGS_OF_GENERAL, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
 use carom::detection::{accelerated, inertial, plane};
 use carom::motion::RelativeState;
 use carom::overlap::{Quadratic, Quartic, Side};

@@ -17,5 +17,6 @@ mod random;
 mod regressions;
 mod rule;
 mod sturm;
+mod table;
 mod tally;
 mod witness;

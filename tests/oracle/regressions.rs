@@ -58,15 +58,22 @@ fn a_near_miss_that_rounding_makes_a_hit_is_within_rounding() {
 }
 
 #[test]
-fn a_turning_point_within_1e_32_of_now_is_within_rounding() {
-    // Found by the fuzz target.
-    is_not_wrong(
-        Algorithm::AcceleratedNegative,
-        &state(
+fn a_turning_point_in_values_far_below_rounding_is_within_rounding() {
+    // Found by the fuzz target: s^2 is 10^18 or more times what f becomes.
+    for (r, v, a, distance) in [
+        (
             [14.333333333333334, 2.5243548967072375e-29, -6688574853559353.0],
             [-20.333333333333332, 53.0, 0.0],
             [4.4726801511442e-33, 0.0, -2.848526764311838e18],
             6688574853559353.0,
         ),
-    );
+        (
+            [43.0, -0.3333333333333333, -2.7415662817517235e18],
+            [0.0005340576171875, 33.0, 0.0],
+            [0.0, -3.689108619554875e19, -20.333333333333332],
+            2.7415662817517235e18,
+        ),
+    ] {
+        is_not_wrong(Algorithm::AcceleratedNegative, &state(r, v, a, distance));
+    }
 }

@@ -37,13 +37,16 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
     }
     // The parts are floats and leave a small rest, which is taken from the term that moves f most.
     let effects = (0..signs.len()).map(|k| effect(k, t, kind));
-    let (term, effect) = effects.enumerate().max_by(|a, b| weigh(overlap, a).total_cmp(&weigh(overlap, b))).expect("terms");
-    let rest = missing(&overlap.shifted(&moved)).to_f64() / effect;
-    if rest.abs() > REST * overlap.rounding[term] {
-        return false;
-    }
+    let (term, effect) =
+        effects.enumerate().max_by(|a, b| weigh(overlap, a).total_cmp(&weigh(overlap, b))).expect("terms");
     let mut coefficients = overlap.moved(&moved);
-    coefficients[term] = &coefficients[term] - &Dyadic::from(rest);
+    for _ in 0..CORRECTIONS {
+        let rest = missing(&Polynomial::new(&coefficients)).to_f64() / effect;
+        if rest.abs() > REST * overlap.rounding[term] {
+            return false;
+        }
+        coefficients[term] = &coefficients[term] - &Dyadic::from(rest);
+    }
     let slack = &Dyadic::power_of_two(last_place(t) + SLACK);
     match next_event(&Polynomial::new(&coefficients)) {
         Verdict::Later(found, crossing) if found == kind => {
@@ -52,6 +55,9 @@ fn is_event_near(overlap: &Overlap, signs: &[f64], t: f64, kind: Kind) -> bool {
         _ => false,
     }
 }
+
+/// Corrections, each of which leaves one part in 10^16: `f` at `t` can be that much smaller than its own rounding.
+const CORRECTIONS: usize = 4;
 
 /// By how much a coefficient's unit moves `f`, or its derivative, at `t`.
 fn effect(term: usize, t: f64, kind: Kind) -> f64 {
