@@ -93,6 +93,14 @@ mod tests {
     }
 
     #[test]
+    fn products_of_four_allowed_numbers_are_finite_and_not_zero() {
+        let (largest, smallest) = (LARGEST, 1.0 / LARGEST);
+        assert!(finite(largest, Place::root()).is_ok() && finite(largest.next_up(), Place::root()).is_err());
+        assert!(positive(smallest.next_down(), Place::root()).is_err());
+        assert!((9.0 * largest.powi(4)).is_finite() && smallest.powi(4).is_normal());
+    }
+
+    #[test]
     fn the_budget_is_checked_without_overflow() {
         assert!(affordable(1_000_000, &Place::root()).is_ok());
         assert!(affordable(u64::MAX, &Place::root()).is_err());
