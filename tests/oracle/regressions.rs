@@ -77,3 +77,24 @@ fn a_turning_point_in_values_far_below_rounding_is_within_rounding() {
         is_not_wrong(Algorithm::AcceleratedNegative, &state(r, v, a, distance));
     }
 }
+
+#[test]
+fn the_reference_finds_roots_among_values_of_1e150() {
+    // Brent's method overflowed, and the middle of the bracket was taken for the root.
+    for (r, v, a, distance) in [
+        (
+            [1.3462627539392349e23, 4.038515711558194e-42, 2.2132505582398304e-45],
+            [-15929691.845486917, -3.3060668933226155e37, 7.631383366665236e-34],
+            [-6.693176166632322e-19, 0.2862791257859689, 2.251513434220725e-29],
+            5.06540620544025e-28,
+        ),
+        (
+            [181601834313.5309, 124929545808.85123, 47146334777.364456],
+            [-8.908640393296296e-46, 2.8561181817002057e-8, 7.290692513194066e34],
+            [1.0782611171384586e-40, 1.2042256746615528e-47, -1.4745946131450365e-10],
+            1.6152245761593664e35,
+        ),
+    ] {
+        is_not_wrong(Algorithm::General(Side::Positive), &state(r, v, a, distance));
+    }
+}
