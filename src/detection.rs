@@ -7,6 +7,10 @@
 //! An invalid state that improves is left alone; one that does not gets an interaction now. Nothing here knows absolute
 //! time, particle ids or boxes. At a zero of `df/dt` the next derivative that is not zero decides whether `f` falls at once.
 //!
+//! The answer is that of exact arithmetic, or that for coefficients which differ from the exact ones by no more than their
+//! rounding, where every component is zero or between `1e-50` and `1e50` in magnitude (shown by the test target
+//! `oracle`). Scenes with larger numbers are refused: products of four would overflow.
+//!
 //! | module | pairs | paper |
 //! |---|---|---|
 //! | [`inertial`] | no relative acceleration | Algorithms 2 and 3 |

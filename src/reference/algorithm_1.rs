@@ -87,10 +87,25 @@ impl Polynomial {
     }
 
     fn root_between(&self, from: f64, to: f64) -> f64 {
-        let value = |t: f64| self.value(t);
+        let sign = self.sign_after(from);
+        // Brent's method multiplies values with each other: in units of the largest, they do not overflow.
+        let size = self.value(from).abs().max(self.value(to).abs());
+        let value = |t: f64| self.value(t) / size;
         // A root at the very start belongs to the past; what is sought is the change after it.
-        let from = if self.value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
-        find_root_brent(from, to, value, &mut NeighbouringFloats).unwrap_or(0.5 * (from + to))
+        let start = if value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
+        find_root_brent(start, to, value, &mut NeighbouringFloats)
+            .unwrap_or_else(|_| bisect(from, to, |t| self.value(t) * sign > 0.0))
+    }
+}
+
+/// The last place, to a float, at which `is_before` holds.
+fn bisect(mut from: f64, mut to: f64, is_before: impl Fn(f64) -> bool) -> f64 {
+    loop {
+        let middle = 0.5 * from + 0.5 * to;
+        if middle <= from || middle >= to {
+            return from;
+        }
+        if is_before(middle) { from = middle } else { to = middle }
     }
 }
 

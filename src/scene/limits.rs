@@ -5,9 +5,9 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::place::Place;
 use crate::space::{Boundary, Space};
 
-/// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: squares and
-/// products of three of them stay finite.
-const LARGEST: f64 = 1e100;
+/// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: products of four, such
+/// as the discriminants of event detection, stay finite.
+const LARGEST: f64 = 1e50;
 
 /// Memory that a particle takes in a simulation, with its prediction, cell and outputs `[bytes]`.
 const BYTES_PER_PARTICLE: u64 = 512;
@@ -90,6 +90,14 @@ mod tests {
         assert!(positive(0.0, place()).is_err() && positive(f64::INFINITY, place()).is_err());
         assert!(not_negative(0.0, place()).is_ok() && not_negative(f64::NAN, place()).is_err());
         assert!(finite(f64::NEG_INFINITY, place()).is_err() && finite(-1.0, place()).is_ok());
+    }
+
+    #[test]
+    fn products_of_four_allowed_numbers_are_finite_and_not_zero() {
+        let (largest, smallest) = (LARGEST, 1.0 / LARGEST);
+        assert!(finite(largest, Place::root()).is_ok() && finite(largest.next_up(), Place::root()).is_err());
+        assert!(positive(smallest.next_down(), Place::root()).is_err());
+        assert!((9.0 * largest.powi(4)).is_finite() && smallest.powi(4).is_normal());
     }
 
     #[test]

@@ -1,0 +1,91 @@
+//! An answer of a detection function against the oracle's.
+//!
+//! The answer has to be the oracle's for the exact overlap function, or, where the input sits within its own rounding of the
+//! boundary between two verdicts, the oracle's for a witness: another polynomial inside the boxes of [`Overlap::rounding`].
+
+use crate::detection::{Algorithm, quartic};
+use crate::exact::{Overlap, State};
+use crate::measure::{Distance, distance};
+use crate::rule::{Kind, Verdict, next_event};
+use crate::witness::witness;
+
+/// The largest error of a time, in units of what rounding allows ([`Distance::ratio`]).
+///
+/// Outside of the root's condition every evaluation of `f` has the right sign, so a bracket's ends lie inside of it or
+/// enclose it, and are at most 2 ulp apart (4 in Algorithm 1, whose search ends at twice the width): `condition + 2` or
+/// `+ 4`. The closed forms of Algorithms 2 and 3 and of the plane round a root, a sum and a quotient after that, each
+/// half an ulp or, across a power of two, one: `condition + 3`.
+pub fn largest_ratio(algorithm: Algorithm) -> f64 {
+    if matches!(algorithm, Algorithm::General(_)) { 4.0 } else { 3.0 }
+}
+
+/// How an answer stands.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Judgement {
+    /// The oracle's verdict, at its time.
+    Right,
+    /// The verdict or time of a witness.
+    WithinRounding,
+    /// Neither.
+    Wrong(&'static str),
+}
+
+/// An answer, and what the oracle says about it.
+#[derive(Debug)]
+pub struct Comparison {
+    pub answer: Option<f64>,
+    pub verdict: Verdict,
+    pub judgement: Judgement,
+    /// Where both name a time after now.
+    pub distance: Option<Distance>,
+}
+
+/// Asks a detection function and the oracle.
+pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
+    let answer = algorithm.ask(state);
+    let overlap = algorithm.overlap(state);
+    let verdict = next_event(&overlap.polynomial());
+    let (judgement, distance) = match (answer, &verdict) {
+        (Some(t), _) if !(t >= 0.0 && t < f64::INFINITY) => (Judgement::Wrong("not a time"), None),
+        (None, Verdict::None) => (Judgement::Right, None),
+        (Some(0.0), Verdict::Now) => (Judgement::Right, None),
+        (Some(t), Verdict::Later(kind, crossing)) if t > 0.0 => {
+            let rounding = match kind {
+                Kind::Root => overlap.error_at(t),
+                Kind::TurningPoint => overlap.error_of_derivative_at(t),
+            };
+            let distance = distance(crossing, t, rounding);
+            let judgement = if distance.ratio() <= largest_ratio(algorithm) {
+                judge_end(algorithm, state, &overlap, *kind, t)
+            } else if witness(&overlap, answer, None) {
+                Judgement::WithinRounding
+            } else {
+                Judgement::Wrong("time")
+            };
+            (judgement, Some(distance))
+        }
+        _ if witness(&overlap, answer, None) => (Judgement::WithinRounding, None),
+        _ => (Judgement::Wrong("verdict"), None),
+    };
+    Comparison { answer, verdict, judgement, distance }
+}
+
+/// Whether the end that was returned is the valid one, and an invalid state follows within the bracket's width.
+fn judge_end(algorithm: Algorithm, state: &State, overlap: &Overlap, kind: Kind, t: f64) -> Judgement {
+    if algorithm.takes_acceleration() != Some(true) || kind == Kind::TurningPoint {
+        return Judgement::Right;
+    }
+    let f = quartic(state);
+    let value = |t: f64| algorithm.side().sign() * f.value(t);
+    if value(t) < 0.0 {
+        // Only right if a turning point below zero is within rounding.
+        let is_turn = witness(overlap, Some(t), Some(Kind::TurningPoint));
+        return if is_turn { Judgement::WithinRounding } else { Judgement::Wrong("invalid end") };
+    }
+    let (next, second) = (t.next_up(), t.next_up().next_up());
+    if value(t) == 0.0 || value(next) < 0.0 || value(second) < 0.0 || value(second.next_up()) < 0.0 {
+        Judgement::Right
+    } else {
+        Judgement::Wrong("early end")
+    }
+}

@@ -1,0 +1,117 @@
+//! The detection functions, each called with what the engine would build from a float state.
+
+use crate::exact::{Overlap, ROUNDINGS_OF_GENERAL, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
+use carom::detection::{accelerated, inertial, plane};
+use carom::motion::RelativeState;
+use carom::overlap::{Quadratic, Quartic, Side};
+use carom::reference::{self, Polynomial};
+
+/// Which function is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Algorithm {
+    /// Algorithm 2.
+    InertialPositive,
+    /// Algorithm 3.
+    InertialNegative,
+    /// Algorithm 4.
+    AcceleratedPositive,
+    /// Algorithm 5 with Algorithm 6.
+    AcceleratedNegative,
+    /// The rule in one dimension, on the separation's first coordinate.
+    Plane,
+    /// Algorithm 1 of the reference engine.
+    General(Side),
+}
+
+impl Algorithm {
+    pub const ALL: [Self; 7] = [
+        Self::InertialPositive,
+        Self::InertialNegative,
+        Self::AcceleratedPositive,
+        Self::AcceleratedNegative,
+        Self::Plane,
+        Self::General(Side::Positive),
+        Self::General(Side::Negative),
+    ];
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::InertialPositive => "2 (inertial, f+)",
+            Self::InertialNegative => "3 (inertial, f-)",
+            Self::AcceleratedPositive => "4 (accelerated, f+)",
+            Self::AcceleratedNegative => "5, 6 (accelerated, f-)",
+            Self::Plane => "plane",
+            Self::General(Side::Positive) => "1 (reference, f+)",
+            Self::General(Side::Negative) => "1 (reference, f-)",
+        }
+    }
+
+    /// Whether it takes pairs with a relative acceleration: always, never or both.
+    pub fn takes_acceleration(self) -> Option<bool> {
+        match self {
+            Self::InertialPositive | Self::InertialNegative => Some(false),
+            Self::AcceleratedPositive | Self::AcceleratedNegative => Some(true),
+            Self::Plane | Self::General(_) => None,
+        }
+    }
+
+    pub fn side(self) -> Side {
+        match self {
+            Self::InertialNegative | Self::AcceleratedNegative => Side::Negative,
+            Self::General(side) => side,
+            _ => Side::Positive,
+        }
+    }
+
+    /// Its answer.
+    pub fn ask(self, state: &State) -> Option<f64> {
+        match self {
+            Self::InertialPositive => inertial::positive(&quadratic(state)),
+            Self::InertialNegative => inertial::negative(&quadratic(state)),
+            Self::AcceleratedPositive | Self::AcceleratedNegative => {
+                accelerated::next_event(&quartic(state), self.side())
+            }
+            Self::Plane => {
+                let [height, velocity, acceleration] = height(state);
+                plane::next_event(height, velocity, acceleration)
+            }
+            Self::General(side) => reference::next_event(&Polynomial::overlap(&quartic(state), side)),
+        }
+    }
+
+    /// What the answer is to be compared with.
+    pub fn overlap(self, state: &State) -> Overlap {
+        match self {
+            Self::Plane => {
+                let [height, velocity, acceleration] = height(state);
+                Overlap::of_plane(height, velocity, acceleration)
+            }
+            _ => Overlap::of_pair(state, self.side(), self.roundings()),
+        }
+    }
+
+    fn roundings(self) -> [u32; 5] {
+        match self {
+            Self::InertialPositive | Self::InertialNegative => ROUNDINGS_OF_QUADRATIC,
+            Self::General(_) => ROUNDINGS_OF_GENERAL,
+            _ => ROUNDINGS_OF_QUARTIC,
+        }
+    }
+}
+
+fn relative(state: &State) -> RelativeState {
+    RelativeState { position: state.position, velocity: state.velocity }
+}
+
+pub fn quadratic(state: &State) -> Quadratic {
+    Quadratic::new(&relative(state), state.distance * state.distance)
+}
+
+pub fn quartic(state: &State) -> Quartic {
+    Quartic::new(&relative(state), &state.acceleration, state.distance * state.distance)
+}
+
+/// Signed distance from a plane at the discontinuity's distance, with its first two derivatives.
+fn height(state: &State) -> [f64; 3] {
+    [state.position.x - state.distance, state.velocity.x, state.acceleration.x]
+}

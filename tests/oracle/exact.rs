@@ -1,0 +1,109 @@
+//! The exact overlap function of a float state, and by how much rounding may move each coefficient.
+
+use crate::dyadic::Dyadic;
+use crate::polynomial::Polynomial;
+use carom::Vector;
+use carom::overlap::Side;
+
+/// Unit round-off of a float: half the distance from 1 to the next.
+const ROUND_OFF: f64 = 0.5 * f64::EPSILON;
+
+/// A pair as detection sees it, all of it floats.
+#[derive(Debug, Clone, Copy)]
+pub struct State {
+    pub position: Vector,
+    pub velocity: Vector,
+    pub acceleration: Vector,
+    pub distance: f64,
+}
+
+/// An overlap function with exact coefficients, and boxes around them that hold every polynomial which an evaluation in
+/// floats may have taken for it.
+#[derive(Debug, Clone)]
+pub struct Overlap {
+    pub coefficients: Vec<Dyadic>,
+    /// Half the edges of the box.
+    pub rounding: Vec<f64>,
+}
+
+impl Overlap {
+    /// `f+` or `f-` of a pair.
+    ///
+    /// `rounding[k]` is the number of roundings a term of coefficient `k` goes through, times the unit round-off, times the
+    /// sum of the terms' absolute values (Higham, *Accuracy and Stability of Numerical Algorithms*, section 3.1).
+    pub fn of_pair(state: &State, side: Side, roundings: [u32; 5]) -> Self {
+        let State { position: r, velocity: v, acceleration: a, distance: s } = state;
+        let (rr, vr, ar) = (dot(r, r), dot(v, r), dot(a, r));
+        let (vv, av, aa) = (dot(v, v), dot(a, v), dot(a, a));
+        let square = &Dyadic::from(*s) * &Dyadic::from(*s);
+        let exact = [&rr.0 - &square, &vr.0 + &vr.0, &ar.0 + &vv.0, av.0, aa.0.half().half()];
+        let sizes = [rr.1 + s * s, 2.0 * vr.1, ar.1 + vv.1, av.1, 0.25 * aa.1];
+        let coefficients = exact.iter().map(|c| if side == Side::Positive { c.clone() } else { -c }).collect();
+        Self { coefficients, rounding: boxes(&sizes, &roundings) }
+    }
+
+    /// The signed distance from a plane. Its coefficients are the input, and stored without rounding.
+    pub fn of_plane(height: f64, velocity: f64, acceleration: f64) -> Self {
+        let coefficients = vec![Dyadic::from(height), Dyadic::from(velocity), Dyadic::from(acceleration).half()];
+        let sizes = [height.abs(), velocity.abs(), 0.5 * acceleration.abs()];
+        Self { coefficients, rounding: boxes(&sizes, &ROUNDINGS_OF_PLANE) }
+    }
+
+    pub fn polynomial(&self) -> Polynomial {
+        Polynomial::new(&self.coefficients)
+    }
+
+    /// A polynomial of the box: `signs` are parts of its half edges, from -1 to 1.
+    pub fn shifted(&self, signs: &[f64]) -> Polynomial {
+        Polynomial::new(&self.moved(signs))
+    }
+
+    /// Its coefficients.
+    pub fn moved(&self, signs: &[f64]) -> Vec<Dyadic> {
+        let moved = self.coefficients.iter().zip(&self.rounding).zip(signs);
+        moved.map(|((c, d), s)| c + &(&Dyadic::from(*d) * &Dyadic::from(*s))).collect()
+    }
+
+    /// `sum rounding_k t^k`: by how much an evaluation at `t >= 0` may miss.
+    pub fn error_at(&self, t: f64) -> f64 {
+        self.rounding.iter().rev().fold(0.0, |sum, d| sum * t + d)
+    }
+
+    /// The same for the derivative.
+    pub fn error_of_derivative_at(&self, t: f64) -> f64 {
+        let terms = self.rounding.iter().enumerate().skip(1);
+        terms.rev().fold(0.0, |sum, (k, d)| sum * t + k as f64 * d)
+    }
+}
+
+/// Algorithms 2 and 3. A term of a dot product of three goes through 1 multiplication and 2 additions, `s^2` and its
+/// subtraction add 1 (and `2 B` is exact). `D = B^2 - V2 R2` rounds the two products: half a rounding more for
+/// `B`, one for `R2`.
+pub const ROUNDINGS_OF_QUADRATIC: [u32; 5] = [5, 4, 4, 0, 0];
+
+/// Algorithms 4 to 6. Coefficients as above, `a.r + V2` 4 roundings; Horner's rule adds `2 k + 1` to the coefficient of
+/// `t^k` and 2 k to that of `t^4`, `f'` one more for the factor 3.
+pub const ROUNDINGS_OF_QUARTIC: [u32; 5] = [4 + 1, 3 + 3, 4 + 5, 3 + 8, 3 + 8];
+
+/// Algorithm 1. As for the quartic; its Horner's rule starts from zero, and each of three further derivatives rounds its
+/// factors once.
+pub const ROUNDINGS_OF_GENERAL: [u32; 5] = [4 + 1, 3 + 3, 4 + 5 + 1, 3 + 7 + 2, 3 + 10 + 3];
+
+/// The plane: `D = v^2 - 2 a h` rounds both products once.
+const ROUNDINGS_OF_PLANE: [u32; 3] = [1, 1, 1];
+
+/// Bounds may themselves be rounded down, by less than this.
+const SLACK: f64 = 1.0 + 64.0 * f64::EPSILON;
+
+fn boxes(sizes: &[f64], roundings: &[u32]) -> Vec<f64> {
+    sizes.iter().zip(roundings).map(|(size, &n)| f64::from(n) * ROUND_OFF * size * SLACK).collect()
+}
+
+/// An exact scalar product, and the sum of its terms' absolute values.
+fn dot(a: &Vector, b: &Vector) -> (Dyadic, f64) {
+    let mut sum = Dyadic::zero();
+    for k in 0..3 {
+        sum = &sum + &(&Dyadic::from(a[k]) * &Dyadic::from(b[k]));
+    }
+    (sum, (0..3).map(|k| (a[k] * b[k]).abs()).sum())
+}

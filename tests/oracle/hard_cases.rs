@@ -1,0 +1,120 @@
+//! States made so that roots coincide exactly: all of their numbers are small binary fractions.
+
+use crate::cases::{if_falling, state, touching};
+use crate::exact::State;
+use crate::random::Random;
+use carom::Vector;
+
+/// A small integer, not zero.
+fn integer(random: &mut Random, most: usize) -> f64 {
+    random.sign() * (1 + random.below(most)) as f64
+}
+
+fn axes(random: &mut Random, r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f64) -> State {
+    let [r, v, a] = random.turned([Vector::from(r), Vector::from(v), Vector::from(a)]);
+    state(r, v, a, distance)
+}
+
+/// Touches the discontinuity at some time with a velocity along it, from inside or outside; half of them miss by a float.
+pub fn grazing(random: &mut Random, falling: bool) -> State {
+    let (there, distance) = touching(random);
+    // Along the surface, exactly, where the separation has small integer components.
+    let across = there.cross(&Vector::new(integer(random, 3), integer(random, 3), 1.0));
+    let time = integer(random, 8);
+    let strength = random.power_of_two(-3, 3) * random.sign() / distance;
+    let acceleration = if_falling(falling, there * strength + across * random.below(2) as f64);
+    let velocity = across - acceleration * time;
+    let position = there - across * time + acceleration * (0.5 * time * time);
+    let distance = if random.chance(0.5) { distance } else { random.neighbour(distance) };
+    state(position, velocity, acceleration, distance)
+}
+
+/// `v = 0` and `r` perpendicular to `a`: all lower coefficients of `f'` vanish.
+pub fn pendulum_start(random: &mut Random, falling: bool) -> State {
+    let length = random.between(0.1, 2.0);
+    let distance = if random.chance(0.2) { length } else { length * random.between(0.5, 2.0) };
+    let speed = if falling { 0.0 } else { random.between(0.0, 1.0) };
+    let acceleration = if falling { random.scale(-6.0, 6.0) } else { 0.0 };
+    axes(random, [length, 0.0, 0.0], [0.0, speed, 0.0], [0.0, 0.0, acceleration], distance)
+}
+
+/// `a.v = 0` and `a.r + v^2 = 0`: `f'` is a cube plus a constant.
+pub fn cube(random: &mut Random, falling: bool) -> State {
+    let (x, w) = (integer(random, 8) * 0.5, integer(random, 4) * 0.5);
+    let g = if falling { random.power_of_two(-4, 4) } else { 0.0 };
+    let z = if falling { w * w / g } else { random.between(-2.0, 2.0) };
+    let (distance, _) = around(random, x.hypot(z));
+    axes(random, [x, 0.0, z], [w, 0.0, 0.0], [0.0, 0.0, -g], distance)
+}
+
+/// A length near another one, and whether it is the same.
+fn around(random: &mut Random, length: f64) -> (f64, bool) {
+    let same = random.chance(0.2);
+    (if same { length } else { length * random.between(0.3, 1.7) }, same)
+}
+
+/// Motion on a line through the centre that only just stops there: `f'` has a triple root.
+pub fn triple_root(random: &mut Random, falling: bool) -> State {
+    let (time, scale) = (integer(random, 6) * 0.5, random.power_of_two(-6, 6) * random.sign());
+    let curve = if falling { scale } else { 0.0 };
+    let (distance, _) = around(random, scale.abs() * time * time);
+    axes(random, [scale * time * time, 0.0, 0.0], [-2.0 * scale * time, 0.0, 0.0], [2.0 * curve, 0.0, 0.0], distance)
+}
+
+/// A motion whose `f'` is `t^3 + e2 t^2 + e1 t + e0` with a double root at `p` and a simple one at `q`.
+pub fn double_root(random: &mut Random, falling: bool) -> State {
+    if !falling {
+        return grazing(random, false);
+    }
+    let p = integer(random, 6) * 0.5;
+    let q = p + 3.0 * integer(random, 4) * 0.5;
+    let (e2, e1, e0) = (-(2.0 * p + q), p * p + 2.0 * p * q, -p * p * q);
+    let w = random.power_of_two(-2, 2);
+    let vz = e2 / 3.0;
+    let z = 0.5 * e1 - w * w - vz * vz;
+    let x = (0.5 * e0 - vz * z) / w;
+    let (distance, _) = around(random, x.hypot(z));
+    axes(random, [x, 0.0, z], [w, 0.0, vz], [0.0, 0.0, 1.0], distance)
+}
+
+/// A sphere so small that a pair is inside for the time between two floats.
+pub fn close_roots(random: &mut Random, falling: bool) -> State {
+    let time = random.power_of_two(-2, 4);
+    let size = f64::EPSILON * random.power_of_two(-2, 2);
+    let speed = integer(random, 4);
+    let g = if falling { integer(random, 4) * 0.25 } else { 0.0 };
+    // At the centre after that time, with a speed of `speed`.
+    let (position, velocity) = (-speed * time + 0.5 * g * time * time, speed - g * time);
+    axes(random, [position, 0.0, 0.0], [velocity, 0.0, 0.0], [g, 0.0, 0.0], size)
+}
+
+/// A grain that lies on another, or hangs on its bond: no speed, contact exact or one float off.
+pub fn resting(random: &mut Random, falling: bool) -> State {
+    let (position, distance) = touching(random);
+    let g = random.sign() * random.power_of_two(-6, 6);
+    let distance = if random.chance(0.5) { distance } else { random.neighbour(distance) };
+    let velocity = match random.below(3) {
+        0 => Vector::zeros(),
+        1 => position * (random.sign() * random.scale(-18.0, -6.0)),
+        _ => random.vector() * random.scale(-18.0, -6.0),
+    };
+    state(position, velocity, if_falling(falling, position * g), distance)
+}
+
+/// Leaves contact and comes back: a root at zero that is not to be taken for the next one.
+pub fn return_to_contact(random: &mut Random, falling: bool) -> State {
+    let (position, distance) = touching(random);
+    let speed = random.scale(-12.0, 1.0);
+    let g = random.scale(-6.0, 2.0);
+    let up = position / distance;
+    let aside = random.vector() * speed * random.scale(-6.0, 0.0);
+    let distance = random.neighbour(distance);
+    state(position, up * (speed * random.sign()) + aside, if_falling(falling, up * (g * random.sign())), distance)
+}
+
+/// A throw along an axis, past the centre or not.
+pub fn straight_throw(random: &mut Random, falling: bool) -> State {
+    let a = if falling { random.between(-2.0, 2.0) } else { 0.0 };
+    let (x, v) = (random.between(-3.0, 3.0), random.between(-2.0, 2.0));
+    axes(random, [x, 0.0, 0.0], [v, 0.0, 0.0], [a, 0.0, 0.0], 1.0)
+}

@@ -1,0 +1,97 @@
+//! How far a time is from an exact root, and how far rounding may have moved that root.
+
+use crate::crossing::Crossing;
+use crate::dyadic::Dyadic;
+use crate::polynomial::Polynomial;
+
+/// A distance between a time and the exact event, all in units in the last place (ulp) of the time.
+#[derive(Debug, Clone, Copy)]
+pub struct Distance {
+    /// Exact time less the one measured.
+    pub error: f64,
+    /// How far the root moves if `f` does by what rounding may add to it, to the farther side.
+    pub condition: f64,
+}
+
+impl Distance {
+    /// The error in units of what rounding allows: the condition, and one ulp for the time itself.
+    pub fn ratio(&self) -> f64 {
+        self.error.abs() / (self.condition + 1.0)
+    }
+}
+
+/// The largest distance that is followed [ulp]: beyond it, it is as good as infinite.
+const FARTHEST: f64 = 1e40;
+
+/// The distance between `time` and a crossing of `crossing.f`, whose values rounding may change by `rounding`.
+///
+/// Taylor's polynomial around `time` is exact before it is rounded to floats; its constant term, which is all that is
+/// left of `f` after cancellation, therefore keeps its digits, and so do the roots near by.
+pub fn distance(crossing: &Crossing, time: f64, rounding: f64) -> Distance {
+    let at = Dyadic::from(time);
+    let local = Local::new(&crossing.f, &at, last_place(time));
+    let direction = if crossing.is_after(&at) { 1.0 } else { -1.0 };
+    let offset = local.first(0.0, direction, |f| if direction > 0.0 { f <= 0.0 } else { f > 0.0 });
+    let error = direction * offset;
+    let rounding = local.in_its_units(rounding);
+    let earlier = local.first(error, -1.0, |f| f.abs() >= rounding);
+    let later = local.first(error, 1.0, |f| f.abs() >= rounding);
+    Distance { error, condition: earlier.max(later) }
+}
+
+/// The exponent of a float's last place.
+pub fn last_place(x: f64) -> i64 {
+    let biased = (x.to_bits() >> 52 & 0x7ff) as i64;
+    biased.max(1) - 1075
+}
+
+/// A polynomial around a time, in ulp of the time, in units of its largest coefficient.
+struct Local {
+    coefficients: Vec<f64>,
+    unit: i64,
+}
+
+impl Local {
+    fn new(f: &Polynomial, at: &Dyadic, last_place: i64) -> Self {
+        let around = f.around(at);
+        let to_ulp = last_place - at.exponent;
+        let terms = around.coefficients.iter().enumerate().map(|(k, c)| {
+            let exponent = around.exponent + to_ulp * k as i64;
+            Dyadic { mantissa: c.clone(), exponent }.approximate()
+        });
+        let terms: Vec<_> = terms.collect();
+        let unit = terms.iter().filter(|t| t.0 != 0.0).map(|t| t.1).max().unwrap_or(0);
+        let scaled = terms.iter().map(|&(m, e)| libm::scalbn(m, (e - unit).max(-3000) as i32));
+        Self { coefficients: scaled.collect(), unit }
+    }
+
+    fn in_its_units(&self, x: f64) -> f64 {
+        let (m, e) = Dyadic::from(x).approximate();
+        libm::scalbn(m, (e - self.unit).clamp(-3000, 3000) as i32)
+    }
+
+    fn value(&self, offset: f64) -> f64 {
+        self.coefficients.iter().rev().fold(0.0, |sum, c| sum * offset + c)
+    }
+
+    /// How far from `from` in a direction `holds` first becomes true, to one part in a thousand.
+    fn first(&self, from: f64, direction: f64, holds: impl Fn(f64) -> bool) -> f64 {
+        let holds_at = |step: f64| holds(self.value(from + direction * step));
+        let mut upper = 1e-3;
+        while !holds_at(upper) {
+            upper *= 2.0;
+            if upper > FARTHEST {
+                return f64::INFINITY;
+            }
+        }
+        let mut lower = if upper > 1e-3 { 0.5 * upper } else { 0.0 };
+        while upper - lower > 1e-3 * upper {
+            let middle = 0.5 * (lower + upper);
+            (lower, upper) = if holds_at(middle) { (lower, middle) } else { (middle, upper) };
+            if upper < 1e-6 {
+                return upper;
+            }
+        }
+        upper
+    }
+}

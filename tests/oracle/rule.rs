@@ -1,0 +1,63 @@
+//! The rule, decided exactly: a pair interacts at the first time at which `f <= 0` and `f` falls.
+
+use crate::crossing::{Crossing, first_fall};
+use crate::dyadic::Dyadic;
+use crate::polynomial::Polynomial;
+use crate::sturm::Chain;
+
+/// What happens at an event after now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// `f` falls through zero: a root of `f`.
+    Root,
+    /// `f` is not positive and stops rising: a root of `f'`.
+    TurningPoint,
+}
+
+/// When the next event is.
+#[derive(Debug, Clone)]
+pub enum Verdict {
+    Now,
+    Later(Kind, Crossing),
+    None,
+}
+
+/// The infimum of the times `t >= 0` at which `f(t) <= 0` and `f` falls just after `t`.
+pub fn next_event(f: &Polynomial) -> Verdict {
+    let now = Dyadic::zero();
+    if f.sign_at(&now) > 0 {
+        return later(Kind::Root, first_fall(f, &now));
+    }
+    let derivative = f.derivative();
+    if derivative.sign_after(&now) < 0 {
+        return Verdict::Now;
+    }
+    let Some(turn) = first_fall(&derivative, &now) else { return Verdict::None };
+    if sign_at_crossing(f, &turn) <= 0 {
+        return Verdict::Later(Kind::TurningPoint, turn);
+    }
+    // No root of f is left in the turning point's bracket.
+    let (_, after) = turn.bracket();
+    later(Kind::Root, first_fall(f, &after))
+}
+
+fn later(kind: Kind, at: Option<Crossing>) -> Verdict {
+    at.map_or(Verdict::None, |at| Verdict::Later(kind, at))
+}
+
+/// The sign of `f` at a root of its derivative, whose bracket is narrowed until it holds no root of `f`.
+pub fn sign_at_crossing(f: &Polynomial, turn: &Crossing) -> i32 {
+    let chain = Chain::new(f);
+    loop {
+        let (lower, upper) = turn.bracket();
+        let roots = chain.count(&lower, &upper);
+        // The bracket holds one root of the derivative; a multiple root of f in it is that one.
+        if roots > 0 && chain.common.degree() > 0 && Chain::new(&chain.common).count(&lower, &upper) > 0 {
+            return 0;
+        }
+        if roots == 0 {
+            return f.sign_at(&upper);
+        }
+        turn.narrow();
+    }
+}

@@ -1,0 +1,108 @@
+//! How many distinct roots lie between two numbers: Sturm's theorem in exact integers.
+
+use crate::dyadic::{Dyadic, sign};
+use crate::polynomial::{Polynomial, count_variations};
+use num_bigint::BigInt;
+
+/// The Sturm sequence of a polynomial divided by its multiple roots, so that every argument may be asked for.
+pub struct Chain {
+    elements: Vec<Polynomial>,
+    /// The greatest common divisor of the polynomial and its derivative: its roots are the multiple ones.
+    pub common: Polynomial,
+}
+
+impl Chain {
+    pub fn new(f: &Polynomial) -> Self {
+        let mut elements = remainders(f);
+        let common = elements.last().cloned().expect("the polynomial itself");
+        if common.degree() > 0 {
+            // Dividing all by a common factor of either sign keeps every count of variations.
+            elements = elements.iter().map(|e| quotient(e, &common)).collect();
+        }
+        Self { elements, common }
+    }
+
+    /// The number of distinct roots in `(from, to]`.
+    pub fn count(&self, from: &Dyadic, to: &Dyadic) -> usize {
+        self.variations(from) - self.variations(to)
+    }
+
+    pub fn variations(&self, x: &Dyadic) -> usize {
+        count_variations(self.elements.iter().map(|e| e.sign_at(x)))
+    }
+
+    /// The variations at infinity.
+    pub fn variations_far_away(&self) -> usize {
+        count_variations(self.elements.iter().map(Polynomial::sign_far_away))
+    }
+}
+
+/// `f, f', -(f mod f'), ...`, each up to a positive factor, down to the last that is not zero.
+///
+/// Subresultants (Brown and Traub 1971): each pseudo-remainder is divided by a factor known beforehand, which keeps the
+/// coefficients as short as determinants. The factors' signs are followed apart, because Sturm's theorem needs them.
+fn remainders(f: &Polynomial) -> Vec<Polynomial> {
+    let (mut a, mut b) = (f.coefficients.clone(), f.derivative().coefficients);
+    // The sequence's elements are sign_a a and sign_b b, up to positive factors.
+    let (mut sign_a, mut sign_b) = (1, 1);
+    let (mut g, mut h) = (BigInt::from(1), BigInt::from(1));
+    let mut elements = vec![signed(&a, 1)];
+    while !b.is_empty() {
+        elements.push(signed(&b, sign_b));
+        let step = (a.len() - b.len()) as u32;
+        let mut rest = pseudo_remainder(&a, &b);
+        let divisor = &g * h.pow(step);
+        for c in &mut rest {
+            *c /= &divisor;
+        }
+        // lc(b)^(step + 1) a = q b + divisor rest, so the remainder has the sign of rest times these.
+        let of_leading = if step % 2 == 0 { leading_sign(&b) } else { 1 };
+        let sign_rest = -sign_a * of_leading * sign(&divisor);
+        g = b.last().expect("not empty").clone();
+        h = if step == 0 { h } else { g.pow(step) / h.pow(step - 1) };
+        (a, sign_a) = (b, sign_b);
+        (b, sign_b) = (rest, sign_rest);
+    }
+    elements
+}
+
+fn leading_sign(c: &[BigInt]) -> i32 {
+    c.last().map_or(0, sign)
+}
+
+fn signed(c: &[BigInt], sign: i32) -> Polynomial {
+    Polynomial::of_integers(c.iter().map(|c| c * sign).collect(), 0)
+}
+
+/// `lc(b)^(deg a - deg b + 1) a mod b`.
+fn pseudo_remainder(a: &[BigInt], b: &[BigInt]) -> Vec<BigInt> {
+    divide(a, b).1
+}
+
+/// A multiple of `a / b`, which must leave no remainder, by a factor of either sign.
+fn quotient(a: &Polynomial, b: &Polynomial) -> Polynomial {
+    let (quotient, rest) = divide(&a.coefficients, &b.coefficients);
+    assert!(rest.is_empty(), "the divisor is common to all elements");
+    // An even or odd power of lc(b), depending on the degree, was multiplied in: make it positive.
+    let power = a.coefficients.len() - b.coefficients.len() + 1;
+    let flip = if power % 2 == 1 { leading_sign(&b.coefficients) } else { 1 };
+    signed(&quotient, flip)
+}
+
+/// Pseudo-division: `(q, r)` with `lc(b)^(deg a - deg b + 1) a = q b + r`.
+fn divide(a: &[BigInt], b: &[BigInt]) -> (Vec<BigInt>, Vec<BigInt>) {
+    let leading = b.last().expect("the divisor is not zero");
+    let (mut rest, mut quotient) = (a.to_vec(), Vec::new());
+    for shift in (0..=a.len() - b.len()).rev() {
+        let factor = rest.pop().expect("as long as the divisor");
+        for c in rest.iter_mut().chain(&mut quotient) {
+            *c *= leading;
+        }
+        for (k, c) in b[..b.len() - 1].iter().enumerate() {
+            rest[shift + k] -= &factor * c;
+        }
+        quotient.push(factor);
+    }
+    quotient.reverse();
+    (quotient, Polynomial::of_integers(rest, 0).coefficients)
+}
