@@ -91,10 +91,14 @@ impl Polynomial {
         // Brent's method multiplies values with each other: in units of the largest, they do not overflow.
         let size = self.value(from).abs().max(self.value(to).abs());
         let value = |t: f64| self.value(t) / size;
+        let is_before = |t: f64| self.value(t) * sign > 0.0;
         // A root at the very start belongs to the past; what is sought is the change after it.
         let start = if value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
+        // The crate returns a point of the step before, which need not be near: it counts only where the sign does change.
         find_root_brent(start, to, value, &mut NeighbouringFloats)
-            .unwrap_or_else(|_| bisect(from, to, |t| self.value(t) * sign > 0.0))
+            .ok()
+            .filter(|&t| is_before(t * (1.0 - WIDTH)) && !is_before(t * (1.0 + WIDTH)))
+            .unwrap_or_else(|| bisect(from, to, is_before))
     }
 }
 
@@ -124,6 +128,9 @@ pub fn next_event(f: &Polynomial) -> Option<f64> {
     if f.value(turn) > 0.0 { f.next_root(turn) } else { Some(turn) }
 }
 
+/// Relative width of a closed bracket, a few floats.
+const WIDTH: f64 = 2.0 * f64::EPSILON;
+
 /// Ends a search when the bracket is a few floats wide.
 struct NeighbouringFloats;
 
@@ -133,7 +140,7 @@ impl Convergency<f64> for NeighbouringFloats {
     }
 
     fn is_converged(&mut self, x1: f64, x2: f64) -> bool {
-        (x1 - x2).abs() <= 2.0 * f64::EPSILON * x1.abs().max(x2.abs())
+        (x1 - x2).abs() <= WIDTH * x1.abs().max(x2.abs())
     }
 
     fn is_iteration_limit_reached(&mut self, iteration: usize) -> bool {

@@ -46,7 +46,7 @@ pub fn compare(algorithm: Algorithm, state: &State) -> Comparison {
     let overlap = algorithm.overlap(state);
     let verdict = next_event(&overlap.polynomial());
     let (judgement, distance) = match (answer, &verdict) {
-        (Some(t), _) if !(t >= 0.0 && t < f64::INFINITY) => (Judgement::Wrong("not a time"), None),
+        (Some(t), _) if !(0.0..f64::INFINITY).contains(&t) => (Judgement::Wrong("not a time"), None),
         (None, Verdict::None) => (Judgement::Right, None),
         (Some(0.0), Verdict::Now) => (Judgement::Right, None),
         (Some(t), Verdict::Later(kind, crossing)) if t > 0.0 => {

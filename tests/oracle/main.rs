@@ -1,5 +1,17 @@
-//! An exact oracle for event detection.
-#![allow(dead_code)]
+//! An exact oracle for event detection, and every detection function compared with it.
+//!
+//! The input of detection is floats, so the coefficients of an overlap function are dyadic rationals, and the rule can be
+//! decided in integers, with no tolerance.
+//!
+//! | modules | |
+//! |---|---|
+//! | `dyadic`, `polynomial`, `sturm`, `crossing` | exact numbers, polynomials, counts of roots, and brackets of any width |
+//! | `rule`, `exact` | the oracle: the rule, and exact overlap functions with the rounding of their float forms |
+//! | `detection`, `compare`, `witness`, `measure` | what is asked, and how an answer is judged |
+//! | `cases`, `hard_cases`, `random` | states, by family |
+//! | `hand`, `agreement`, `regressions` | tests: of the oracle itself, of all functions, of each failure ever found |
+//! | `tally`, `evaluations`, `long_run`, `table` | a million states of each algorithm, for `benches/results/detection.md` |
+
 mod agreement;
 mod cases;
 mod compare;

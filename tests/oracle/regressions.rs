@@ -79,6 +79,14 @@ fn a_turning_point_in_values_far_below_rounding_is_within_rounding() {
 }
 
 #[test]
+fn the_reference_finds_a_root_that_brents_method_left_behind() {
+    // Found by the fuzz target.
+    let (r, v) = ([79.0, -2.6666666666666665, 8.0], [-0.3333333333333333, 0.0, -3.1728598231957846e47]);
+    let state = state(r, v, [-26624.0, 0.0, 8589934596.999998], 79.44879552964356);
+    is_not_wrong(Algorithm::General(Side::Negative), &state);
+}
+
+#[test]
 fn the_reference_finds_roots_among_values_of_1e150() {
     // Brent's method overflowed, and the middle of the bracket was taken for the root.
     for (r, v, a, distance) in [

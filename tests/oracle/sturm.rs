@@ -56,7 +56,7 @@ fn remainders(f: &Polynomial) -> Vec<Polynomial> {
             *c /= &divisor;
         }
         // lc(b)^(step + 1) a = q b + divisor rest, so the remainder has the sign of rest times these.
-        let of_leading = if step % 2 == 0 { leading_sign(&b) } else { 1 };
+        let of_leading = if step.is_multiple_of(2) { leading_sign(&b) } else { 1 };
         let sign_rest = -sign_a * of_leading * sign(&divisor);
         g = b.last().expect("not empty").clone();
         h = if step == 0 { h } else { g.pow(step) / h.pow(step - 1) };

@@ -112,8 +112,8 @@ fn columns(values: [f64; 3]) -> String {
 
 fn number(x: f64) -> String {
     match x {
-        x if x == 0.0 => "0".into(),
-        x if x < 1e-3 || x >= 1e4 => format!("{x:.1e}"),
+        0.0 => "0".into(),
+        x if !(1e-3..1e4).contains(&x) => format!("{x:.1e}"),
         x if x == x.round() => format!("{x}"),
         x => format!("{x:.2}"),
     }
