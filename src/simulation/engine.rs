@@ -139,6 +139,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
+    /// How long the epoch before this one was.
+    pub last_reached: f64,
     clock: Clock,
     /// Approach speed of an inelastic contact that lost it in rounding.
     pub lost_speed: Option<f64>,
@@ -183,6 +185,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             start: scene.start_time,
             epoch: 0.0,
             now: 0.0,
+            last_reached: 0.0,
             lost_speed: None,
             clock: Clock {
                 since: 0.0,
@@ -412,6 +415,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return false;
         }
         let reached = self.queue.reached();
+        self.last_reached = reached;
         let shift = reached * (next / reached).floor().max(1.0);
         self.epoch += shift;
         self.now -= shift;
