@@ -38,23 +38,33 @@ pub(super) fn unit_of_wall(radius: f64) -> f64 {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// How far rounding can put two particles beyond a discontinuity of theirs, that they were predicted to meet after moving
-    /// by `path` relative to each other `[length]`.
+    /// by `path` relative to each other `[length]`, `flown` ago `[time]`.
     ///
     /// Three sources: the coordinates; the queue's time, at the relative speed; and the overlap function, whose terms are as
     /// large as the squared distance from which the pair came, over its slope in space, `2 s`.
-    pub(super) fn round_off_of_pair(&self, i: u32, j: u32, distance: f64, path: f64) -> f64 {
+    pub(super) fn round_off_of_pair(&self, i: u32, j: u32, distance: f64, path: f64, flown: f64) -> f64 {
         let (a, b) = (&self.bodies[i as usize], &self.bodies[j as usize]);
         let speed = (a.velocity - b.velocity).norm();
         let from = distance + path;
-        let scale = a.position.amax() + b.position.amax() + speed * self.now.abs() + from * from / distance;
+        let scale = a.position.amax() + b.position.amax() + speed * self.clock(flown) + from * from / distance;
         ROUNDINGS * f64::EPSILON * scale
     }
 
     /// The same for a wall at coordinate `at`, whose overlap function is a length.
-    pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, path: f64) -> f64 {
+    pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, path: f64, flown: f64) -> f64 {
         let body = &self.bodies[i as usize];
-        let scale = body.position[axis].abs() + at.abs() + body.velocity[axis].abs() * self.now.abs() + path;
+        let scale = body.position[axis].abs() + at.abs() + body.velocity[axis].abs() * self.clock(flown) + path;
         ROUNDINGS * f64::EPSILON * scale
+    }
+
+    /// The size of a time of the queue that was predicted `flown` ago: since the epoch, or since the one before if that was when.
+    fn clock(&self, flown: f64) -> f64 {
+        if flown > self.now { flown + self.last_reached } else { self.now }
+    }
+
+    /// How long ago the state of a particle was last rounded.
+    fn flown(&self, particle: u32) -> f64 {
+        self.now - self.bodies[particle as usize].time
     }
 
     /// All overlaps of pairs that know each other or are near, and of particles and walls; pairs of moving particles twice.
@@ -123,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn offer_pair(&self, i: u32, j: u32, depth: f64, distance: f64, found: &mut impl FnMut(Overlap)) {
         if depth > 0.0 {
             // What has overlapped since the last event came from no further than the discontinuity itself.
-            let round_off = self.round_off_of_pair(i, j, distance, distance);
+            let round_off = self.round_off_of_pair(i, j, distance, distance, self.flown(i).min(self.flown(j)));
             let (particle, partner) = (ParticleId(i), Some(ParticleId(j)));
             found(Overlap { particle, partner, depth: depth / distance, round_off: round_off / distance });
         }
@@ -138,7 +148,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
             let depth = radius - inwards * (position[axis] - wall.at);
             if depth > 0.0 {
-                let round_off = self.round_off_of_wall(particle, axis, wall.at, radius);
+                let round_off = self.round_off_of_wall(particle, axis, wall.at, radius, self.flown(particle));
                 let particle = ParticleId(particle);
                 found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
             }

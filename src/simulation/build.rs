@@ -49,6 +49,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             start: scene.start_time,
             epoch: 0.0,
             now: 0.0,
+            last_reached: 0.0,
             lost_speed: None,
             clock: Clock {
                 since: 0.0,

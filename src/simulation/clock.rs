@@ -56,17 +56,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return false;
         }
         let reached = self.queue.reached();
+        self.last_reached = reached;
         let shift = reached * (next / reached).floor().max(1.0);
         self.epoch += shift;
         self.now -= shift;
         self.clock.since -= shift;
-        for particle in 0..self.bodies.len() as u32 {
-            let body = &mut self.bodies[particle as usize];
+        for body in &mut self.bodies {
             body.time -= shift;
-            // A state from long ago has its position rounded at the whole distance flown since, with every wrap.
-            if body.time < -2.0 * shift {
-                self.stream(particle, 0.0);
-            }
         }
         for prediction in &mut self.predictions {
             prediction.contact_time -= shift;
@@ -75,10 +71,26 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(times) = &mut self.contact_times {
             times.shift(shift);
         }
+        self.refresh(-2.0 * shift);
         self.queue.restart();
         for particle in 0..self.bodies.len() as u32 {
             self.schedule(particle);
         }
         true
+    }
+
+    /// Brings forward what nothing has happened to since `oldest`, to the epoch.
+    ///
+    /// A state from long ago has its position rounded at the whole distance flown since, with every wrap, and its contact is
+    /// predicted from as far away.
+    fn refresh(&mut self, oldest: f64) {
+        for particle in 0..self.bodies.len() as u32 {
+            if self.bodies[particle as usize].time < oldest {
+                self.stream(particle, 0.0);
+                if !self.is_static(particle) {
+                    self.predict(particle, 0.0);
+                }
+            }
+        }
     }
 }

@@ -119,6 +119,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub start: f64,
     pub epoch: f64,
     pub now: f64,
+    /// How long the epoch before this one was.
+    pub last_reached: f64,
     pub clock: Clock,
     /// Approach speed of an inelastic contact that lost it in rounding.
     pub lost_speed: Option<f64>,

@@ -120,7 +120,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let depth = sign * (seen.distance - squared.sqrt());
             let acceleration = self.acceleration(pair.i) - self.acceleration(pair.j);
             let path = (pair.velocity.norm() + 0.5 * flown * acceleration.norm()) * flown;
-            let round_off = self.round_off_of_pair(pair.i, pair.j, seen.distance, path);
+            let round_off = self.round_off_of_pair(pair.i, pair.j, seen.distance, path, flown);
             self.note_overlap(depth, seen.distance, round_off);
         }
         if pair.velocity.dot(&pair.apart) * sign >= 0.0 {

@@ -22,7 +22,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let depth = species.radius - inwards * (body.position[axis] - at);
         if depth > 0.0 {
             let path = (vn.abs() + 0.5 * flown * species.acceleration[axis].abs()) * flown;
-            let round_off = self.round_off_of_wall(i, axis, at, path);
+            let round_off = self.round_off_of_wall(i, axis, at, path, flown);
             self.note_overlap(depth, unit_of_wall(species.radius), round_off);
         }
         if vn >= 0.0 {

@@ -1,0 +1,211 @@
+//! A run is a function of its scene: the same bits in every build, whoever looks on, whatever the particles are called and
+//! whenever it starts.
+
+use crate::listed::{fluid, hard_sphere, listed, particles, well};
+use carom::Vector;
+use carom::event::{Event, EventKind};
+use carom::potential::Potential;
+use carom::run;
+use carom::scene::{
+    Amount, Arrangement, Chain, Fill, Limit, MeshDraft, OutputPlan, RunPlan, Scene, SceneBuilder, Surface,
+};
+use carom::simulation::{Simulation, Snapshot, Until};
+use carom::space::{Boundary, Face, Space};
+use std::ops::ControlFlow;
+
+/// Scenes, numbers of events, and the fingerprints of where they lead.
+///
+/// They change whenever the engine rounds differently, and then only. To renew them, run
+/// `cargo test --release --test stability fingerprints` and copy the table that it prints; to run it again without
+/// `--release` has to give the same one.
+#[rustfmt::skip]
+#[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
+const FINGERPRINTS: [(&str, u64, u64); 10] = [
+    ("bouncing_ball", 1000, 0x3eb7d631c4034797),
+    ("elastic_spheres_1d", 2, 0x908126a4c7e08d89),
+    ("everything", 30000, 0xd228bcfd0dcf1deb),
+    ("granular_cooling", 20000, 0xbe7b84cb775e8b11),
+    ("hard_sphere_fluid", 20000, 0x88e0e3997f767124),
+    ("hopper", 10000, 0x15f87e88d408da64),
+    ("pendulum", 20000, 0x6e9ef32466cb6c5f),
+    ("polymer", 20000, 0x32c9d64eeec477fb),
+    ("square_well_fluid", 20000, 0xdf4bc30d750c8b95),
+    ("stepped_lennard_jones", 20000, 0x2eedeb4258e70d3d),
+];
+
+/// FNV-1a over the bits of all positions and velocities, and of the time.
+fn fingerprint(now: &Snapshot) -> u64 {
+    let numbers = now.positions.iter().chain(&now.velocities).flat_map(|v| v.iter().copied());
+    let bytes = numbers.chain([now.time]).flat_map(|x| x.to_bits().to_le_bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+fn named(name: &str) -> Scene {
+    if name == "everything" { everything() } else { Scene::from_file(format!("configs/{name}.toml")).unwrap() }
+}
+
+/// All features in one box: a mixture of wells and steps, bonded chains, gravity, walls, static particles and the TC model.
+fn everything() -> Scene {
+    let floor = Boundary::Bounded { lower: Face::Wall { restitution: 0.8 }, upper: Face::Open };
+    let space = Space {
+        lower: Vector::new(-5.0, -5.0, 0.0),
+        size: Vector::new(10.0, 10.0, 20.0),
+        boundary: [Boundary::Periodic, Boundary::walls(0.9), floor],
+    };
+    let steps = Potential::stepped_lennard_jones(1.1, 1.0, 2.5, 5, 50.0).unwrap();
+    let fill = |species, count, lower: f64, upper: f64| {
+        let region = (Vector::new(-4.9, -4.3, lower), Vector::new(4.9, 4.3, upper));
+        Fill::new(Arrangement::Random, species).count(count).region(region.0, region.1)
+    };
+    let chain = Chain {
+        species: "C".into(),
+        length: 6,
+        count: 3,
+        bond: "link".into(),
+        spacing: None,
+        straight: None,
+        temperature: None,
+    };
+    let dish = MeshDraft {
+        name: None,
+        species: "S".into(),
+        surface: Surface::Plane { corner: Vector::new(-2.0, -2.0, 3.0), edges: [Vector::x() * 4.0, Vector::y() * 4.0] },
+        spacing: None,
+    };
+    SceneBuilder::new("everything")
+        .space(space)
+        .gravity(Vector::new(0.1, 0.0, -1.0))
+        .contact_time(1e-3)
+        .species("A", 1.0, 1.0)
+        .species("B", 2.5, 1.2)
+        .species("C", 0.5, 0.8)
+        .static_species("S", 1.0)
+        .interaction("A", "A", well(), 0.9)
+        .interaction("A", "B", steps, 0.9)
+        .interaction("B", "B", Potential::square_shoulder(1.2, 1.3, 0.4).unwrap(), 1.0)
+        .interaction("A", "C", Potential::penetrable(0.9, 0.7).unwrap(), 1.0)
+        .interaction("B", "C", Potential::hard_sphere(1.0).unwrap(), 0.5)
+        .interaction("C", "C", Potential::hard_sphere(0.8).unwrap(), 0.9)
+        .interaction("A", "S", Potential::hard_sphere(1.0).unwrap(), 0.7)
+        .interaction("B", "S", Potential::square_well(1.1, 1.4, 0.5).unwrap(), 0.7)
+        .interaction("C", "S", Potential::hard_sphere(0.9).unwrap(), 1.0)
+        .bond_interaction("link", Potential::bond(0.8, 1.0).unwrap(), 0.95)
+        .mesh(dish)
+        .add_fill(fill("A", 60, 5.0, 12.0))
+        .add_fill(fill("B", 40, 12.5, 19.0))
+        .chain(chain)
+        .temperature(1.0)
+        .build()
+        .unwrap()
+}
+
+#[test]
+fn fingerprints_of_runs_are_the_same_in_every_build() {
+    let mut found = Vec::new();
+    for (name, events, _) in FINGERPRINTS {
+        let mut simulation = Simulation::new(named(name));
+        simulation.advance(Until::events(events)).unwrap();
+        found.push((name, events, fingerprint(&simulation.snapshot())));
+    }
+    let table: String = found.iter().map(|(name, n, hash)| format!("    (\"{name}\", {n}, {hash:#018x}),\n")).collect();
+    assert!(found == FINGERPRINTS, "the runs lead elsewhere:\n{table}");
+}
+
+#[test]
+fn who_looks_on_changes_nothing() {
+    for name in ["everything", "granular_cooling", "pendulum"] {
+        let plain = |until| {
+            let mut simulation = Simulation::new(named(name));
+            simulation.advance(until).unwrap();
+            simulation.snapshot()
+        };
+        let expected = plain(Until::events(10_000));
+        let mut watched = Simulation::new(named(name));
+        let mut seen = 0_u64;
+        for until in (1..=100).map(|part| Until::events(100 * part)) {
+            watched.advance_with(until, |_| seen += 1).unwrap();
+            let _ = (watched.snapshot(), watched.energy(), watched.deepest_overlap(), watched.real_overlaps());
+        }
+        assert_eq!(seen, 10_000);
+        assert_eq!(fingerprint(&watched.snapshot()), fingerprint(&expected), "{name}");
+
+        // A whole run with its rows and frames.
+        let mut scene = named(name);
+        scene.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000) };
+        scene.output = OutputPlan {
+            thermo_interval: Some(expected.time / 300.0),
+            frame_interval: Some(expected.time / 70.0),
+            ..OutputPlan::default()
+        };
+        let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+        assert_eq!(fingerprint(&finished.simulation.snapshot()), fingerprint(&expected), "{name}");
+    }
+}
+
+/// A fluid of 256 particles at random velocities, with or without wells and weight.
+fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) -> Scene {
+    let fluid = fluid(256, Amount::NumberDensity(0.6));
+    let original = particles(&fluid);
+    let shuffled: Vec<_> = order.iter().map(|&k| original[k]).collect();
+    // Between a floor and a ceiling where there is weight: the lattice is half a diameter away from both.
+    let mut space = fluid.space;
+    if gravity != 0.0 {
+        space.lower.z -= 1.0;
+        space.size.z += 2.0;
+        space.boundary[2] = Boundary::walls(1.0);
+    }
+    let builder = listed(&space, potential, 1.0, &shuffled).gravity(Vector::new(0.0, 0.0, gravity));
+    builder.start_time(start_time).build().unwrap()
+}
+
+#[test]
+fn numbers_are_only_names() {
+    let orders: [Vec<usize>; 3] =
+        [(0..256).collect(), (0..256).rev().collect(), (0..256).map(|k| k * 101 % 256).collect()];
+    for (potential, gravity) in [(hard_sphere(), 0.0), (well(), 0.0), (hard_sphere(), -1.0), (well(), -1.0)] {
+        let ends = orders.each_ref().map(|order| {
+            let mut simulation = Simulation::new(start(&potential, gravity, order, 0.0));
+            simulation.advance(Until::time(10.0)).unwrap();
+            let now = simulation.snapshot();
+            let mut sorted = vec![(Vector::zeros(), Vector::zeros()); 256];
+            for (at, &k) in order.iter().enumerate() {
+                sorted[k] = (now.positions[at], now.velocities[at]);
+            }
+            (simulation.tally().physical(), sorted)
+        });
+        assert!(ends[0].0 > 5_000, "{}", ends[0].0);
+        assert_eq!(ends[0], ends[1]);
+        assert_eq!(ends[0], ends[2]);
+    }
+}
+
+/// What of an event does not depend on when time starts.
+fn timeless(event: &Event) -> (EventKind, u32, Option<u32>, [u64; 4]) {
+    let numbers = [event.impulse, event.normal.x, event.energy_step, event.dissipated].map(f64::to_bits);
+    (event.kind, event.particle.0, event.partner.map(|partner| partner.0), numbers)
+}
+
+#[test]
+fn the_start_of_time_changes_nothing() {
+    let order: Vec<usize> = (0..256).collect();
+    let scene = |which: usize, start_time: f64| match which {
+        0 => start(&hard_sphere(), 0.0, &order, start_time),
+        1 => start(&well(), -1.0, &order, start_time),
+        _ => Scene { start_time, ..everything() },
+    };
+    for which in 0..3 {
+        let run = |start_time: f64| {
+            let mut simulation = Simulation::new(scene(which, start_time));
+            let mut events = Vec::new();
+            simulation.advance_with(Until::events(20_000), |event| events.push(*event)).unwrap();
+            (events, simulation.snapshot())
+        };
+        let ((events, end), (late_events, late_end)) = (run(0.0), run(1e12));
+        assert!(events.iter().map(timeless).eq(late_events.iter().map(timeless)));
+        assert_eq!((&end.positions, &end.velocities), (&late_end.positions, &late_end.velocities));
+        // One rounding of the sum.
+        for (event, late) in events.iter().zip(&late_events) {
+            assert!((late.time - 1e12 - event.time).abs() <= 1e12 * f64::EPSILON);
+        }
+    }
+}

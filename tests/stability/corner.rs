@@ -1,0 +1,121 @@
+//! A ball in the corner of three static spheres, under gravity.
+
+use crate::listed::{hard_sphere, open_box};
+use crate::watched::Watched;
+use carom::Vector;
+use carom::scene::SceneBuilder;
+use carom::simulation::{Arrest, Reason, Simulation, Until};
+
+/// `sqrt(3) / 2`: the height of a triangle of edge 1.
+const TRIANGLE: f64 = 0.866_025_403_784_438_6;
+
+/// Three static spheres in contact with each other, and a ball above the hole between them. The ball rests at a height of
+/// `sqrt(2 / 3) = 0.816`, and gets out over two of the spheres at `sqrt(3) / 2 = 0.866`.
+fn corner(restitution: f64, contact_time: Option<f64>, position: Vector, velocity: Vector) -> SceneBuilder {
+    let mut builder = SceneBuilder::new("corner")
+        .space(open_box(8.0))
+        .gravity(Vector::new(0.0, 0.0, -1.0))
+        .static_species("S", 1.0)
+        .species("A", 1.0, 1.0)
+        .interaction("S", "A", hard_sphere(), restitution)
+        .interaction("A", "A", hard_sphere(), restitution);
+    for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.5, TRIANGLE)] {
+        builder = builder.particle("S", Vector::new(x, y, 0.0), Vector::zeros());
+    }
+    if let Some(time) = contact_time {
+        builder = builder.contact_time(time);
+    }
+    builder.particle("A", position, velocity)
+}
+
+/// Where the ball touches all three.
+fn bottom() -> Vector {
+    Vector::new(0.5, TRIANGLE / 3.0, (2.0_f64 / 3.0).sqrt())
+}
+
+/// Not quite above the bottom.
+fn aside(height: f64) -> Vector {
+    Vector::new(0.51, TRIANGLE / 3.0 - 0.003, height)
+}
+
+fn ball(watched: &Watched) -> Vector {
+    watched.simulation.snapshot().positions[3]
+}
+
+#[test]
+fn an_elastic_ball_jumps_in_the_corner_for_a_million_events() {
+    // Too low to get out.
+    let mut watched = Watched::new(corner(1.0, None, aside(0.86), Vector::zeros()).build().unwrap());
+    watched.run(1_000_000);
+    watched.assert_sound(1.0);
+    let now = ball(&watched);
+    assert!(now.z > bottom().z && now.z < TRIANGLE, "{now}");
+}
+
+#[test]
+fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
+    let contact_time = 1e-3;
+    for (restitution, events) in [(0.0, 100_000), (0.5, 1_000_000), (0.9, 100_000)] {
+        let velocity = Vector::new(0.02, 0.0, 0.0);
+        let scene = corner(restitution, Some(contact_time), aside(0.86), velocity).build().unwrap();
+        let mut watched = Watched::new(scene);
+        let above_bottom = |watched: &Watched| {
+            let energy = watched.simulation.energy();
+            energy.kinetic + energy.potential - bottom().z
+        };
+        assert_eq!(watched.simulation.advance(Until::time(60.0)), Ok(Reason::Time));
+        let (before, mut last) = (watched.simulation.tally().physical(), above_bottom(&watched));
+        let mut worst = 0.0_f64;
+        for part in 1..=100 {
+            assert_eq!(watched.simulation.advance(Until::events(before + events / 100 * part)), Ok(Reason::Events));
+            worst = worst.max((ball(&watched) - bottom()).norm());
+            // Energy is never gained, but for the roundings of as many events, as likely up as down.
+            let now = above_bottom(&watched);
+            assert!(now <= last + 4.0 * 16.0 * f64::EPSILON * (events as f64 / 100.0).sqrt(), "{now:e}, {last:e}");
+            last = now;
+        }
+        println!(
+            "e = {restitution}: {before} events to rest, {worst:.1e} from the bottom, energy {last:.1e}, time {}",
+            watched.simulation.time()
+        );
+        watched.assert_sound(1.0);
+        // At rest every flight is shorter than the contact time, or the contact after it would take energy: speeds are
+        // below that of a free fall for half of it, and heights below g t_c^2 / 8. On slopes of up to 0.7 against the
+        // vertical this is t_c^2 sideways at the most. A ball of restitution 0 bounces along the groove between two of
+        // the spheres first, elastically, and takes longer to lose that.
+        assert!(last < contact_time * contact_time, "{last:e}");
+        assert!(restitution == 0.0 || worst < contact_time * contact_time, "{worst:e}");
+    }
+}
+
+#[test]
+fn without_the_tc_model_the_ball_arrests_in_the_corner() {
+    for restitution in [0.0, 0.1, 0.5, 0.9] {
+        let scene = corner(restitution, None, aside(0.86), Vector::zeros()).build().unwrap();
+        let mut simulation = Simulation::new(scene);
+        let arrest: Arrest = simulation.advance(Until::time(1000.0)).unwrap_err();
+        let events = simulation.tally().physical();
+        println!("e = {restitution}: {events} events, {arrest} at {:?}", simulation.snapshot().positions[3] - bottom());
+        // The ball and one of the spheres: the first that it bounces to rest on, or all three at the bottom.
+        assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
+        assert!(arrest.time < 60.0, "{arrest}");
+        // At most 1,000 and some in no time; as many before, while each contact leaves a part of the speed.
+        assert!(events < 20_000, "{events} events");
+        assert_eq!(simulation.tally().in_invalid_state, 0);
+    }
+}
+
+#[test]
+fn a_ball_dropped_exactly_into_the_middle_meets_all_three_at_once() {
+    for restitution in [0.1, 0.5] {
+        let start = bottom() + Vector::new(0.0, 0.0, 0.5);
+        let scene = corner(restitution, Some(1e-3), start, Vector::zeros()).build().unwrap();
+        let mut watched = Watched::new(scene);
+        let mut times = Vec::new();
+        watched.simulation.advance_with(Until::events(12), |event| times.push(event.time)).unwrap();
+        // From a height of 1/2 it takes a time of 1.
+        assert!(times[..3].iter().all(|time| (time - 1.0).abs() < 16.0 * f64::EPSILON), "{times:?}");
+        assert_eq!(watched.simulation.advance(Until::time(30.0)), Ok(Reason::Time));
+        watched.assert_sound(1.0);
+    }
+}

@@ -1,0 +1,169 @@
+//! Newton's cradle: spheres in contact on a line, and others that strike them.
+
+use crate::listed::{State, along, hard_sphere, line, listed};
+use crate::watched::Watched;
+use carom::potential::Potential;
+use carom::scene::SceneBuilder;
+use carom::simulation::{Reason, Simulation, Until};
+use carom::space::Boundary;
+
+/// Five spheres, the first at `first` and each `spacing(k)` further than the one before; `strikers` more of them come from the left
+/// at a speed of 1, in contact with each other, and arrive at time 1.
+fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
+    let mut particles: Vec<State> =
+        (0..strikers).rev().map(|k| (along(first - 1.0 - diameter * (k + 1) as f64), along(1.0))).collect();
+    let mut x = first;
+    for _ in strikers..5 {
+        particles.push((along(x), along(0.0)));
+        x = next(x);
+    }
+    particles
+}
+
+fn cradle(diameter: f64, boundary: Boundary, particles: &[State]) -> Simulation {
+    let mut builder = SceneBuilder::new("cradle")
+        .space(line(16.0, boundary))
+        .species("A", 1.0, diameter)
+        .interaction("A", "A", Potential::hard_sphere(diameter).unwrap(), 1.0)
+        // Contact to the last digit may be an overlap by one.
+        .allow_invalid_start(true);
+    for (position, velocity) in particles {
+        builder = builder.particle("A", *position, *velocity);
+    }
+    Simulation::new(builder.build().unwrap())
+}
+
+#[test]
+fn as_many_spheres_leave_as_strike_with_the_same_speed() {
+    for strikers in 1..=4 {
+        let mut simulation = cradle(1.0, Boundary::OPEN, &row(0.0, 1.0, |x| x + 1.0, strikers));
+        let mut times = Vec::new();
+        assert_eq!(simulation.advance_with(Until::time(2.0), |event| times.push(event.time)), Ok(Reason::Time));
+        // Each striker's velocity is handed on from sphere to sphere, all of it at time 1.
+        assert_eq!(times, vec![1.0; strikers * (5 - strikers)]);
+        let end = simulation.snapshot();
+        let leaving = 5 - strikers;
+        for k in 0..5 {
+            assert_eq!(end.velocities[k], along(if k < leaving { 0.0 } else { 1.0 }), "{strikers} strike, {k}");
+        }
+        assert_eq!(simulation.tally().deepest_overlap, 0.0);
+        assert_eq!(end.positions[4].x, (4 - strikers) as f64 + 1.0);
+    }
+}
+
+#[test]
+fn a_cradle_between_walls_swings_for_ever() {
+    for strikers in 1..=4 {
+        let mut simulation = cradle(1.0, Boundary::walls(1.0), &row(0.0, 1.0, |x| x + 1.0, strikers));
+        for part in 1..=100 {
+            assert_eq!(simulation.advance(Until::events(1000 * part)), Ok(Reason::Events));
+            assert_eq!(simulation.energy().kinetic, 0.5 * strikers as f64);
+        }
+        assert_eq!(simulation.tally().deepest_overlap, 0.0);
+        assert!(simulation.snapshot().velocities.iter().all(|v| [0.0, 1.0, -1.0].contains(&v.x)));
+    }
+}
+
+#[test]
+fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
+    // Diameters, first positions and gaps: one float between two spheres, and rows whose coordinates are rounded, so that
+    // some of the spheres overlap by a float and others are a float apart.
+    type Next = fn(f64) -> f64;
+    let rows: [(f64, f64, Next); 5] = [
+        (1.0, 0.0, |x| (x + 1.0).next_up()),
+        (1.0, 0.1, |x| x + 1.0),
+        (0.1, 0.1, |x| x + 0.1),
+        (0.7, -0.3, |x| x + 0.7),
+        (1.0 / 3.0, 1.0 / 7.0, |x| x + 1.0 / 3.0),
+    ];
+    for (which, (diameter, first, next)) in rows.into_iter().enumerate() {
+        for strikers in 1..=4 {
+            let start = row(first, diameter, next, strikers);
+            let mut simulation = cradle(diameter, Boundary::OPEN, &start);
+            assert_eq!(simulation.advance(Until::time(3.0)), Ok(Reason::Time));
+            let events = simulation.tally().physical();
+            // Each event rounds two velocities of up to 1 a few times, and each velocity takes part in five events.
+            let bound = 5.0 * 8.0 * f64::EPSILON;
+            let end = simulation.snapshot();
+            let error = |k: usize| (end.velocities[k].x - if k < 5 - strikers { 0.0 } else { 1.0 }).abs();
+            let worst = (0..5).map(error).fold(0.0, f64::max);
+            println!("row {which}, {strikers} strike: {events} events, speeds off by {worst:.1e}");
+            assert!(worst <= bound, "row {which}, {strikers} strike: {:?}", end.velocities);
+            // A residual speed of round-off may lead to more contacts than the strikers' own.
+            assert!(events <= 2 * 25, "{events} events");
+            assert_eq!(simulation.tally().in_invalid_state, 0);
+        }
+    }
+}
+
+/// Five spheres in contact of the given masses, the first of which comes flying at a speed of 1.
+fn of_masses(masses: [f64; 5], restitution: f64) -> SceneBuilder {
+    let mut builder = SceneBuilder::new("masses").space(line(64.0, Boundary::OPEN));
+    let names = ["A", "B", "C", "D", "E"];
+    for (name, mass) in names.iter().zip(masses) {
+        builder = builder.species(name, mass, 1.0);
+    }
+    for (k, a) in names.iter().enumerate() {
+        for b in &names[k..] {
+            builder = builder.interaction(a, b, hard_sphere(), restitution);
+        }
+    }
+    for (k, name) in names.iter().enumerate() {
+        let (x, v) = if k == 0 { (-1.0, 1.0) } else { (k as f64, 0.0) };
+        builder = builder.particle(name, along(x), along(v));
+    }
+    builder
+}
+
+#[test]
+fn different_masses_keep_energy_and_momentum_in_few_events() {
+    for masses in [
+        [1.0, 2.0, 3.0, 4.0, 5.0],
+        [1.0, 0.3, 7.0, 0.01, 2.0],
+        [100.0, 1.0, 1.0, 1.0, 100.0],
+        [1e-6, 1.0, 1e6, 1.0, 1e-3],
+        [1.0, 1e-3, 1.0, 1e-3, 1.0],
+    ] {
+        let mut watched = Watched::new(of_masses(masses, 1.0).build().unwrap());
+        let momentum = watched.simulation.energy().momentum.x;
+        assert_eq!(watched.simulation.advance(Until::time(10.0)), Ok(Reason::Time));
+        let events = watched.simulation.tally().physical();
+        println!(
+            "{masses:?}: {events} events, velocities {:?}",
+            watched.simulation.snapshot().velocities.iter().map(|v| v.x).collect::<Vec<_>>()
+        );
+        watched.assert_sound(1.0);
+        let after = watched.simulation.energy();
+        let scale: f64 = masses.iter().map(|m| (2.0 * after.kinetic * m).sqrt()).sum();
+        let drift = (after.momentum.x - momentum).abs();
+        assert!(drift <= 8.0 * f64::EPSILON * scale * (1.0 + events as f64), "{drift:e}");
+        // A light sphere between two of mass M bounces some pi/2 sqrt(M/m) times before it has turned them: below 100
+        // for a thousand, and there are at most two such.
+        assert!(events < 400, "{events} events");
+    }
+}
+
+#[test]
+fn an_inelastic_cradle_loses_what_its_ledger_says() {
+    let mut watched = Watched::new(of_masses([1.0; 5], 0.9).build().unwrap());
+    assert_eq!(watched.simulation.advance(Until::time(10.0)), Ok(Reason::Time));
+    watched.assert_sound(1.0);
+    // Handed on four times, each time by (1 + e) / 2.
+    let last = watched.simulation.snapshot().velocities[4].x;
+    assert!((last - 0.95_f64.powi(4)).abs() < 8.0 * 4.0 * f64::EPSILON, "{last}");
+}
+
+#[test]
+fn a_long_row_hands_a_blow_through() {
+    let count = 1000_usize;
+    let mut start: Vec<State> = (0..count).map(|k| (along(k as f64), along(0.0))).collect();
+    start[0] = (along(-1.0), along(1.0));
+    let space = line(4096.0, Boundary::OPEN);
+    let mut simulation = Simulation::new(listed(&space, &hard_sphere(), 1.0, &start).build().unwrap());
+    assert_eq!(simulation.advance(Until::time(2.0)), Ok(Reason::Time));
+    assert_eq!(simulation.tally().core, count as u64 - 1);
+    let end = simulation.snapshot();
+    assert_eq!(end.velocities[count - 1], along(1.0));
+    assert_eq!(end.positions[count - 1], along(count as f64));
+    assert!((0..count - 1).all(|k| end.velocities[k] == along(0.0) && end.positions[k] == along(k as f64)));
+}

@@ -1,0 +1,86 @@
+//! A heap of grains at rest, kept alive by the TC model.
+
+use crate::listed::hard_sphere;
+use crate::watched::Watched;
+use carom::Vector;
+use carom::scene::{Arrangement, Fill, Scene, SceneBuilder};
+use carom::simulation::{Reason, Until};
+use carom::space::{Boundary, Face, Space};
+use std::time::Instant;
+
+/// The TC model's contact time; gravity, masses and diameters are 1.
+const CONTACT_TIME: f64 = 3e-3;
+/// Grains.
+const COUNT: u64 = 24;
+
+/// Grains that fall into a box with a floor and four walls, some three layers high.
+fn grains(restitution: f64) -> Scene {
+    let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
+    let space = Space {
+        lower: Vector::zeros(),
+        size: Vector::new(3.3, 2.9, 16.0),
+        boundary: [Boundary::walls(restitution), Boundary::walls(restitution), floor],
+    };
+    let (lower, upper) = (Vector::new(0.5, 0.5, 0.5), Vector::new(2.8, 2.4, 15.0));
+    SceneBuilder::new("heap")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -1.0))
+        .contact_time(CONTACT_TIME)
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", hard_sphere(), restitution)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(COUNT).region(lower, upper))
+        .temperature(0.1)
+        .build()
+        .unwrap()
+}
+
+fn positions(watched: &Watched) -> Vec<Vector> {
+    watched.simulation.snapshot().positions
+}
+
+fn farthest(a: &[Vector], b: &[Vector]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
+}
+
+/// Lets grains settle, and goes on to a number of events in all.
+fn rest(restitution: f64, events: u64) {
+    let mut watched = Watched::new(grains(restitution));
+    assert_eq!(watched.simulation.advance(Until::time(30.0)), Ok(Reason::Time));
+    let (at_rest, since) = (positions(&watched), watched.simulation.time());
+    let settled = watched.simulation.tally().physical();
+    let (mut reach, mut last, begin) = (0.0_f64, since, Instant::now());
+    for part in 1..=100 {
+        let until = settled + (events - settled) * part / 100;
+        assert_eq!(watched.simulation.advance(Until::events(until)), Ok(Reason::Events));
+        let now = watched.simulation.time();
+        assert!(now > last, "time stands still at {now}");
+        last = now;
+        reach = reach.max(farthest(&at_rest, &positions(&watched)));
+        // Every flight is shorter than the contact time, between contacts that carry up to some layers' weight.
+        let speed = (2.0 * watched.simulation.energy().kinetic / COUNT as f64).sqrt();
+        assert!(speed < 4.0 * CONTACT_TIME, "grains fly at {speed}");
+    }
+    let rate = (events - settled) as f64 / begin.elapsed().as_secs_f64();
+    println!(
+        "e = {restitution}: {settled} events until {since}, then {:.0} per second; moved by up to {:.1} t_c^2",
+        rate,
+        reach / (CONTACT_TIME * CONTACT_TIME)
+    );
+    watched.assert_sound(1.0);
+    // A contact opens by g t^2 / 8 in a flight of length t, and by as many times that as there are layers above it. Four layers
+    // of such contacts make 2 t_c^2, and what sits in a wedge of others moves by some times their distance.
+    assert!(reach < 100.0 * CONTACT_TIME * CONTACT_TIME, "the heap creeps: {reach:e}");
+}
+
+#[test]
+fn a_heap_at_rest_does_not_creep() {
+    for restitution in [0.3, 0.5] {
+        rest(restitution, 2_000_000);
+    }
+}
+
+#[test]
+#[ignore = "takes about a minute"]
+fn a_heap_at_rest_does_not_creep_in_ten_million_events() {
+    rest(0.3, 10_000_000);
+}

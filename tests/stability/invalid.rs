@@ -1,0 +1,221 @@
+//! Starts from particles put anywhere, overlapping or not: overlaps only improve, no new ones appear, and all go.
+
+use crate::listed::{hard_sphere, open_box};
+use carom::Vector;
+use carom::potential::Potential;
+use carom::scene::{Scene, SceneBuilder};
+use carom::simulation::{Reason, Simulation, Snapshot, Until};
+use carom::space::{Space, minimum_image};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+/// Particles.
+const COUNT: usize = 500;
+
+/// What a random start is made of.
+struct Recipe {
+    name: &'static str,
+    potential: fn(f64) -> Potential,
+    /// Diameters of the two halves of the particles; the second is static if `has_static`.
+    diameters: [f64; 2],
+    restitution: f64,
+    gravity: f64,
+    contact_time: Option<f64>,
+    has_static: bool,
+    /// Part of the particles that are of the second species.
+    second: f64,
+}
+
+const PLAIN: Recipe = Recipe {
+    name: "hard spheres",
+    potential: |diameter| Potential::hard_sphere(diameter).unwrap(),
+    diameters: [1.0, 1.0],
+    restitution: 1.0,
+    gravity: 0.0,
+    contact_time: None,
+    has_static: false,
+    second: 0.5,
+};
+
+/// Wells hold together what restitution brings to rest, and weight holds down what would leave: both need the TC model.
+fn recipes() -> [Recipe; 10] {
+    let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
+    [
+        PLAIN,
+        Recipe { name: "inelastic spheres", restitution: 0.9, ..PLAIN },
+        Recipe { name: "square wells", potential: well, ..PLAIN },
+        Recipe { name: "inelastic wells", contact_time: Some(1e-3), potential: well, restitution: 0.9, ..PLAIN },
+        Recipe { name: "a mixture", diameters: [1.2, 0.6], ..PLAIN },
+        Recipe { name: "a mixture of wells", diameters: [1.2, 0.6], potential: well, restitution: 0.95, ..PLAIN },
+        Recipe { name: "falling spheres", gravity: -1.0, ..PLAIN },
+        Recipe { name: "spheres among static ones", has_static: true, second: 0.1, ..PLAIN },
+        Recipe {
+            name: "spheres falling on static ones",
+            gravity: -1.0,
+            contact_time: Some(1e-3),
+            has_static: true,
+            second: 0.1,
+            ..PLAIN
+        },
+        Recipe {
+            name: "grains falling on static ones",
+            gravity: -1.0,
+            contact_time: Some(1e-3),
+            has_static: true,
+            second: 0.1,
+            restitution: 0.9,
+            ..PLAIN
+        },
+    ]
+}
+
+fn uniform(random: &mut ChaCha8Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 * 0.5 * f64::EPSILON
+}
+
+/// A packing fraction of 0.2, and positions and velocities drawn at random, in cubes.
+fn random_start(recipe: &Recipe, seed: u64) -> Scene {
+    let volume: f64 = recipe
+        .diameters
+        .iter()
+        .zip([1.0 - recipe.second, recipe.second])
+        .map(|(d, part)| part * std::f64::consts::FRAC_PI_6 * d * d * d)
+        .sum();
+    let length = (COUNT as f64 * volume / 0.2).cbrt();
+    let mean = 0.5 * (recipe.diameters[0] + recipe.diameters[1]);
+    let mut builder = SceneBuilder::new("random")
+        .space(Space::periodic_cube(length))
+        .allow_invalid_start(true)
+        .gravity(Vector::new(0.0, 0.0, recipe.gravity))
+        .species("A", 1.0, recipe.diameters[0])
+        .interaction("A", "A", (recipe.potential)(recipe.diameters[0]), recipe.restitution)
+        .interaction("A", "B", (recipe.potential)(mean), recipe.restitution);
+    if recipe.has_static {
+        builder = builder.static_species("B", recipe.diameters[1]);
+    } else {
+        builder = builder.species("B", 1.0, recipe.diameters[1]).interaction(
+            "B",
+            "B",
+            (recipe.potential)(recipe.diameters[1]),
+            recipe.restitution,
+        );
+    }
+    if let Some(time) = recipe.contact_time {
+        builder = builder.contact_time(time);
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    for k in 0..COUNT {
+        let position = Vector::from_fn(|_, _| length * uniform(&mut random));
+        let velocity = Vector::from_fn(|_, _| 2.0 * uniform(&mut random) - 1.0);
+        let is_second = k as f64 >= (1.0 - recipe.second) * COUNT as f64;
+        let velocity = if is_second && recipe.has_static { Vector::zeros() } else { velocity };
+        builder = builder.particle(if is_second { "B" } else { "A" }, position, velocity);
+    }
+    builder.build().unwrap()
+}
+
+/// The cores of all pairs that have one, and how far into them each pair has been seen.
+struct Cores {
+    periods: Vector,
+    /// Pair and core diameter.
+    pairs: Vec<([usize; 2], f64)>,
+    /// The overlap function `|r|^2 - s^2` when last seen, up to 0.
+    last: Vec<f64>,
+}
+
+impl Cores {
+    fn new(scene: &Scene) -> Self {
+        let mut pairs = Vec::new();
+        for (j, i) in (0..COUNT).flat_map(|j| (0..j).map(move |i| (j, i))) {
+            let species = |k: usize| scene.particles[k].species;
+            if let Some(id) = scene.interaction_of(species(i), species(j)) {
+                pairs.push(([i, j], scene.interactions[id.0 as usize].potential.core().unwrap()));
+            }
+        }
+        let last = vec![f64::NEG_INFINITY; pairs.len()];
+        Self { periods: scene.space.periods(), pairs, last }
+    }
+
+    /// Looks at all pairs: how many overlap, and by how much the worst of them has got worse since the last look.
+    fn look(&mut self, now: &Snapshot) -> (usize, f64) {
+        let (mut overlapping, mut worse) = (0, f64::NEG_INFINITY);
+        for (([i, j], core), last) in self.pairs.iter().zip(&mut self.last) {
+            let apart = minimum_image(now.positions[*i] - now.positions[*j], &self.periods);
+            let f = (apart.norm_squared() - core * core).min(0.0);
+            worse = worse.max(*last - f);
+            overlapping += usize::from(f < 0.0);
+            *last = f;
+        }
+        (overlapping, worse)
+    }
+}
+
+/// Runs until no overlap is left, and looks at all pairs all the time.
+fn resolve(recipe: &Recipe) {
+    let scene = random_start(recipe, 7);
+    let (length, mut cores) = (scene.space.size.x, Cores::new(&scene));
+    let mut simulation = Simulation::new(scene);
+    let (start, _) = cores.look(&simulation.snapshot());
+    assert!(start > 100, "{start} overlaps are no test");
+    let (mut worst, mut gone) = (0.0_f64, None);
+    for look in 1..=3000 {
+        let time = 0.01 * f64::from(look);
+        assert_eq!(simulation.advance(Until::time(time)), Ok(Reason::Time), "{}", recipe.name);
+        worst = worst.max(cores.look(&simulation.snapshot()).1);
+        if simulation.real_overlaps().is_empty() {
+            gone = Some(time);
+            break;
+        }
+    }
+    let tally = simulation.tally();
+    println!(
+        "{}: {start} overlaps, the last gone after {gone:?} and {} events; worst step back {worst:.1e}; {} events in \
+         invalid states, {} turning points",
+        recipe.name,
+        tally.physical(),
+        tally.in_invalid_state,
+        tally.turning_point
+    );
+    // Six coordinates of up to the box's length are rounded some times between two looks, and so is |r|^2 of up to 1.5: an
+    // overlap function is |r| times as uncertain as twice its coordinates.
+    assert!(worst < 2.0 * 1.2 * 16.0 * f64::EPSILON * length, "{}: an overlap got deeper by {worst:e}", recipe.name);
+    assert!(gone.is_some(), "{}: {} overlaps are left", recipe.name, simulation.real_overlaps().len());
+}
+
+#[test]
+fn overlaps_of_a_random_start_only_improve_until_all_are_gone() {
+    for recipe in recipes() {
+        resolve(&recipe);
+    }
+}
+
+#[test]
+fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
+    // Weight turns a ball back that is about to leave a static one: at its turning point no impulse helps.
+    let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
+    let mut simulation = Simulation::new(random_start(&recipe, 7));
+    let arrest = simulation.advance(Until::time(30.0)).unwrap_err();
+    println!("{} events, {arrest}", simulation.tally().physical());
+    // As many events in no time as simultaneous ones of a lattice are allowed for.
+    assert!(simulation.tally().physical() < 1_000_000);
+    // The static ones are the last tenth.
+    assert!(arrest.particle.0.max(arrest.partner.unwrap().0) >= 450, "{arrest}");
+}
+
+#[test]
+fn two_particles_at_the_same_point_part_if_they_move_and_stay_if_not() {
+    for velocity in [0.0, 1e-3, 1.0] {
+        let scene = SceneBuilder::new("same")
+            .space(open_box(8.0))
+            .allow_invalid_start(true)
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", hard_sphere(), 1.0)
+            .particle("A", Vector::zeros(), Vector::zeros())
+            .particle("A", Vector::zeros(), Vector::new(velocity, 0.0, 0.0));
+        let mut simulation = Simulation::new(scene.build().unwrap());
+        assert_eq!(simulation.advance(Until::time(2000.0)), Ok(Reason::Time));
+        // An overlap that improves is left alone, and so is one at relative rest, which does not get worse.
+        assert_eq!(simulation.tally().physical(), 0);
+        assert_eq!(simulation.real_overlaps().len(), usize::from(velocity == 0.0));
+    }
+}

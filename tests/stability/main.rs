@@ -1,0 +1,16 @@
+//! Stability: whole runs of the cases that break others, dense, degenerate, at rest and invalid from the start; and what must
+//! not change a run, or undoes it.
+//!
+//! Tolerances are those of round-off, derived where they are used.
+
+mod bits;
+mod bonds;
+mod corner;
+mod cradle;
+mod dense;
+mod heap;
+mod invalid;
+mod listed;
+mod reversal;
+mod ties;
+mod watched;

@@ -1,0 +1,160 @@
+//! Thousands of events at the same instant: all take place, in one order, and the result is as symmetric as the start.
+
+use crate::listed::{State, hard_sphere, line, listed};
+use carom::Vector;
+use carom::event::Event;
+use carom::potential::Potential;
+use carom::simulation::{Reason, Simulation, Until};
+use carom::space::{Boundary, Space};
+
+/// Particles per edge of the lattice.
+const EDGE: u32 = 16;
+/// All particles.
+const COUNT: usize = (EDGE * EDGE * EDGE) as usize;
+
+/// A simple cubic lattice with a spacing of 2, whose sheets across the x-axis fly at each other at a speed of 1.
+///
+/// All numbers are binary fractions of few digits, so that nothing is ever rounded.
+fn sheets() -> (Space, Vec<State>) {
+    let at = |k: u32| f64::from(2 * k) + 0.5;
+    let particles = (0..COUNT as u32)
+        .map(|id| {
+            let [x, y, z] = [id % EDGE, id / EDGE % EDGE, id / EDGE / EDGE];
+            (Vector::new(at(x), at(y), at(z)), Vector::new(if x % 2 == 0 { 1.0 } else { -1.0 }, 0.0, 0.0))
+        })
+        .collect();
+    (Space::periodic_cube(f64::from(2 * EDGE)), particles)
+}
+
+fn run(space: &Space, potential: &Potential, particles: &[State], time: f64) -> (Simulation, Vec<Event>) {
+    let mut simulation = Simulation::new(listed(space, potential, 1.0, particles).build().unwrap());
+    let mut events = Vec::new();
+    assert_eq!(simulation.advance_with(Until::time(time), |event| events.push(*event)), Ok(Reason::Time));
+    (simulation, events)
+}
+
+/// The ids of a pair, the lower one first.
+fn pair(event: &Event) -> (u32, u32) {
+    let (a, b) = (event.particle.0, event.partner.unwrap().0);
+    (a.min(b), a.max(b))
+}
+
+#[test]
+fn sheets_of_a_lattice_collide_all_at_once_and_exactly() {
+    let (space, particles) = sheets();
+    // Gaps of 1 close in 0.5, and then gaps of 2 in 1: at 0.5, 1.5, 2.5 and so on.
+    let (simulation, events) = run(&space, &hard_sphere(), &particles, 10.0);
+    assert_eq!(events.len(), 10 * COUNT / 2);
+    for (round, together) in events.chunks(COUNT / 2).enumerate() {
+        let time = 0.5 + round as f64;
+        assert!(together.iter().all(|event| event.time == time), "round {round}");
+        // Ties are broken by the lower ids.
+        assert!(together.is_sorted_by_key(pair), "round {round}");
+    }
+    // After an even number of rounds everybody is back.
+    let end = simulation.snapshot();
+    for (k, (position, velocity)) in particles.iter().enumerate() {
+        assert_eq!((end.positions[k], end.velocities[k]), (*position, *velocity), "{k}");
+    }
+    assert_eq!(simulation.energy().kinetic, 0.5 * COUNT as f64);
+    assert_eq!(simulation.tally().deepest_overlap, 0.0);
+}
+
+#[test]
+fn ties_between_separate_pairs_do_not_depend_on_the_numbering() {
+    let (space, particles) = sheets();
+    let (expected, _) = run(&space, &hard_sphere(), &particles, 7.25);
+    // 1,231 is prime to the number of particles.
+    let order: Vec<usize> = (0..COUNT).map(|k| k * 1231 % COUNT).collect();
+    let shuffled: Vec<State> = order.iter().map(|&k| particles[k]).collect();
+    let (renumbered, events) = run(&space, &hard_sphere(), &shuffled, 7.25);
+    assert_eq!(events.len(), 7 * COUNT / 2);
+    let (expected, renumbered) = (expected.snapshot(), renumbered.snapshot());
+    for (at, &k) in order.iter().enumerate() {
+        assert_eq!(renumbered.positions[at], expected.positions[k]);
+        assert_eq!(renumbered.velocities[at], expected.velocities[k]);
+    }
+}
+
+#[test]
+fn a_lattice_of_square_wells_stays_symmetric() {
+    let (space, particles) = sheets();
+    // Wells of depth 3 double the relative speed of 2 to 4, and 4 to sqrt 28: Capture at 0.25, Core, Release, and the same
+    // with the next neighbour, which is just 1.5 away from the well of the other side.
+    let well = Potential::square_well(1.0, 1.25, 3.0).unwrap();
+    let (simulation, events) = run(&space, &well, &particles, 20.0);
+    let tally = simulation.tally();
+    println!("{tally:?}");
+    assert_eq!(tally.capture, tally.core);
+    assert_eq!((tally.capture - tally.release) % (COUNT as u64 / 2), 0);
+    assert_eq!(events.len() % (COUNT / 2), 0);
+    // Positions are rounded to floats below 32, in each of the events of a particle; hard rods pass errors on, and do not
+    // multiply them, but errors of velocities add up over time.
+    let per_particle = 2.0 * events.len() as f64 / COUNT as f64;
+    let bound = 16.0 * f64::EPSILON * 32.0 * per_particle * per_particle;
+    for round in events.chunks(COUNT / 2) {
+        let spread = round.iter().map(|e| (e.time - round[0].time).abs()).fold(0.0, f64::max);
+        assert!(spread <= bound, "{spread:e}, {bound:e}");
+    }
+    let end = simulation.snapshot();
+    let offset = |k: usize| {
+        let image = f64::from(end.images[k][0]) * space.size.x;
+        (end.positions[k].x + image - particles[k].0.x) * particles[k].1.x
+    };
+    let (first, mut worst) = (offset(0), 0.0_f64);
+    for k in 0..COUNT {
+        worst = worst.max((offset(k) - first).abs());
+        assert_eq!(end.positions[k].yz(), particles[k].0.yz());
+        assert_eq!(end.velocities[k].yz(), Vector::zeros().yz());
+        let speed = (end.velocities[k].x * particles[k].1.x - end.velocities[0].x).abs();
+        worst = worst.max(speed);
+    }
+    println!("largest difference {worst:e}, bound {bound:e}");
+    assert!(worst <= bound);
+    let energy = simulation.energy();
+    let error = (energy.kinetic + energy.potential) / (0.5 * COUNT as f64) - 1.0;
+    assert!(error.abs() <= 16.0 * f64::EPSILON * per_particle, "{error:e}");
+}
+
+#[test]
+fn a_periodic_row_collides_all_at_once() {
+    let count = 1000_usize;
+    let space = line(2.0 * count as f64, Boundary::Periodic);
+    let particles: Vec<State> = (0..count)
+        .map(|k| {
+            let x = space.lower.x + 2.0 * k as f64;
+            (Vector::new(x, 0.0, 0.0), Vector::new(if k % 2 == 0 { 1.0 } else { -1.0 }, 0.0, 0.0))
+        })
+        .collect();
+    let (simulation, events) = run(&space, &hard_sphere(), &particles, 100.0);
+    assert_eq!(events.len(), 100 * count / 2);
+    assert!(events.iter().enumerate().all(|(k, event)| event.time == 0.5 + (k / (count / 2)) as f64));
+    let end = simulation.snapshot();
+    assert!((0..count).all(|k| (end.positions[k], end.velocities[k]) == particles[k]));
+}
+
+#[test]
+fn a_sphere_struck_from_all_sides_at_once_stays_where_it_is() {
+    // Along each axis the two strikers exchange their velocities through the sphere between them: three events, which leave
+    // all as it was, but for the strikers' direction.
+    for dimensions in 1..=3 {
+        let space = Space {
+            lower: Vector::repeat(-4.0),
+            size: Vector::from_fn(|k, _| if k < dimensions { 8.0 } else { 0.0 }),
+            boundary: std::array::from_fn(|k| if k < dimensions { Boundary::OPEN } else { Boundary::Flat }),
+        };
+        let centre = Vector::from_fn(|k, _| if k < dimensions { 0.0 } else { -4.0 });
+        let mut particles = vec![(centre, Vector::zeros())];
+        for (axis, sign) in (0..dimensions).flat_map(|axis| [(axis, 1.0), (axis, -1.0)]) {
+            let outwards = Vector::ith(axis, sign);
+            particles.push((centre + outwards * 2.0, -outwards));
+        }
+        let (simulation, events) = run(&space, &hard_sphere(), &particles, 2.0);
+        assert_eq!(events.len(), 3 * dimensions);
+        assert!(events.iter().all(|event| event.time == 1.0));
+        let end = simulation.snapshot();
+        for (k, (position, velocity)) in particles.iter().enumerate() {
+            assert_eq!((end.positions[k], end.velocities[k]), (*position, -*velocity), "{dimensions} {k}");
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! A simulation and the books of its energy.
+
+use carom::scene::Scene;
+use carom::simulation::{Reason, Simulation, Until};
+
+/// Roundings of one event, relative to the energy of the particles that it touches: the streaming of two particles, the dot
+/// product and the square of the impulse's line, their quotient, and two new velocities, of three components each.
+const ROUNDINGS: f64 = 32.0;
+
+/// A simulation, the energy that it started with, and the largest energy on the way.
+pub struct Watched {
+    pub simulation: Simulation,
+    start: f64,
+    scale: f64,
+}
+
+impl Watched {
+    pub fn new(scene: Scene) -> Self {
+        let simulation = Simulation::new(scene);
+        let energy = simulation.energy();
+        let start = energy.kinetic + energy.potential;
+        let mut watched = Self { simulation, start, scale: 0.0 };
+        watched.see();
+        watched
+    }
+
+    fn see(&mut self) {
+        let energy = self.simulation.energy();
+        for size in [energy.kinetic, energy.potential.abs(), self.simulation.tally().dissipated.total()] {
+            self.scale = self.scale.max(size);
+        }
+    }
+
+    /// Goes on to a number of events, in 100 stretches; it must not arrest on the way, and time must go on in each.
+    #[track_caller]
+    pub fn run(&mut self, events: u64) {
+        let (start, before) = (self.simulation.tally().physical(), self.simulation.time());
+        let mut last = before;
+        for part in 1..=100 {
+            let until = start + (events - start) * part / 100;
+            assert_eq!(self.simulation.advance(Until::events(until)), Ok(Reason::Events));
+            self.see();
+            let now = self.simulation.time();
+            assert!(now > last, "time stands still at {now}");
+            last = now;
+        }
+    }
+
+    /// Kinetic, potential and dissipated energy, less what there was at the start.
+    pub fn ledger_error(&self) -> f64 {
+        let energy = self.simulation.energy();
+        energy.kinetic + energy.potential + self.simulation.tally().dissipated.total() - self.start
+    }
+
+    /// Energy is conserved but for round-off, and neither an event nor the end was in an invalid state.
+    #[track_caller]
+    pub fn assert_sound(&self, share: f64) {
+        self.assert_conserved(share);
+        assert_eq!(self.simulation.tally().in_invalid_state, 0);
+        assert_eq!(self.simulation.real_overlaps(), []);
+    }
+
+    /// Energy is conserved but for the random walk of round-off.
+    ///
+    /// `share` is the part of the largest energy that an event may touch. Roundings are at most `eps / 2` of what they round,
+    /// and as often up as down: those of `n` events have a standard deviation below `ROUNDINGS eps / 2 sqrt(n)`. Four times
+    /// that are allowed, and the same once more for the sums themselves.
+    #[track_caller]
+    pub fn assert_conserved(&self, share: f64) {
+        let tally = self.simulation.tally();
+        let roundings = ((tally.physical() + tally.transition) as f64).sqrt() * share + 1.0;
+        let limit = 4.0 * ROUNDINGS * 0.5 * f64::EPSILON * roundings * self.scale;
+        let error = self.ledger_error();
+        println!(
+            "{} events, time {}: ledger {error:.2e} (limit {limit:.1e}) of {:.3e}, deepest {:.2e}, {} turning points",
+            tally.physical(),
+            self.simulation.time(),
+            self.scale,
+            tally.deepest_overlap,
+            tally.turning_point,
+        );
+        assert!(error.abs() <= limit, "energy is off by {error:e}, more than {limit:e}");
+    }
+}
