@@ -53,7 +53,7 @@ impl Polynomial {
         let (mut from, mut sign) = (after, self.sign_after(after));
         for to in turns.into_iter().chain(self.far_beyond(last)) {
             if self.value(to) * sign < 0.0 {
-                found.push(self.root_between(from, to));
+                found.push(self.root_between(from, to, sign));
                 sign = -sign;
             }
             from = to;
@@ -86,8 +86,8 @@ impl Polynomial {
         }
     }
 
-    fn root_between(&self, from: f64, to: f64) -> f64 {
-        let sign = self.sign_after(from);
+    /// Where it leaves `sign`, which it is known to have before: at `from` itself rounding may say otherwise.
+    fn root_between(&self, from: f64, to: f64, sign: f64) -> f64 {
         // Brent's method multiplies values with each other: in units of the largest, they do not overflow.
         let size = self.value(from).abs().max(self.value(to).abs());
         let value = |t: f64| self.value(t) / size;
