@@ -44,6 +44,26 @@ fn named(name: &str) -> Scene {
     if name == "everything" { everything() } else { Scene::from_file(format!("configs/{name}.toml")).unwrap() }
 }
 
+/// Four species with all kinds of potentials, the last one static, and a bond.
+fn mixture(builder: SceneBuilder) -> SceneBuilder {
+    let steps = Potential::stepped_lennard_jones(1.1, 1.0, 2.5, 5, 50.0).unwrap();
+    builder
+        .species("A", 1.0, 1.0)
+        .species("B", 2.5, 1.2)
+        .species("C", 0.5, 0.8)
+        .static_species("S", 1.0)
+        .interaction("A", "A", well(), 0.9)
+        .interaction("A", "B", steps, 0.9)
+        .interaction("B", "B", Potential::square_shoulder(1.2, 1.3, 0.4).unwrap(), 1.0)
+        .interaction("A", "C", Potential::penetrable(0.9, 0.7).unwrap(), 1.0)
+        .interaction("B", "C", Potential::hard_sphere(1.0).unwrap(), 0.5)
+        .interaction("C", "C", Potential::hard_sphere(0.8).unwrap(), 0.9)
+        .interaction("A", "S", Potential::hard_sphere(1.0).unwrap(), 0.7)
+        .interaction("B", "S", Potential::square_well(1.1, 1.4, 0.5).unwrap(), 0.7)
+        .interaction("C", "S", Potential::hard_sphere(0.9).unwrap(), 1.0)
+        .bond_interaction("link", Potential::bond(0.8, 1.0).unwrap(), 0.95)
+}
+
 /// All features in one box: a mixture of wells and steps, bonded chains, gravity, walls, static particles and the TC model.
 fn everything() -> Scene {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution: 0.8 }, upper: Face::Open };
@@ -52,7 +72,6 @@ fn everything() -> Scene {
         size: Vector::new(10.0, 10.0, 20.0),
         boundary: [Boundary::Periodic, Boundary::walls(0.9), floor],
     };
-    let steps = Potential::stepped_lennard_jones(1.1, 1.0, 2.5, 5, 50.0).unwrap();
     let fill = |species, count, lower: f64, upper: f64| {
         let region = (Vector::new(-4.9, -4.3, lower), Vector::new(4.9, 4.3, upper));
         Fill::new(Arrangement::Random, species).count(count).region(region.0, region.1)
@@ -72,24 +91,10 @@ fn everything() -> Scene {
         surface: Surface::Plane { corner: Vector::new(-2.0, -2.0, 3.0), edges: [Vector::x() * 4.0, Vector::y() * 4.0] },
         spacing: None,
     };
-    SceneBuilder::new("everything")
+    mixture(SceneBuilder::new("everything"))
         .space(space)
         .gravity(Vector::new(0.1, 0.0, -1.0))
         .contact_time(1e-3)
-        .species("A", 1.0, 1.0)
-        .species("B", 2.5, 1.2)
-        .species("C", 0.5, 0.8)
-        .static_species("S", 1.0)
-        .interaction("A", "A", well(), 0.9)
-        .interaction("A", "B", steps, 0.9)
-        .interaction("B", "B", Potential::square_shoulder(1.2, 1.3, 0.4).unwrap(), 1.0)
-        .interaction("A", "C", Potential::penetrable(0.9, 0.7).unwrap(), 1.0)
-        .interaction("B", "C", Potential::hard_sphere(1.0).unwrap(), 0.5)
-        .interaction("C", "C", Potential::hard_sphere(0.8).unwrap(), 0.9)
-        .interaction("A", "S", Potential::hard_sphere(1.0).unwrap(), 0.7)
-        .interaction("B", "S", Potential::square_well(1.1, 1.4, 0.5).unwrap(), 0.7)
-        .interaction("C", "S", Potential::hard_sphere(0.9).unwrap(), 1.0)
-        .bond_interaction("link", Potential::bond(0.8, 1.0).unwrap(), 0.95)
         .mesh(dish)
         .add_fill(fill("A", 60, 5.0, 12.0))
         .add_fill(fill("B", 40, 12.5, 19.0))

@@ -7,7 +7,7 @@ use carom::scene::SceneBuilder;
 use carom::simulation::{Reason, Simulation, Until};
 use carom::space::Boundary;
 
-/// Five spheres, the first at `first` and each `spacing(k)` further than the one before; `strikers` more of them come from the left
+/// Five spheres, the first at `first` and each at `next` of the one before; `strikers` more of them come from the left
 /// at a speed of 1, in contact with each other, and arrive at time 1.
 fn row(first: f64, diameter: f64, mut next: impl FnMut(f64) -> f64, strikers: usize) -> Vec<State> {
     let mut particles: Vec<State> =

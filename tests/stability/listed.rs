@@ -9,7 +9,7 @@ use carom::space::{Boundary, Space};
 /// Position and velocity.
 pub type State = (Vector, Vector);
 
-/// A line with two open ends, from `-length / 2` to `length / 2`.
+/// A line from `-length / 2` to `length / 2`.
 pub fn line(length: f64, boundary: Boundary) -> Space {
     Space {
         lower: Vector::new(-0.5 * length, 0.0, 0.0),

@@ -49,7 +49,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
     let end = states(&back.snapshot());
     let shift = 1e-10;
     // Signs in an order that has nothing to do with the motion.
-    let sign = |k: usize| if k * k % 7 % 2 == 0 { shift } else { -shift };
+    let sign = |k: usize| if (k * k % 7).is_multiple_of(2) { shift } else { -shift };
     let shifted: Vec<State> = turned
         .iter()
         .enumerate()
