@@ -41,7 +41,7 @@ pub struct Run {
 
 fn duration(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(time) if (1e-100..=1e100).contains(&time) => Ok(time),
+        Ok(time) if (1e-50..=1e50).contains(&time) => Ok(time),
         _ => Err("expected a positive finite time".to_owned()),
     }
 }
