@@ -153,6 +153,23 @@ mod tests {
     }
 
     #[test]
+    fn a_pair_that_recedes_within_rounding_keeps_its_velocity_one_float_either_side_of_rest() {
+        // A turning point: to reverse it would drive the pair to the invalid side.
+        for least in [0.0, f64::MIN_POSITIVE] {
+            assert_eq!(outcome_and_normal_velocity(Side::Positive, f64::INFINITY, least, 1.0), (Outcome::Core, least));
+            assert_eq!(
+                outcome_and_normal_velocity(Side::Negative, f64::INFINITY, -least, 1.0),
+                (Outcome::Bounce, -least)
+            );
+            assert_eq!(outcome_and_normal_velocity(Side::Positive, 9.0, least, 1.0), (Outcome::Bounce, least));
+        }
+        assert_eq!(
+            outcome_and_normal_velocity(Side::Positive, f64::INFINITY, -f64::MIN_POSITIVE, 1.0).1,
+            f64::MIN_POSITIVE
+        );
+    }
+
+    #[test]
     fn a_pair_that_falls_into_a_well_gains_its_depth() {
         // mu/2 (vn'^2 - vn^2) = 1/4 (9 - 1) = 2.
         assert_eq!(outcome_and_normal_velocity(Side::Positive, -2.0, -1.0, 0.0), (Outcome::Capture, -3.0));
