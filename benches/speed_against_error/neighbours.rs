@@ -12,49 +12,64 @@ pub struct List {
     around: Vec<[u32; 27]>,
 }
 
-/// The component of a separation to the nearest image, for positions within the box; the period may be infinite.
-#[inline]
-fn nearest(d: f64, period: f64) -> f64 {
-    let half = 0.5 * period;
-    let shift = if d > half {
-        period
-    } else if d < -half {
-        -period
-    } else {
-        0.0
-    };
-    d - shift
+/// A box that is periodic along some axes.
+#[derive(Debug, Clone)]
+pub struct Periods {
+    /// Zero where the space is open, as are the inverses.
+    lengths: Vector,
+    inverses: Vector,
 }
 
-#[inline]
-pub fn separation(a: &Vector, b: &Vector, periods: &Vector) -> Vector {
-    (a - b).zip_map(periods, nearest)
+impl Periods {
+    /// From periods, infinite where the space is open.
+    pub fn new(periods: &Vector) -> Self {
+        Self { lengths: periods.map(|x| if x.is_finite() { x } else { 0.0 }), inverses: periods.map(f64::recip) }
+    }
+
+    /// From `b` to the nearest image of `a`.
+    #[inline]
+    pub fn separation(&self, a: &Vector, b: &Vector) -> Vector {
+        let mut d = a - b;
+        for k in 0..3 {
+            d[k] -= self.lengths[k] * nearest_integer(d[k] * self.inverses[k]);
+        }
+        d
+    }
+
+    /// The image of a position in `[0, period)`.
+    pub fn wrapped(&self, position: &Vector) -> Vector {
+        position - position.component_mul(&self.inverses).map(f64::floor).component_mul(&self.lengths)
+    }
+
+    /// The edge of a periodic cube.
+    fn cube(&self) -> Option<f64> {
+        let edge = self.lengths.x;
+        (edge > 0.0 && self.lengths == Vector::repeat(edge)).then_some(edge)
+    }
 }
 
-/// The image of a position in `[0, period)`.
-pub fn wrapped(position: &Vector, periods: &Vector) -> Vector {
-    position.zip_map(periods, |x, period| if period.is_finite() { x - period * (x / period).floor() } else { x })
+/// Rounds by adding and taking away a number whose last place is 1: no call and no branch, for magnitudes below 2^51.
+#[inline]
+fn nearest_integer(x: f64) -> f64 {
+    const LAST_PLACE_IS_ONE: f64 = 6_755_399_441_055_744.0;
+    (x + LAST_PLACE_IS_ONE) - LAST_PLACE_IS_ONE
 }
 
 impl List {
     /// All pairs within `range` of wrapped positions.
-    pub fn build(&mut self, positions: &[Vector], periods: &Vector, range: f64) {
-        let length = periods.x;
-        let cells =
-            if length.is_finite() && *periods == Vector::repeat(length) { (length / range) as usize } else { 0 };
+    pub fn build(&mut self, positions: &[Vector], periods: &Periods, range: f64) {
         self.starts.clear();
         self.partners.clear();
-        if cells > 3 {
-            self.list_cells(positions, length, range, cells);
-        } else {
-            self.list_all(positions, periods, range);
+        match periods.cube() {
+            Some(edge) if edge > 4.0 * range => self.list_cells(positions, periods, edge, range),
+            _ => self.list_all(positions, periods, range),
         }
         self.starts.push(self.partners.len());
     }
 
-    fn list_cells(&mut self, positions: &[Vector], length: f64, range: f64, cells: usize) {
-        let periods = Vector::repeat(length);
-        let along = |x: f64| ((x / length * cells as f64) as usize).min(cells - 1);
+    fn list_cells(&mut self, positions: &[Vector], periods: &Periods, edge: f64, range: f64) {
+        let cells = (edge / range) as usize;
+        let along = |x: f64| ((x / edge * cells as f64) as usize).min(cells - 1);
         let cell_of = |x: &Vector| (along(x.z) * cells + along(x.y)) * cells + along(x.x);
         if self.around.len() != cells.pow(3) {
             self.around = (0..cells.pow(3)).map(|cell| neighbourhood(cell, cells)).collect();
@@ -68,7 +83,7 @@ impl List {
             self.starts.push(self.partners.len());
             for &cell in &self.around[cell_of(x)] {
                 for &j in self.members[cell as usize].iter().filter(|&&j| j > i as u32) {
-                    if separation(x, &positions[j as usize], &periods).norm_squared() < range * range {
+                    if periods.separation(x, &positions[j as usize]).norm_squared() < range * range {
                         self.partners.push(j);
                     }
                 }
@@ -76,11 +91,11 @@ impl List {
         }
     }
 
-    fn list_all(&mut self, positions: &[Vector], periods: &Vector, range: f64) {
+    fn list_all(&mut self, positions: &[Vector], periods: &Periods, range: f64) {
         for (i, x) in positions.iter().enumerate() {
             self.starts.push(self.partners.len());
             for (j, y) in positions.iter().enumerate().skip(i + 1) {
-                if separation(x, y, periods).norm_squared() < range * range {
+                if periods.separation(x, y).norm_squared() < range * range {
                     self.partners.push(j as u32);
                 }
             }

@@ -1,6 +1,6 @@
 //! The baseline: grains as linear springs and dashpots, moved by leapfrog.
 
-use crate::neighbours::{List, separation, wrapped};
+use crate::neighbours::{List, Periods};
 use carom::Vector;
 
 /// Beyond contact `[sigma]`; a list is built anew when a grain has moved by half of it.
@@ -20,6 +20,7 @@ pub struct Start {
 
 pub struct SpringDashpot {
     start: Start,
+    periods: Periods,
     stiffness: f64,
     /// Force per speed of approach, of a pair and at the floor.
     damping: [f64; 2],
@@ -36,12 +37,14 @@ pub struct SpringDashpot {
 
 impl SpringDashpot {
     pub fn new(start: Start, stiffness: f64, restitution: f64, steps_per_contact: f64) -> Self {
+        let periods = Periods::new(&start.periods);
         let forces = vec![Vector::zeros(); start.positions.len()];
         let damping = [0.5, 1.0].map(|mass| 2.0 * mass * decay(stiffness, mass, restitution));
         let dt = contact_duration(stiffness, restitution) / steps_per_contact;
         let (list, listed) = (List::default(), Vec::new());
         let (dissipated, deepest, elastic) = (0.0, 0.0, 0.0);
-        let mut grains = Self { start, stiffness, damping, dt, forces, list, listed, dissipated, deepest, elastic };
+        let mut grains =
+            Self { start, periods, stiffness, damping, dt, forces, list, listed, dissipated, deepest, elastic };
         grains.relist();
         grains.find_forces();
         grains
@@ -75,9 +78,9 @@ impl SpringDashpot {
 
     fn relist(&mut self) {
         for position in &mut self.start.positions {
-            *position = wrapped(position, &self.start.periods);
+            *position = self.periods.wrapped(position);
         }
-        self.list.build(&self.start.positions, &self.start.periods, 1.0 + SKIN);
+        self.list.build(&self.start.positions, &self.periods, 1.0 + SKIN);
         self.listed.clone_from(&self.start.positions);
     }
 
@@ -97,7 +100,7 @@ impl SpringDashpot {
     }
 
     fn meet(&mut self, i: usize, j: usize) {
-        let r = separation(&self.start.positions[i], &self.start.positions[j], &self.start.periods);
+        let r = self.periods.separation(&self.start.positions[i], &self.start.positions[j]);
         let squared = r.norm_squared();
         if squared < 1.0 {
             let distance = squared.sqrt();

@@ -2,16 +2,17 @@
 
 use super::fluid::{Fluid, State, Thermodynamics};
 use super::{CUTOFF, Plan};
-use crate::neighbours::{List, separation, wrapped};
+use crate::neighbours::{List, Periods};
 use carom::Vector;
 use carom::potential::Potential;
 use carom::scene::{Amount, Lattice, SceneBuilder};
 use carom::simulation::Simulation;
 
-const PARTICLES: u64 = 500;
+const PARTICLES: u64 = 864;
 
 pub struct Verlet {
-    periods: Vector,
+    volume: f64,
+    periods: Periods,
     skin: f64,
     dt: f64,
     positions: Vec<Vector>,
@@ -33,7 +34,8 @@ pub fn energy_of_pair(squared: f64) -> f64 {
 impl Verlet {
     pub fn new(plan: &Plan, start: &State, dt: f64) -> Self {
         let mut fluid = Self {
-            periods: Vector::repeat(start.box_length),
+            volume: start.box_length.powi(3),
+            periods: Periods::new(&Vector::repeat(start.box_length)),
             skin: plan.skin,
             dt,
             positions: start.positions.clone(),
@@ -51,7 +53,7 @@ impl Verlet {
 
     fn relist(&mut self) {
         for position in &mut self.positions {
-            *position = wrapped(position, &self.periods);
+            *position = self.periods.wrapped(position);
         }
         self.list.build(&self.positions, &self.periods, CUTOFF + self.skin);
         self.listed.clone_from(&self.positions);
@@ -64,7 +66,7 @@ impl Verlet {
         for i in 0..self.positions.len() {
             let (position, mut force) = (self.positions[i], self.forces[i]);
             for &j in &self.list.partners[self.list.starts[i]..self.list.starts[i + 1]] {
-                let r = separation(&position, &self.positions[j as usize], &self.periods);
+                let r = self.periods.separation(&position, &self.positions[j as usize]);
                 let squared = r.norm_squared();
                 // A factor instead of a branch, which would be guessed wrong for every third pair.
                 let is_near = f64::from(u8::from(squared < CUTOFF * CUTOFF));
@@ -105,7 +107,7 @@ impl Verlet {
     }
 
     fn thermodynamics(&self, kinetic: f64, potential: f64, virial: f64) -> Thermodynamics {
-        Thermodynamics::new(self.positions.len() as f64, self.periods.product(), kinetic, potential, virial)
+        Thermodynamics::new(self.positions.len() as f64, self.volume, kinetic, potential, virial)
     }
 }
 
