@@ -18,8 +18,11 @@ fn measure(criterion: &mut Criterion, system: &System) {
         let mut simulation = (system.start)();
         group.bench_function(system.name, |bencher| {
             bencher.iter_batched(
-                || simulation.tally().physical() + EVENTS,
-                |events| simulation.advance(Until::events(events)).expect("the run goes on"),
+                || (),
+                |()| {
+                    let events = simulation.tally().physical() + EVENTS;
+                    simulation.advance(Until::events(events)).expect("the run goes on")
+                },
                 BatchSize::PerIteration,
             );
         });

@@ -72,25 +72,24 @@ struct Measured {
     error: Thermodynamics,
 }
 
+const COLUMNS: [&str; 13] = [
+    "fluid",
+    "method",
+    "step",
+    "us per particle and time",
+    "simulated time",
+    "temperature",
+    "energy",
+    "energy error",
+    "+-",
+    "pressure",
+    "pressure error",
+    "+- ",
+    "total energy drift",
+];
+
 pub fn measure() -> Outcome {
-    let mut sheet = Sheet::new(
-        SHEET,
-        &[
-            "fluid",
-            "method",
-            "step",
-            "us per particle and time",
-            "simulated time",
-            "temperature",
-            "energy",
-            "energy error",
-            "+-",
-            "pressure",
-            "pressure error",
-            "+- ",
-            "total energy drift",
-        ],
-    );
+    let mut sheet = Sheet::new(SHEET, &COLUMNS);
     for plan in &PLANS {
         let start = verlet::equilibrate(plan);
         let mut reference = None;

@@ -116,8 +116,9 @@ fn draw_legend(area: &Area, panel: &Panel) -> Outcome {
     Ok(())
 }
 
+/// NaN stays NaN, and is not drawn.
 fn logarithm(x: f64) -> f64 {
-    x.abs().max(FLOOR).log10()
+    if x.is_nan() { x } else { x.abs().max(FLOOR).log10() }
 }
 
 /// The powers of ten around all values, at least one apart.

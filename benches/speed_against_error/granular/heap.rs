@@ -1,7 +1,7 @@
 //! Grains that fall on a floor and come to rest as a heap, periodic at its sides.
 
 use super::spring_dashpot::{SpringDashpot, Start};
-use super::{COST, Method, sheet};
+use super::{COST, Method, UNREST, sheet};
 use crate::Outcome;
 use crate::clock::Stopwatch;
 use crate::sheet::number;
@@ -34,7 +34,7 @@ const CONTACT_TIMES: [f64; 3] = [0.03, 0.01, 0.005];
 type Run = [f64; 4];
 
 pub fn measure() -> Outcome {
-    let columns = [COST, "height", "difference", "+-", "kinetic energy per particle", "deepest overlap"];
+    let columns = [COST, "height", "difference", "+-", UNREST, "deepest overlap"];
     let mut sheet = sheet(SHEET, &columns);
     let mut reference = None;
     let mut push = |method: Method, runs: Vec<Run>| {
