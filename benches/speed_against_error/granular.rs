@@ -84,8 +84,8 @@ rest the tables turn: contacts that last cost a spring nothing, while an event-d
 `t_c`.
 
 *What it does not show*: friction, rotation and cohesion; grains whose softness matters; springs of other laws (Hertz); the
-packing that a real heap would take. Haff's law leaves out that velocities become correlated, which slows the cooling down, here by about
-a part in 100.
+packing that a real heap would take. Haff's law is an approximation itself (it leaves out that velocities become correlated), and
+differences within twice *+-* say nothing.
 
 ";
 

@@ -175,8 +175,9 @@ row of dashes is a run that blew up; a number of steps that is not listed is so 
 another fluid, and every step costs events. Steps in the potential keep the total energy exactly; steps in time let it drift once they are
 large. The stepped potential pays where it is the model, or where few steps are enough.
 
-*What it does not show*: steps placed with more care than equal widths, which need fewer of them; transport; long-range or many-body forces; what a vectorised or parallel code would gain; error below the
-standard error: *0.001 +- 0.002* says only that none was found.
+*What it does not show*: steps placed with more care than equal widths, which need fewer of them; transport; long-range or many-body
+forces; what a vectorised or parallel code would gain; errors below the standard error: *0.001 +- 0.002* says only that none was
+found. Standard errors of runs shorter than some ten units of time are themselves uncertain.
 
 ";
 
