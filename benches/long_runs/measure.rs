@@ -33,14 +33,15 @@ pub fn run(name: &str, scene: &str, most: u64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-struct Start {
+/// What a run began with, and how far it is from that.
+pub struct Start {
     energy: f64,
     momentum: Vector,
     conserves_momentum: bool,
 }
 
 impl Start {
-    fn of(simulation: &Simulation) -> Self {
+    pub fn of(simulation: &Simulation) -> Self {
         let energy = simulation.energy();
         let scene = simulation.scene();
         let has_no_frame = scene.space.is_fully_periodic()
@@ -48,7 +49,7 @@ impl Start {
         Self { energy: energy.kinetic + energy.potential, momentum: energy.momentum, conserves_momentum: has_no_frame }
     }
 
-    fn row(&self, simulation: &Simulation, seconds: f64) -> Row {
+    pub fn row(&self, simulation: &Simulation, seconds: f64) -> Row {
         let (energy, tally) = (simulation.energy(), simulation.tally());
         let dissipated = tally.dissipated.total();
         let scale = self.energy.abs().max(energy.kinetic).max(dissipated);

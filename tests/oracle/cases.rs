@@ -1,8 +1,8 @@
 //! States of pairs on which detection may fail, by family.
 
-use crate::exact::State;
-use crate::hard_cases;
-use crate::random::Random;
+use super::exact::State;
+use super::hard_cases;
+use super::random::Random;
 use carom::Vector;
 
 /// A family of states, with a relative acceleration or without.

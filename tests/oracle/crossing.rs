@@ -1,8 +1,8 @@
 //! Where a polynomial first falls through zero, as a bracket that can be narrowed to any width.
 
-use crate::dyadic::Dyadic;
-use crate::polynomial::Polynomial;
-use crate::sturm::Chain;
+use super::dyadic::Dyadic;
+use super::polynomial::Polynomial;
+use super::sturm::Chain;
 use std::cell::RefCell;
 
 /// The one place in `(lower, upper]` at which `f` changes its sign from plus to minus.

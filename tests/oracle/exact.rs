@@ -1,7 +1,7 @@
 //! The exact overlap function of a float state, and by how much rounding may move each coefficient.
 
-use crate::dyadic::Dyadic;
-use crate::polynomial::Polynomial;
+use super::dyadic::Dyadic;
+use super::polynomial::Polynomial;
 use carom::Vector;
 use carom::overlap::Side;
 

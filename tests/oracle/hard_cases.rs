@@ -1,8 +1,8 @@
 //! States made so that roots coincide exactly: all of their numbers are small binary fractions.
 
-use crate::cases::{if_falling, state, touching};
-use crate::exact::State;
-use crate::random::Random;
+use super::cases::{if_falling, state, touching};
+use super::exact::State;
+use super::random::Random;
 use carom::Vector;
 
 /// A small integer, not zero.

@@ -1,8 +1,8 @@
 //! How far a time is from an exact root, and how far rounding may have moved that root.
 
-use crate::crossing::Crossing;
-use crate::dyadic::Dyadic;
-use crate::polynomial::Polynomial;
+use super::crossing::Crossing;
+use super::dyadic::Dyadic;
+use super::polynomial::Polynomial;
 
 /// A distance between a time and the exact event, all in units in the last place (ulp) of the time.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,6 @@
 //! Polynomials with exact coefficients, evaluated exactly.
 
-use crate::dyadic::{Dyadic, sign};
+use super::dyadic::{Dyadic, sign};
 use num_bigint::BigInt;
 
 /// `2^exponent (c_0 + c_1 t + ...)` with integers `c_k`, the last not zero. No coefficients: the polynomial 0.

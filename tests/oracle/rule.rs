@@ -1,9 +1,9 @@
 //! The rule, decided exactly: a pair interacts at the first time at which `f <= 0` and `f` falls.
 
-use crate::crossing::{Crossing, first_fall};
-use crate::dyadic::Dyadic;
-use crate::polynomial::Polynomial;
-use crate::sturm::Chain;
+use super::crossing::{Crossing, first_fall};
+use super::dyadic::Dyadic;
+use super::polynomial::Polynomial;
+use super::sturm::Chain;
 
 /// What happens at an event after now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! How many distinct roots lie between two numbers: Sturm's theorem in exact integers.
 
-use crate::dyadic::{Dyadic, sign};
-use crate::polynomial::{Polynomial, count_variations};
+use super::dyadic::{Dyadic, sign};
+use super::polynomial::{Polynomial, count_variations};
 use num_bigint::BigInt;
 
 /// The Sturm sequence of a polynomial divided by its multiple roots, so that every argument may be asked for.

@@ -1,10 +1,10 @@
 //! Witnesses: polynomials that rounding cannot tell from the exact one, for which an answer is right.
 
-use crate::dyadic::Dyadic;
-use crate::exact::Overlap;
-use crate::measure::last_place;
-use crate::polynomial::Polynomial;
-use crate::rule::{Kind, Verdict, next_event};
+use super::dyadic::Dyadic;
+use super::exact::Overlap;
+use super::measure::last_place;
+use super::polynomial::Polynomial;
+use super::rule::{Kind, Verdict, next_event};
 
 /// Parts of the boxes' size at which witnesses are sought, besides the middle.
 const PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];

@@ -1,0 +1,65 @@
+//! Systems in a state in which their events are counted.
+
+use carom::potential::Potential;
+use carom::scene::{Amount, Lattice, Scene, SceneBuilder};
+use carom::simulation::{Simulation, Until};
+
+pub struct System {
+    pub name: &'static str,
+    pub start: fn() -> Simulation,
+    /// Whether it stays as it is: a heap, a pendulum or a gas that cools is started anew for each measurement.
+    pub is_steady: bool,
+}
+
+const fn steady(name: &'static str, start: fn() -> Simulation) -> System {
+    System { name, start, is_steady: true }
+}
+
+const fn passing(name: &'static str, start: fn() -> Simulation) -> System {
+    System { name, start, is_steady: false }
+}
+
+pub const SYSTEMS: [System; 9] = [
+    steady("hard spheres, phi = 0.10", || hard_spheres(0.1)),
+    steady("hard spheres, phi = 0.30", || hard_spheres(0.3)),
+    steady("hard spheres, phi = 0.49", || hard_spheres(0.49)),
+    steady("square well 1.5, rho = 0.5", || square_well(0.5)),
+    steady("square well 1.5, rho = 0.8", || square_well(0.8)),
+    passing("stepped Lennard-Jones", || configured("stepped_lennard_jones")),
+    passing("granular gas", || configured("granular_cooling")),
+    passing("hopper", || configured("hopper")),
+    passing("pendulum", || configured("pendulum")),
+];
+
+const PARTICLES: u64 = 10_976;
+
+fn hard_spheres(packing_fraction: f64) -> Simulation {
+    fluid(Potential::hard_sphere(1.0).expect("a valid potential"), Amount::PackingFraction(packing_fraction), 1.0)
+}
+
+fn square_well(density: f64) -> Simulation {
+    let well = Potential::square_well(1.0, 1.5, 1.0).expect("a valid potential");
+    fluid(well, Amount::NumberDensity(density), 2.0)
+}
+
+/// A fluid in equilibrium, as far as ten events per particle make one.
+fn fluid(potential: Potential, amount: Amount, temperature: f64) -> Simulation {
+    let scene = SceneBuilder::new("fluid")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", potential, 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", PARTICLES, amount)
+        .temperature(temperature)
+        .build()
+        .expect("a valid scene");
+    advanced(scene, 5 * PARTICLES)
+}
+
+fn configured(name: &str) -> Simulation {
+    advanced(Scene::from_file(format!("configs/{name}.toml")).expect("a valid scene"), 20_000)
+}
+
+fn advanced(scene: Scene, events: u64) -> Simulation {
+    let mut simulation = Simulation::new(scene);
+    simulation.advance(Until::events(events)).expect("the TC model prevents an arrest");
+    simulation
+}

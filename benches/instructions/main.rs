@@ -1,0 +1,84 @@
+//! Instructions per event, which do not depend on the machine's mood: `cargo bench --bench instructions`.
+//!
+//! Each system runs in a process of its own under `valgrind --tool=callgrind`, which counts the instructions executed in the loop of
+//! events and not those of the start. Names of systems as arguments choose some of them.
+
+#[allow(dead_code, reason = "the bench of the engine uses all of it")]
+#[path = "../engine/systems.rs"]
+mod systems;
+
+use carom::simulation::{Simulation, Until};
+use std::error::Error;
+use std::process::{Command, ExitCode};
+use systems::{SYSTEMS, System};
+
+/// The argument with which this program calls itself.
+const CHILD: &str = "instructions-of-one";
+
+/// Physical events that are counted.
+const EVENTS: u64 = 50_000;
+
+fn main() -> ExitCode {
+    // Cargo adds its own flags.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with("--")).collect();
+    let outcome = match &arguments[..] {
+        [word, name] if word == CHILD => run_one(name),
+        names => run_all(names),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run_all(names: &[String]) -> Result<(), Box<dyn Error>> {
+    if Command::new("valgrind").arg("--version").output().is_err() {
+        println!("instructions: valgrind is not installed, nothing is counted");
+        return Ok(());
+    }
+    println!("| system | instructions per event | cell transitions per event |\n|---|---|---|");
+    let is_meant = |system: &&System| names.is_empty() || names.iter().any(|name| system.name.contains(name.as_str()));
+    for system in SYSTEMS.iter().filter(is_meant) {
+        let (instructions, transitions) = count(system.name)?;
+        println!("| {} | {:.0} | {transitions:.2} |", system.name, instructions / EVENTS as f64);
+    }
+    Ok(())
+}
+
+/// Instructions of all counted events, and cell transitions per event.
+fn count(name: &str) -> Result<(f64, f64), Box<dyn Error>> {
+    let folder = tempfile::tempdir()?;
+    let file = folder.path().join("callgrind.out");
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--toggle-collect=*counted_events*"])
+        .arg(format!("--callgrind-out-file={}", file.display()))
+        .arg(std::env::current_exe()?)
+        .args([CHILD, name])
+        .output()?;
+    let log = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        return Err(format!("{name}: valgrind ended with {}:\n{log}", output.status).into());
+    }
+    let collected = log.lines().find_map(|line| line.split("Collected :").nth(1)).ok_or("no count in the log")?;
+    let transitions = String::from_utf8_lossy(&output.stdout).trim().parse()?;
+    Ok((collected.trim().parse()?, transitions))
+}
+
+fn run_one(name: &str) -> Result<(), Box<dyn Error>> {
+    let system = SYSTEMS.iter().find(|system| system.name == name).ok_or("no such system")?;
+    let mut simulation = (system.start)();
+    let before = simulation.tally().transition;
+    counted_events(&mut simulation);
+    println!("{}", (simulation.tally().transition - before) as f64 / EVENTS as f64);
+    Ok(())
+}
+
+/// What is counted: found by its name.
+#[inline(never)]
+fn counted_events(simulation: &mut Simulation) {
+    let events = simulation.tally().physical() + EVENTS;
+    simulation.advance(Until::events(events)).expect("the run goes on");
+}

@@ -1,0 +1,145 @@
+//! Contacts that dissipate: Carom against springs and dashpots, where the right answer is known.
+
+mod column;
+mod cooling;
+mod heap;
+mod spring_dashpot;
+mod three_spheres;
+
+use super::Outcome;
+use super::clock::Stopwatch;
+use super::plot::{Panel, Series, draw};
+use super::sheet::Sheet;
+
+pub fn measure() -> Outcome {
+    three_spheres::measure()?;
+    column::measure()?;
+    cooling::measure()?;
+    heap::measure()
+}
+
+/// What the rows of Carom and of the baseline are called.
+const CAROM: &str = "Carom";
+const BASELINE: &str = "spring-dashpot";
+
+/// A row's own parameters: the method, a contact's stiffness and the time step in units of its duration, or the contact time.
+#[derive(Debug, Clone, Copy)]
+enum Method {
+    Carom { contact_time: f64 },
+    SpringDashpot { stiffness: f64, steps_per_contact: f64 },
+}
+
+/// The stiffness of springs, or the contact time of Carom's TC model.
+const PARAMETER: &str = "k or t_c";
+
+const METHOD_COLUMNS: [&str; 3] = ["method", PARAMETER, "steps per contact"];
+
+impl Method {
+    fn cells(self) -> [String; 3] {
+        match self {
+            Self::Carom { contact_time: 0.0 } => [CAROM.to_owned(), "-".to_owned(), "-".to_owned()],
+            Self::Carom { contact_time } => [CAROM.to_owned(), contact_time.to_string(), "-".to_owned()],
+            Self::SpringDashpot { stiffness, steps_per_contact } => {
+                [BASELINE.to_owned(), format!("{stiffness:e}"), steps_per_contact.to_string()]
+            }
+        }
+    }
+}
+
+fn sheet(name: &str, columns: &[&str]) -> Sheet {
+    let last = columns.iter().copied();
+    Sheet::new(name, &METHOD_COLUMNS.into_iter().chain(last).collect::<Vec<_>>())
+}
+
+/// Repeats a run until its processor time can be told `[us]`; returns it for one run and what the last one gave.
+fn timed<T>(mut run: impl FnMut() -> T) -> (f64, T) {
+    const SECONDS: f64 = 0.2;
+    let stopwatch = Stopwatch::start();
+    let mut repeats = 0.0;
+    loop {
+        let last = run();
+        repeats += 1.0;
+        let seconds = stopwatch.seconds();
+        if seconds > SECONDS {
+            return (seconds * 1e6 / repeats, last);
+        }
+    }
+}
+
+const EXPLANATION: &str = "
+## Granular
+
+Carom against a plain discrete element method written for this report: linear springs and dashpots along the line of centres, leapfrog,
+lists of neighbours, one thread. Mass and diameter are 1. The dashpot follows from the spring and the restitution; the contact of a pair
+lasts `pi / sqrt(omega^2 - eta^2)`, of which a time step is a part. Carom has neither parameter; heaps need its TC model, whose
+contact time `t_c` is varied. In the column and the line, times include the set-up of the run. In the plots, what is smaller than 1e-17
+is drawn there.
+
+";
+
+const LIMITS: &str = "
+*What it shows*: where grains are meant to be hard, springs buy hardness with time steps: the error falls with the stiffness, the cost
+grows with its root. A start that overlaps is energy out of nothing for a spring, and none for an event. In a heap at
+rest the tables turn: contacts that last cost a spring nothing, while an event-driven run pays for each of its contacts again every
+`t_c`.
+
+*What it does not show*: friction, rotation and cohesion; grains whose softness matters; springs of other laws (Hertz); the
+packing that a real heap would take. Haff's law is an approximation itself (it leaves out that velocities become correlated), and
+differences within twice *+-* say nothing.
+
+";
+
+pub fn describe(text: &mut String) -> Outcome {
+    let parts = [three_spheres::SHEET, column::SHEET, cooling::SHEET, heap::SHEET].map(Sheet::read);
+    let [Some(three), Some(column), Some(cooling), Some(heap)] = parts else { return Ok(()) };
+    *text += EXPLANATION;
+    *text += &format!("{}\n", three.provenance);
+    let explained = [three_spheres::EXPLANATION, column::EXPLANATION, cooling::EXPLANATION, heap::EXPLANATION];
+    for (sheet, explanation) in [&three, &column, &cooling, &heap].into_iter().zip(explained) {
+        *text += &format!("\n{explanation}\n\n{}", sheet.markdown());
+    }
+    *text += LIMITS;
+    *text += "![Errors of the granular examples against processor time](speed_against_error/granular.svg)\n";
+    let panel = |sheet: &Sheet, title: &str, value: &str, y: &str| Panel {
+        title: title.to_owned(),
+        x: "processor time per particle and unit time [us]".to_owned(),
+        y: y.to_owned(),
+        series: series(sheet, value),
+    };
+    let start =
+        |name: &str| panel(&three.with("start", name), name, "position error", "error of a position at t = 10 [sigma]");
+    draw(
+        "granular",
+        &[
+            vec![start(three_spheres::VALID), start(three_spheres::OVERLAPPED)],
+            vec![
+                panel(&cooling, "cooling gas", "error", "relative error of the energy (Haff's law)"),
+                panel(&cooling, "cooling gas", "deepest overlap", "deepest overlap [sigma]"),
+            ],
+            vec![
+                panel(&column, "column at rest", "height error", "largest error of a height [sigma]"),
+                panel(&column, "column at rest", UNREST, "kinetic energy per particle [m g sigma]"),
+            ],
+            vec![
+                panel(&heap, "heap at rest", "deepest overlap", "deepest overlap [sigma]"),
+                panel(&heap, "heap at rest", UNREST, "kinetic energy per particle [m g sigma]"),
+            ],
+        ],
+    )
+}
+
+/// Name of the column of what is left of the motion.
+const UNREST: &str = "kinetic energy per particle";
+
+/// Name of the column of the processor time.
+const COST: &str = "us per particle and time";
+
+/// One series for Carom, one for each stiffness.
+fn series(sheet: &Sheet, value: &str) -> Vec<Series> {
+    let named = |name: String, rows: Sheet| Series { name, points: rows.points(COST, value), has_line: true };
+    let mut all = vec![named(CAROM.to_owned(), sheet.with("method", CAROM))];
+    let springs = sheet.with("method", BASELINE);
+    let stiffnesses = springs.values(PARAMETER);
+    all.extend(stiffnesses.iter().map(|k| named(format!("{BASELINE}; k = {k}"), springs.with(PARAMETER, k))));
+    all
+}

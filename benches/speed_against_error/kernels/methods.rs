@@ -1,0 +1,39 @@
+//! What is compared.
+
+use super::problem::{Pair, Problem};
+use super::{paper, textbook};
+use carom::detection::{accelerated, inertial};
+
+/// A way to find the time of the next event.
+pub struct Method {
+    pub name: &'static str,
+    pub ask: fn(&Pair) -> Option<f64>,
+    /// Thousands of evaluations: it is timed with fewer calls.
+    pub is_slow: bool,
+}
+
+fn quick(name: &'static str, ask: fn(&Pair) -> Option<f64>) -> Method {
+    Method { name, ask, is_slow: false }
+}
+
+/// The methods for a problem; the paper's Algorithms 2 and 3 have no bisection.
+pub fn of(problem: Problem) -> Vec<Method> {
+    let mut methods = if problem.is_accelerated {
+        vec![
+            quick("closed-form quartic", textbook::closed_form_quartic),
+            quick("paper; bisection to 1e-4", |pair| paper::next_event(pair, 1e-4)),
+            quick("paper; bisection to 1e-8", |pair| paper::next_event(pair, 1e-8)),
+            quick("paper; bisection to 1e-12", |pair| paper::next_event(pair, 1e-12)),
+            quick("Carom", |pair| accelerated::next_event(&pair.quartic, pair.side)),
+        ]
+    } else {
+        vec![
+            quick("textbook quadratic", textbook::quadratic),
+            quick("Carom", |pair| inertial::next_event(&pair.quadratic, pair.side)),
+        ]
+    };
+    methods.push(quick("Newton from now", textbook::newton));
+    methods.push(Method { name: "steps of 0.1", ask: |pair| textbook::scan(pair, 0.1), is_slow: true });
+    methods.push(Method { name: "steps of 0.01", ask: |pair| textbook::scan(pair, 0.01), is_slow: true });
+    methods
+}

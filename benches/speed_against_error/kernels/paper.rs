@@ -1,0 +1,90 @@
+//! Algorithms 4 to 6 as printed, with the roots of `f'` in closed form and bisection to a chosen width.
+//!
+//! The corrections that the print needs in order to run at all are made: the upper limit in Algorithm 6, and the simple root of
+//! two where `f'` has a double one.
+
+use super::problem::Pair;
+use carom::overlap::Side;
+
+/// The time of the next event; brackets are bisected to a relative width.
+pub fn next_event(pair: &Pair, width: f64) -> Option<f64> {
+    let [d0, d1, d2, d3] = pair.quartic.derivative();
+    let found = roots::find_roots_cubic(d3, d2, d1, d0);
+    // The crate returns them in ascending order.
+    let turns = match found.as_ref() {
+        // The cubic keeps its sign at the double root.
+        [first, second] if pair.slope(0.5 * (first + second)) * pair.side.sign() > 0.0 => &[*first],
+        [_, second] => &[*second],
+        turns => turns,
+    };
+    match pair.side {
+        Side::Positive => algorithm_4(pair, turns, width),
+        Side::Negative => algorithm_5(pair, turns, width),
+    }
+}
+
+fn algorithm_4(pair: &Pair, turns: &[f64], width: f64) -> Option<f64> {
+    let f = |t: f64| pair.value(t);
+    let &first = turns.first()?;
+    if first > 0.0 && f(first) < 0.0 {
+        return Some(fall(f, 0.0, first, width));
+    }
+    if let [_, second, third] = *turns
+        && third > 0.0
+        && f(third) < 0.0
+    {
+        return Some(fall(f, second.max(0.0), third, width));
+    }
+    None
+}
+
+fn algorithm_5(pair: &Pair, turns: &[f64], width: f64) -> Option<f64> {
+    let f = |t: f64| pair.value(t);
+    if let [first, second, _] = *turns
+        && second > 0.0
+        && f(second) < 0.0
+    {
+        return Some(fall(f, first.max(0.0), second, width));
+    }
+    let &last = turns.last()?;
+    if f(last) <= 0.0 {
+        return Some(last.max(0.0));
+    }
+    if last < 0.0 && f(0.0) <= 0.0 {
+        return Some(0.0);
+    }
+    algorithm_6(pair, last.max(0.0), width)
+}
+
+fn algorithm_6(pair: &Pair, mut from: f64, width: f64) -> Option<f64> {
+    let f = |t: f64| pair.value(t);
+    let mut step = (pair.quartic.distance_squared / pair.quartic.coefficients[4]).sqrt().sqrt();
+    while f(from + step) >= 0.0 {
+        from += step;
+        step *= 2.0;
+        if !from.is_finite() {
+            return None;
+        }
+    }
+    Some(bisect(f, from, from + step, width))
+}
+
+/// The event in a region of interaction: at once where the region begins below zero, otherwise where `f` falls through it.
+fn fall(f: impl Fn(f64) -> f64, from: f64, to: f64, width: f64) -> f64 {
+    if f(from) <= 0.0 { from } else { bisect(f, from, to, width) }
+}
+
+/// The valid end of a bracket, once it is as narrow as a part `width` of its upper end.
+pub fn bisect(f: impl Fn(f64) -> f64, mut valid: f64, mut invalid: f64, width: f64) -> f64 {
+    loop {
+        let middle = 0.5 * (valid + invalid);
+        if invalid - valid <= width * invalid || middle <= valid || middle >= invalid {
+            return valid;
+        }
+        if f(middle) >= 0.0 {
+            valid = middle;
+        } else {
+            invalid = middle;
+        }
+    }
+}

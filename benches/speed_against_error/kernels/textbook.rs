@@ -1,0 +1,58 @@
+//! The ways of textbooks. None of them knows of invalid states: the next event is the next fall of `f` through zero after now.
+
+use super::paper::bisect;
+use super::problem::Pair;
+use carom::overlap::Side;
+
+/// `t = (-B -+ sqrt(B^2 - V2 R2)) / V2`, the minus from outside.
+pub fn quadratic(pair: &Pair) -> Option<f64> {
+    let f = &pair.quadratic;
+    let root = (f.b * f.b - f.v2 * f.r2).sqrt();
+    let t = match pair.side {
+        Side::Positive => (-f.b - root) / f.v2,
+        Side::Negative => (-f.b + root) / f.v2,
+    };
+    (t >= 0.0 && t.is_finite()).then_some(t)
+}
+
+/// All four roots at once, by Ferrari's formula; the first after now through which `f` falls.
+pub fn closed_form_quartic(pair: &Pair) -> Option<f64> {
+    let c = &pair.quartic.coefficients;
+    let roots = roots::find_roots_quartic(c[4], c[3], c[2], c[1], c[0]);
+    let falls = roots.as_ref().iter().copied().filter(|&t| t >= 0.0 && t.is_finite() && pair.slope(t) < 0.0);
+    falls.min_by(f64::total_cmp)
+}
+
+/// Newton's method, started now, until a step is lost in the time.
+pub fn newton(pair: &Pair) -> Option<f64> {
+    const MOST_STEPS: usize = 100;
+    let mut t: f64 = 0.0;
+    for _ in 0..MOST_STEPS {
+        let step = pair.value(t) / pair.slope(t);
+        t -= step;
+        if !t.is_finite() {
+            return None;
+        }
+        if step.abs() <= 2.0 * f64::EPSILON * t.abs() {
+            return (t >= 0.0 && pair.slope(t) < 0.0).then_some(t);
+        }
+    }
+    None
+}
+
+/// The last time that is looked at.
+const HORIZON: f64 = 100.0;
+
+/// Steps of one length until `f` has fallen below zero in one of them, which is then bisected.
+pub fn scan(pair: &Pair, step: f64) -> Option<f64> {
+    let mut before = pair.value(0.0);
+    for k in 1..=(HORIZON / step) as u32 {
+        let t = f64::from(k) * step;
+        let after = pair.value(t);
+        if before >= 0.0 && after < 0.0 {
+            return Some(bisect(|t| pair.value(t), t - step, t, f64::EPSILON));
+        }
+        before = after;
+    }
+    None
+}

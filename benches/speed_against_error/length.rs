@@ -1,0 +1,122 @@
+//! Drift and deepest overlap against the number of events.
+
+/// The measures and the rows of the bench `long_runs`.
+#[path = "../long_runs"]
+#[allow(dead_code, reason = "that bench uses all of it")]
+mod long_runs {
+    pub const FOLDER: &str = "benches/results/long_runs";
+
+    pub mod measure;
+    pub mod row;
+}
+
+use super::Outcome;
+use super::clock::Stopwatch;
+use super::plot::{Panel, Series, draw};
+use super::sheet::{Sheet, number};
+use carom::potential::Potential;
+use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::simulation::{Simulation, Until};
+use long_runs::measure::Start;
+use long_runs::row::{self, Row};
+
+const SHEET: &str = "length";
+
+const PARTICLES: u64 = 500;
+const MOST_EVENTS: f64 = 1e7;
+
+/// Processor time after which a run ends early `[s]`.
+const MOST_SECONDS: f64 = 60.0;
+
+const COLUMNS: [&str; 6] =
+    ["run", "events", "energy error", "momentum drift", "deepest overlap", "events in invalid states"];
+
+pub fn measure() -> Outcome {
+    let mut sheet = Sheet::new(SHEET, &COLUMNS);
+    let hard = Potential::hard_sphere(1.0)?;
+    let well = Potential::square_well(1.0, 1.5, 1.0)?;
+    run(&mut sheet, "hard spheres; N = 500", hard, Amount::PackingFraction(0.4))?;
+    run(&mut sheet, "square well; N = 500", well, Amount::NumberDensity(0.5))
+}
+
+fn run(sheet: &mut Sheet, name: &str, potential: Potential, amount: Amount) -> Outcome {
+    let scene = SceneBuilder::new("length")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", potential, 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", PARTICLES, amount)
+        .temperature(2.0)
+        .build()?;
+    let mut simulation = Simulation::new(scene);
+    let start = Start::of(&simulation);
+    let stopwatch = Stopwatch::start();
+    let mut events: f64 = 1e3;
+    while events < 1.01 * MOST_EVENTS && stopwatch.seconds() < MOST_SECONDS {
+        simulation.advance(Until::events(events.round() as u64))?;
+        sheet.push(cells(name, &start.row(&simulation, stopwatch.seconds())))?;
+        events *= 10_f64.sqrt();
+    }
+    Ok(())
+}
+
+fn cells(name: &str, row: &Row) -> Vec<String> {
+    let mut cells = vec![name.to_owned()];
+    cells.extend([row.events, row.energy, row.momentum, row.overlap, row.invalid].map(number));
+    cells
+}
+
+const EXPLANATION: &str = "
+## Length
+
+500 hard spheres (packing fraction 0.40) and 500 square wells (lambda 1.5, density 0.5), one run each, and the runs of
+`cargo bench --bench long_runs`. *Energy error* is the distance from the energy at the start and *momentum drift* that from its momentum,
+both relative; *deepest overlap* is the deepest so far, relative to the distance of the discontinuity.
+
+*What it shows*: errors of energy and momentum stay below a random walk of one rounding of the whole per event, and overlaps are of the
+size of one rounding of a coordinate however long the run: nothing accumulates in proportion to the number of events.
+
+*What it does not show*: that trajectories are right. They are chaotic, and two that differ in the last digit part within some
+tens of events per particle; what can be shown of them is in `carom verify`.
+
+";
+
+pub fn describe(text: &mut String) -> Outcome {
+    let Some(mut sheet) = Sheet::read(SHEET) else { return Ok(()) };
+    *text += EXPLANATION;
+    *text += &format!("{}\n\n", sheet.provenance);
+    let mut table = sheet.clone();
+    for name in ["hard_spheres", "square_well", "pendulum", "hopper"] {
+        let rows = row::read(name)?;
+        let named = |row: &Row| cells(&format!("{}; long run", name.replace('_', " ")), row);
+        sheet.rows.extend(rows.iter().map(named));
+        table.rows.extend(rows.iter().filter(|row| is_power_of_ten(row.events)).map(named));
+    }
+    table.rows.retain(|cells| cells[1].parse().is_ok_and(is_power_of_ten));
+    *text += &format!("{}\n![Errors against the number of events](speed_against_error/length.svg)\n", table.markdown());
+    let panel = |title: &str, column: &str, has_walk: bool| Panel {
+        title: title.to_owned(),
+        x: "events".to_owned(),
+        y: format!("{column}; relative; at least 1e-17"),
+        series: series(&sheet, column, has_walk),
+    };
+    let energy = panel("energy", "energy error", true);
+    let momentum = panel("momentum", "momentum drift", true);
+    draw(SHEET, &[vec![energy, momentum], vec![panel("overlap", "deepest overlap", false)]])
+}
+
+fn is_power_of_ten(events: f64) -> bool {
+    (events.log10() - events.log10().round()).abs() < 1e-6
+}
+
+fn series(sheet: &Sheet, column: &str, has_walk: bool) -> Vec<Series> {
+    let of = |run: &String| {
+        let points = sheet.with("run", run).points("events", column);
+        Series { name: run.clone(), points, has_line: true }
+    };
+    let mut all: Vec<Series> = sheet.values("run").iter().map(of).collect();
+    if has_walk {
+        let most = sheet.numbers("events").into_iter().fold(1e3, f64::max);
+        let points = [1e3, most].map(|n| (n, f64::EPSILON * n.sqrt())).to_vec();
+        all.push(Series { name: "eps sqrt(n): a random walk".to_owned(), points, has_line: true });
+    }
+    all
+}

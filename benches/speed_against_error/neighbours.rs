@@ -1,0 +1,115 @@
+//! Lists of neighbours for the baselines: each pair once, from cells where a periodic cube has enough of them.
+
+use carom::Vector;
+
+/// The partners of particle `i` are `partners[starts[i]..starts[i + 1]]`.
+#[derive(Default)]
+pub struct List {
+    pub starts: Vec<usize>,
+    pub partners: Vec<u32>,
+    /// Particles of each cell, and the cells around it.
+    members: Vec<Vec<u32>>,
+    around: Vec<[u32; 27]>,
+}
+
+/// A box that is periodic along some axes.
+#[derive(Debug, Clone)]
+pub struct Periods {
+    /// Zero where the space is open, as are the inverses.
+    lengths: Vector,
+    inverses: Vector,
+}
+
+impl Periods {
+    /// From periods, infinite where the space is open.
+    pub fn new(periods: &Vector) -> Self {
+        Self { lengths: periods.map(|x| if x.is_finite() { x } else { 0.0 }), inverses: periods.map(f64::recip) }
+    }
+
+    /// From `b` to the nearest image of `a`.
+    #[inline]
+    pub fn separation(&self, a: &Vector, b: &Vector) -> Vector {
+        let mut d = a - b;
+        for k in 0..3 {
+            d[k] -= self.lengths[k] * nearest_integer(d[k] * self.inverses[k]);
+        }
+        d
+    }
+
+    /// The image of a position in `[0, period)`.
+    pub fn wrapped(&self, position: &Vector) -> Vector {
+        position - position.component_mul(&self.inverses).map(f64::floor).component_mul(&self.lengths)
+    }
+
+    /// The edge of a periodic cube.
+    fn cube(&self) -> Option<f64> {
+        let edge = self.lengths.x;
+        (edge > 0.0 && self.lengths == Vector::repeat(edge)).then_some(edge)
+    }
+}
+
+/// Rounds by adding and taking away a number whose last place is 1: no call and no branch, for magnitudes below 2^51.
+#[inline]
+fn nearest_integer(x: f64) -> f64 {
+    const LAST_PLACE_IS_ONE: f64 = 6_755_399_441_055_744.0;
+    (x + LAST_PLACE_IS_ONE) - LAST_PLACE_IS_ONE
+}
+
+impl List {
+    /// All pairs within `range` of wrapped positions.
+    pub fn build(&mut self, positions: &[Vector], periods: &Periods, range: f64) {
+        self.starts.clear();
+        self.partners.clear();
+        match periods.cube() {
+            Some(edge) if edge > 4.0 * range => self.list_cells(positions, periods, edge, range),
+            _ => self.list_all(positions, periods, range),
+        }
+        self.starts.push(self.partners.len());
+    }
+
+    fn list_cells(&mut self, positions: &[Vector], periods: &Periods, edge: f64, range: f64) {
+        let cells = (edge / range) as usize;
+        let along = |x: f64| ((x / edge * cells as f64) as usize).min(cells - 1);
+        let cell_of = |x: &Vector| (along(x.z) * cells + along(x.y)) * cells + along(x.x);
+        if self.around.len() != cells.pow(3) {
+            self.around = (0..cells.pow(3)).map(|cell| neighbourhood(cell, cells)).collect();
+        }
+        self.members.resize(cells.pow(3), Vec::new());
+        self.members.iter_mut().for_each(Vec::clear);
+        for (i, x) in positions.iter().enumerate() {
+            self.members[cell_of(x)].push(i as u32);
+        }
+        for (i, x) in positions.iter().enumerate() {
+            self.starts.push(self.partners.len());
+            for &cell in &self.around[cell_of(x)] {
+                for &j in self.members[cell as usize].iter().filter(|&&j| j > i as u32) {
+                    if periods.separation(x, &positions[j as usize]).norm_squared() < range * range {
+                        self.partners.push(j);
+                    }
+                }
+            }
+        }
+    }
+
+    fn list_all(&mut self, positions: &[Vector], periods: &Periods, range: f64) {
+        for (i, x) in positions.iter().enumerate() {
+            self.starts.push(self.partners.len());
+            for (j, y) in positions.iter().enumerate().skip(i + 1) {
+                if periods.separation(x, y).norm_squared() < range * range {
+                    self.partners.push(j as u32);
+                }
+            }
+        }
+    }
+}
+
+/// A cell and those around it in a periodic box.
+fn neighbourhood(cell: usize, cells: usize) -> [u32; 27] {
+    let shifted = |x: usize, shift: usize| (x + shift + cells - 1) % cells;
+    std::array::from_fn(|k| {
+        let x = shifted(cell % cells, k % 3);
+        let y = shifted(cell / cells % cells, k / 3 % 3);
+        let z = shifted(cell / cells / cells, k / 9);
+        ((z * cells + y) * cells + x) as u32
+    })
+}

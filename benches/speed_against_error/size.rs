@@ -1,0 +1,149 @@
+//! Time per event and memory against the number of particles. Each size runs in a process of its own.
+
+use super::Outcome;
+use super::clock::Stopwatch;
+use super::oracle::random::Random;
+use super::plot::{Panel, Series, draw};
+use super::sheet::{Sheet, number};
+use carom::potential::Potential;
+use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::simulation::{Simulation, Until};
+use std::fs;
+use std::process::Command;
+
+const SHEET: &str = "size";
+
+/// The argument with which this program calls itself.
+pub const CHILD: &str = "size-of-one";
+
+/// Numbers that fill a cube of the face-centred cubic lattice.
+const SIZES: [u64; 5] = [1_372, 10_976, 108_000, 1_000_188, 10_061_824];
+
+const PACKING_FRACTIONS: [f64; 2] = [0.49, 0.10];
+
+/// Events before those that are timed: 20 for each particle, while there is time for it.
+const MOST_EVENTS_BEFORE: u64 = 1_500_000;
+
+const TIMED_EVENTS: u64 = 300_000;
+
+/// What a system has to have free before a size is tried `[byte / particle]`.
+const ROOM: u64 = 700;
+
+pub fn measure() -> Outcome {
+    let mut sheet = Sheet::new(
+        SHEET,
+        &[
+            "packing fraction",
+            "N",
+            "contacts per particle before",
+            "ns per event",
+            "events per second",
+            "start-up [s]",
+            "peak memory [MB]",
+            "bytes per particle",
+        ],
+    );
+    for packing_fraction in PACKING_FRACTIONS {
+        for size in SIZES {
+            if available_memory().is_some_and(|bytes| bytes < ROOM * size) {
+                println!("{SHEET}: too little free memory for N = {size}");
+                continue;
+            }
+            let mut child = Command::new(std::env::current_exe()?);
+            let output = child.args([CHILD.to_owned(), size.to_string(), packing_fraction.to_string()]).output()?;
+            if !output.status.success() {
+                println!("{SHEET}: N = {size} ended with {}", output.status);
+                continue;
+            }
+            let text = String::from_utf8(output.stdout)?;
+            sheet.push(text.trim().split(',').map(str::to_owned).collect())?;
+        }
+    }
+    Ok(())
+}
+
+/// In the process of one size: prints its row.
+pub fn measure_one(arguments: &[String]) -> Outcome {
+    let [size, packing_fraction] = arguments else { return Err("a size and a packing fraction".into()) };
+    let (size, packing_fraction): (u64, f64) = (size.parse()?, packing_fraction.parse()?);
+    let stopwatch = Stopwatch::start();
+    let mut scene = SceneBuilder::new("size")
+        .species("sphere", 1.0, 1.0)
+        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+        .fill(Lattice::FaceCentredCubic, "sphere", size, Amount::PackingFraction(packing_fraction))
+        .temperature(1.0)
+        .build()?;
+    let placed = stopwatch.seconds();
+    // Neighbours in space are not neighbours in memory, as in a fluid that has been simulated for long.
+    let mut random = Random::new(size);
+    for last in (1..scene.particles.len()).rev() {
+        scene.particles.swap(last, random.below(last + 1));
+    }
+    let stopwatch = Stopwatch::start();
+    let mut simulation = Simulation::new(scene);
+    simulation.advance(Until::events(1))?;
+    let start_up = placed + stopwatch.seconds();
+    let before = (20 * size).min(MOST_EVENTS_BEFORE);
+    simulation.advance(Until::events(before))?;
+    let stopwatch = Stopwatch::start();
+    simulation.advance(Until::events(before + TIMED_EVENTS))?;
+    let seconds = stopwatch.seconds() / TIMED_EVENTS as f64;
+    let peak = peak_memory().unwrap_or(f64::NAN);
+    let contacts = 2.0 * before as f64 / size as f64;
+    let measured = [contacts, seconds * 1e9, seconds.recip(), start_up, peak / 1e6, peak / size as f64];
+    println!("{packing_fraction},{size},{}", measured.map(number).join(","));
+    Ok(())
+}
+
+/// The most memory that this process has had `[byte]`.
+fn peak_memory() -> Option<f64> {
+    Some(kibibytes("/proc/self/status", "VmHWM:")? as f64 * 1024.0)
+}
+
+fn available_memory() -> Option<u64> {
+    Some(kibibytes("/proc/meminfo", "MemAvailable:")? * 1024)
+}
+
+fn kibibytes(path: &str, key: &str) -> Option<u64> {
+    let text = fs::read_to_string(path).ok()?;
+    let line = text.lines().find(|line| line.starts_with(key))?;
+    line.split_whitespace().nth(1)?.parse().ok()
+}
+
+const EXPLANATION: &str = "
+## Size
+
+Hard spheres from the face-centred cubic lattice, numbered in random order, each row in a process of its own. *Start-up* is the processor time
+from the scene to the first event; memory is the most that the process had, scene and program included, so that small
+systems show a large share of the program itself.
+
+*What it shows*: how the cost of an event grows with the number of particles at a liquid's and at a gas's density, and what a particle
+takes. What grows is the wait for memory; the work per event is the same.
+
+*What it does not show*: other potentials; long runs at the largest sizes, whose lattice has hardly begun to melt (see the
+contacts before); runs in which the numbering has drifted further from that in space.
+
+";
+
+pub fn describe(text: &mut String) -> Outcome {
+    let Some(sheet) = Sheet::read(SHEET) else { return Ok(()) };
+    *text += EXPLANATION;
+    *text += &format!("{}\n\n{}\n", sheet.provenance, sheet.markdown());
+    *text += "![Time per event and memory against the number of particles](speed_against_error/size.svg)\n";
+    let panel = |column: &str, y: &str| Panel {
+        title: y.to_owned(),
+        x: "particles".to_owned(),
+        y: y.to_owned(),
+        series: series(&sheet, column),
+    };
+    let memory = panel("bytes per particle", "peak memory per particle [byte]");
+    draw(SHEET, &[vec![panel("ns per event", "time per event [ns]"), memory]])
+}
+
+fn series(sheet: &Sheet, column: &str) -> Vec<Series> {
+    let of = |fraction: String| {
+        let points = sheet.with("packing fraction", &fraction).points("N", column);
+        Series { name: format!("packing fraction {fraction}"), points, has_line: true }
+    };
+    sheet.values("packing fraction").into_iter().map(of).collect()
+}
