@@ -19,6 +19,7 @@
 //! | [`roots`] | | bracketed roots of polynomials |
 
 pub mod accelerated;
+pub mod four;
 pub mod inertial;
 pub mod plane;
 pub mod roots;

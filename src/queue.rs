@@ -1,11 +1,15 @@
 //! The event queue: a calendar of unsorted time buckets behind a small ordered front.
 //!
-//! Each particle has at most one valid entry, the time at which it wakes for its earliest prediction. An entry is never
-//! removed: one whose time is no longer the particle's wake time is stale, and whoever pops it drops it. Only the bucket
-//! that time has reached is sorted. (Alias: future event list, calendar queue; Paul, J. Comput. Phys. 221, 615, 2007.)
+//! Each particle has at most one wake time, that of its earliest prediction. A bucket holds only the numbers of the particles that
+//! are to wake in its time; an entry is never removed. When time reaches a bucket, its particles are asked for their wake
+//! times: those that no longer wake in it are dropped, the others are sorted and become the front. An entry of the front is
+//! stale if its time is no longer the particle's wake time, and whoever pops it drops it. (Alias: future event list, calendar
+//! queue; Paul, J. Comput. Phys. 221, 615, 2007.)
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
+mod buckets;
+
+use buckets::Buckets;
+use std::cmp::Ordering;
 
 /// A particle wakes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,22 +18,25 @@ pub struct Wake {
     pub time: f64,
     /// Which particle.
     pub particle: u32,
-    /// Decides between entries of the same time: kind in the high bits, the lower of the pair's ids below.
+    /// Decides between entries of the same time, before the particle's number does.
     pub rank: u32,
 }
 
-impl Eq for Wake {}
-
-impl Ord for Wake {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.time.total_cmp(&other.time).then(self.rank.cmp(&other.rank)).then(self.particle.cmp(&other.particle))
+impl Wake {
+    #[inline]
+    fn order(&self, other: &Self) -> Ordering {
+        let last = |wake: &Self| (wake.rank, wake.particle);
+        self.time.total_cmp(&other.time).then_with(|| last(self).cmp(&last(other)))
     }
 }
 
-impl PartialOrd for Wake {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
+/// What the queue asks about the particles in it.
+pub trait Sleepers {
+    /// When a particle wakes; at an infinite time if it never does.
+    fn wake(&self, particle: u32) -> Wake;
+
+    /// Expects questions about a particle soon.
+    fn expect(&self, particle: u32);
 }
 
 /// Entries per bucket that the width is tuned to.
@@ -39,14 +46,17 @@ const TARGET: f64 = 64.0;
 /// start at rest or of particles far apart, would otherwise count the times of a busy one with too few digits.
 const CROWDED: u64 = 4;
 
+/// While a bucket is opened, particles this many entries ahead are expected.
+const AHEAD: usize = 8;
+
 /// What the queue holds between the epoch and its horizon; later entries wait outside.
 #[derive(Debug)]
 pub struct EventQueue {
     /// The bucket that time has reached, latest first.
     front: Vec<Wake>,
-    /// Entries that came for the front's time after it was sorted.
-    late: BinaryHeap<Reverse<Wake>>,
-    buckets: Vec<Vec<Wake>>,
+    buckets: Buckets,
+    /// Scratch: the particles of the bucket that is being opened.
+    opened: Vec<u32>,
     /// Number of the bucket in `front`.
     cursor: usize,
     /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
@@ -69,8 +79,8 @@ impl EventQueue {
         };
         Self {
             front: Vec::new(),
-            late: BinaryHeap::new(),
-            buckets: vec![Vec::new(); buckets],
+            buckets: Buckets::new(buckets),
+            opened: Vec::new(),
             cursor: 0,
             width,
             per_width: width.recip(),
@@ -81,7 +91,7 @@ impl EventQueue {
     /// Time from the epoch to the end of the last bucket: how far the queue sees.
     #[must_use]
     pub fn span(&self) -> f64 {
-        self.width * self.buckets.len() as f64
+        self.width * self.buckets.count() as f64
     }
 
     /// Time from the epoch to the end of the bucket that time has reached: how far the epoch moves next. It is the span, unless
@@ -91,36 +101,37 @@ impl EventQueue {
         self.width * (self.cursor + 1) as f64
     }
 
+    /// The bucket of a time; times before the epoch saturate at 0.
+    #[inline]
+    fn bucket(&self, time: f64) -> usize {
+        (time * self.per_width) as usize
+    }
+
     /// Adds an entry. One beyond the horizon is dropped: moving the epoch asks every particle for its wake time again.
     #[inline]
     pub fn push(&mut self, wake: Wake) {
-        // Times before the epoch saturate at bucket 0.
-        let bucket = (wake.time * self.per_width) as usize;
+        let bucket = self.bucket(wake.time);
         if bucket <= self.cursor {
-            self.late.push(Reverse(wake));
-        } else if let Some(bucket) = self.buckets.get_mut(bucket) {
-            bucket.push(wake);
+            let after = self.front.partition_point(|other| wake.order(other).is_lt());
+            self.front.insert(after, wake);
+        } else if bucket < self.buckets.count() {
+            self.buckets.push(bucket, wake.particle);
         }
     }
 
     /// The earliest entry, or none if the epoch has come to its end, at the horizon or after too many entries.
     #[inline]
-    pub fn peek(&mut self) -> Option<Wake> {
+    pub fn peek(&mut self, sleepers: &impl Sleepers) -> Option<Wake> {
         loop {
-            match (self.front.last(), self.late.peek()) {
-                (Some(front), Some(Reverse(late))) => return Some(*front.min(late)),
-                (Some(front), None) => return Some(*front),
-                (None, Some(Reverse(late))) => return Some(*late),
-                (None, None) => {
-                    let is_crowded = self.popped > CROWDED * TARGET as u64 * self.buckets.len() as u64;
-                    if self.cursor + 1 >= self.buckets.len() || is_crowded {
-                        return None;
-                    }
-                    self.cursor += 1;
-                    std::mem::swap(&mut self.front, &mut self.buckets[self.cursor]);
-                    self.front.sort_unstable_by(|a, b| b.cmp(a));
-                }
+            if let Some(front) = self.front.last() {
+                return Some(*front);
             }
+            let is_crowded = self.popped > CROWDED * TARGET as u64 * self.buckets.count() as u64;
+            if self.cursor + 1 >= self.buckets.count() || is_crowded {
+                return None;
+            }
+            self.cursor += 1;
+            self.open(sleepers);
         }
     }
 
@@ -128,20 +139,42 @@ impl EventQueue {
     #[inline]
     pub fn pop(&mut self) {
         self.popped += 1;
-        match (self.front.last(), self.late.peek()) {
-            (Some(front), Some(Reverse(late))) if late < front => drop(self.late.pop()),
-            (Some(_), _) => drop(self.front.pop()),
-            (None, _) => drop(self.late.pop()),
+        self.front.pop();
+    }
+
+    /// The particle whose entry comes up after `ahead` others, as far as the front knows.
+    #[inline]
+    #[must_use]
+    pub fn coming(&self, ahead: usize) -> Option<u32> {
+        let at = self.front.len().checked_sub(ahead + 1)?;
+        Some(self.front[at].particle)
+    }
+
+    /// Makes the bucket under the cursor the front.
+    fn open(&mut self, sleepers: &impl Sleepers) {
+        self.opened.clear();
+        self.buckets.take(self.cursor, &mut self.opened);
+        for &particle in self.opened.iter().take(AHEAD) {
+            sleepers.expect(particle);
         }
+        for at in 0..self.opened.len() {
+            if let Some(&particle) = self.opened.get(at + AHEAD) {
+                sleepers.expect(particle);
+            }
+            let wake = sleepers.wake(self.opened[at]);
+            if self.bucket(wake.time) == self.cursor {
+                self.front.push(wake);
+            }
+        }
+        self.front.sort_unstable_by(|a, b| b.order(a));
+        // A particle may have come to the same bucket more than once.
+        self.front.dedup_by_key(|wake| wake.particle);
     }
 
     /// Empties the queue for a new epoch, and tunes the width of its buckets to the last one's number of entries.
     pub fn restart(&mut self) {
         self.front.clear();
-        self.late.clear();
-        for bucket in &mut self.buckets {
-            bucket.clear();
-        }
+        self.buckets.clear();
         let per_bucket = self.popped as f64 / (self.cursor + 1) as f64;
         (self.cursor, self.popped) = (0, 0);
         // Within a factor of two of the target nothing changes; an empty epoch looks far ahead.
@@ -151,7 +184,7 @@ impl EventQueue {
             1.0
         };
         let width = self.width * factor;
-        if width.is_normal() && (width * self.buckets.len() as f64).is_finite() && width.recip().is_normal() {
+        if width.is_normal() && (width * self.buckets.count() as f64).is_finite() && width.recip().is_normal() {
             self.width = width;
             self.per_width = width.recip();
         }
@@ -169,6 +202,23 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    /// Wake times and ranks by particle.
+    struct Times(Vec<f64>, Vec<u32>);
+
+    impl Times {
+        fn new(times: &[f64]) -> Self {
+            Self(times.to_vec(), vec![0; times.len()])
+        }
+    }
+
+    impl Sleepers for Times {
+        fn wake(&self, particle: u32) -> Wake {
+            Wake { time: self.0[particle as usize], particle, rank: self.1[particle as usize] }
+        }
+
+        fn expect(&self, _: u32) {}
+    }
+
     fn wake(time: f64, particle: u32) -> Wake {
         Wake { time, particle, rank: 0 }
     }
@@ -182,17 +232,38 @@ mod tests {
     }
 
     #[test]
-    fn ties_come_out_by_rank_then_particle() {
-        let mut queue = EventQueue::new(10, 1.0);
-        for (rank, particle) in [(1, 5), (0, 9), (0, 3)] {
-            queue.push(Wake { time: 0.5, particle, rank });
+    fn ties_come_out_by_rank_then_by_number() {
+        for time in [0.5, 300.0] {
+            let mut queue = EventQueue::new(1024, 64.0);
+            let mut sleepers = Times::new(&[time; 10]);
+            sleepers.1[5] = 1;
+            for particle in [5, 9, 3] {
+                queue.push(sleepers.wake(particle));
+            }
+            let mut order = Vec::new();
+            while let Some(next) = queue.peek(&sleepers) {
+                queue.pop();
+                order.push(next.particle);
+            }
+            assert_eq!(order, [3, 9, 5]);
         }
+    }
+
+    #[test]
+    fn a_bucket_is_opened_with_the_wake_times_of_then() {
+        let mut queue = EventQueue::new(1024, 64.0);
+        let mut sleepers = Times::new(&[100.0, 200.0, 300.0]);
+        for (particle, time) in [(0, 100.0), (1, 200.0), (2, 300.0), (1, 200.0)] {
+            queue.push(wake(time, particle));
+        }
+        sleepers.0[0] = 250.0;
+        queue.push(wake(250.0, 0));
         let mut order = Vec::new();
-        while let Some(next) = queue.peek() {
+        while let Some(next) = queue.peek(&sleepers) {
             queue.pop();
-            order.push(next.particle);
+            order.push((next.time, next.particle));
         }
-        assert_eq!(order, [3, 9, 5]);
+        assert_eq!(order, [(200.0, 1), (250.0, 0), (300.0, 2)]);
     }
 
     #[test]
@@ -201,19 +272,20 @@ mod tests {
         let (span, width) = (queue.span(), queue.width);
         assert_eq!(span, 64.0 * width);
         let most = 4 * 64 * 64;
+        let sleepers = Times::new(&[0.0; 2]);
         for k in 0..=most {
             let time = width * f64::from(k) / f64::from(most + 1);
             queue.push(wake(time, 0));
-            assert_eq!(queue.peek(), Some(wake(time, 0)));
+            assert_eq!(queue.peek(&sleepers), Some(wake(time, 0)));
             queue.pop();
         }
         queue.push(wake(1.5 * width, 1));
-        assert_eq!(queue.peek(), None);
+        assert_eq!(queue.peek(&sleepers), None);
         assert_eq!(queue.reached(), width);
         queue.restart();
         assert_eq!(queue.span(), span / 512.0);
         queue.push(wake(0.5 * queue.width, 1));
-        assert!(queue.peek().is_some());
+        assert!(queue.peek(&sleepers).is_some());
     }
 
     proptest! {
@@ -224,27 +296,28 @@ mod tests {
         ) {
             let mut queue = EventQueue::new(times.len(), median);
             let (early, later) = times.split_at(times.len() / 2);
-            let mut expected: Vec<f64> = Vec::new();
+            let mut sleepers = Times::new(&times);
             for (k, &time) in early.iter().enumerate() {
                 queue.push(wake(time, k as u32));
             }
-            let mut pending: Vec<f64> = early.iter().copied().filter(|t| *t < queue.span()).collect();
-            let mut later = later.iter();
+            let mut expected: Vec<f64> = early.iter().copied().filter(|t| *t < queue.span()).collect();
             let mut now = 0.0;
             let mut found = Vec::new();
-            while let Some(next) = queue.peek() {
+            let mut particle = early.len();
+            while let Some(next) = queue.peek(&sleepers) {
                 queue.pop();
                 prop_assert!(next.time >= now);
                 now = next.time;
                 found.push(now);
                 // A new entry is never earlier than now, and may be exactly now.
-                if let Some(dt) = later.next() {
+                if let Some(dt) = later.get(particle - early.len()) {
                     let time = now + dt;
-                    queue.push(wake(time, 0));
-                    if time < queue.span() { pending.push(time); }
+                    sleepers.0[particle] = time;
+                    queue.push(wake(time, particle as u32));
+                    if time < queue.span() { expected.push(time); }
+                    particle += 1;
                 }
             }
-            expected.append(&mut pending);
             expected.sort_by(f64::total_cmp);
             prop_assert_eq!(found, expected);
         }

@@ -289,6 +289,19 @@ impl Scene {
         potentials.chain(diameters).fold(0.0, f64::max)
     }
 
+    /// By species and species, the distance at which strangers interact, negative for those who never do `[length]`.
+    #[must_use]
+    pub fn ranges(&self) -> Vec<f64> {
+        let of = |k: usize| &self.species[k];
+        let pair = |(cell, id): (usize, &Option<InteractionId>)| match id {
+            Some(id) if !(of(cell / self.species.len()).is_static() && of(cell % self.species.len()).is_static()) => {
+                self.interactions[id.0 as usize].potential.range()
+            }
+            _ => -1.0,
+        };
+        self.table.iter().enumerate().map(pair).collect()
+    }
+
     /// The species of a particle.
     #[must_use]
     pub fn species_of(&self, particle: ParticleId) -> &Species {

@@ -1,16 +1,22 @@
 //! A simulation: a scene in motion.
 
+mod arrange;
 mod audit;
 mod build;
 mod clock;
 mod engine;
 mod execute;
+mod expect;
+mod order;
+mod others;
 mod predict;
+mod shell;
 mod snapshot;
 mod states;
 mod wall;
 
 use crate::event::{Event, Tally};
+use crate::neighbours::Search;
 use crate::scene::{ParticleId, Scene};
 use crate::space::Boundary;
 use engine::Engine;
@@ -111,13 +117,15 @@ impl Arrest {
 }
 
 /// The engine that was chosen for a scene, once and at the start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EngineChoice {
     /// Whether particles accelerate, so that flights are parabolas.
     pub is_falling: bool,
     /// Whether pairs are looked up in a table of potentials, with a memory of pair states; otherwise there is one species
     /// of hard spheres.
     pub has_table: bool,
+    /// How neighbours are found at the start; a run changes that with the density.
+    pub search: Search,
 }
 
 impl EngineChoice {
@@ -132,7 +140,7 @@ impl EngineChoice {
                 let potential = &scene.interactions[id.0 as usize].potential;
                 potential.is_hard_sphere() && !potential.is_bond()
             });
-        Self { is_falling, has_table: !is_one_hard_sphere }
+        Self { is_falling, has_table: !is_one_hard_sphere, search: Search::of(scene) }
     }
 }
 
@@ -140,7 +148,7 @@ impl fmt::Display for EngineChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let pairs = if self.has_table { "a table of potentials with pair states" } else { "one hard-sphere species" };
         let motion = if self.is_falling { "falling" } else { "force-free" };
-        write!(f, "{motion} particles, {pairs}, cells")
+        write!(f, "{motion} particles, {pairs}, {}", self.search)
     }
 }
 
@@ -292,7 +300,7 @@ impl Simulation {
     /// The state of a pair: through how many radii of its potential it has been captured.
     #[must_use]
     pub fn pair_state(&self, a: ParticleId, b: ParticleId) -> u16 {
-        with_engine!(&self.engine, engine => engine.pair_state(a.0, b.0).0)
+        with_engine!(&self.engine, engine => engine.state_of_pair(a, b))
     }
 
     /// Number of particles that move.

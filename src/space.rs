@@ -92,6 +92,13 @@ impl Space {
     }
 }
 
+/// The shortest of the images of one coordinate of a separation; see [`minimum_image`].
+#[inline]
+#[must_use]
+pub fn minimum_image_along(x: f64, period: f64) -> f64 {
+    x - if x.abs() > 0.5 * period { period.copysign(x) } else { 0.0 }
+}
+
 /// The shortest of the images of a separation, exactly antisymmetric in the separation.
 ///
 /// Needs every coordinate within one period of the shortest image, which holds for particles that are
@@ -100,14 +107,7 @@ impl Space {
 #[must_use]
 pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
     for k in 0..3 {
-        let (x, period) = (separation[k], periods[k]);
-        separation[k] = if x > 0.5 * period {
-            x - period
-        } else if x < -0.5 * period {
-            x + period
-        } else {
-            x
-        };
+        separation[k] = minimum_image_along(separation[k], periods[k]);
     }
     separation
 }

@@ -40,7 +40,8 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
     }
     let discriminant = f.b * f.b - f.v2 * f.r2;
     let dt = if discriminant > 0.0 {
-        let q = f.b + discriminant.sqrt().copysign(f.b);
+        let root = discriminant.sqrt();
+        let q = f.b + if f.b < 0.0 { -root } else { root };
         (-q / f.v2).max(-f.r2 / q)
     } else {
         -f.b / f.v2

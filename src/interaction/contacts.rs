@@ -26,6 +26,11 @@ impl ContactTimes {
         is_recent
     }
 
+    /// Renumbers the particles: the first is the one that was number `old[0]`.
+    pub fn permute(&mut self, old: &[u32]) {
+        self.last = old.iter().map(|&old| self.last[old as usize]).collect();
+    }
+
     /// Counts all times from an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         for last in &mut self.last {

@@ -4,6 +4,8 @@
 //! because round-off puts distances on the wrong side. A pair without an entry is a stranger, in state 0 of its
 //! species' potential; bonded pairs always have one. Each moving particle keeps its own list of partners.
 
+use crate::prefetch::prefetch;
+
 /// What a particle remembers of a partner.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Known {
@@ -38,6 +40,13 @@ impl PairMemory {
         &self.entries[at..at + usize::from(self.lengths[particle as usize])]
     }
 
+    /// Expects questions about a particle.
+    #[inline]
+    pub fn expect(&self, particle: u32) {
+        prefetch(&self.lengths, particle);
+        prefetch(&self.entries, particle.wrapping_mul(self.room as u32));
+    }
+
     /// What a particle knows of a partner.
     #[inline]
     #[must_use]
@@ -45,19 +54,20 @@ impl PairMemory {
         self.of(particle).iter().copied().find(|known| known.partner == partner)
     }
 
-    /// Makes a particle know a partner, or changes what it knows of it.
-    pub fn set(&mut self, particle: u32, known: Known) {
+    /// Makes a particle know a partner, or changes what it knows of it; whether the partner is new to it.
+    pub fn set(&mut self, particle: u32, known: Known) -> bool {
         let length = usize::from(self.lengths[particle as usize]);
         let at = particle as usize * self.room;
         if let Some(old) = self.entries[at..at + length].iter_mut().find(|old| old.partner == known.partner) {
             *old = known;
-            return;
+            return false;
         }
         if length == self.room {
             self.grow();
         }
         self.entries[particle as usize * self.room + length] = known;
         self.lengths[particle as usize] += 1;
+        true
     }
 
     /// Makes a particle forget a partner.

@@ -55,11 +55,31 @@ impl Steps {
         }
     }
 
+    /// The squares of both.
+    #[inline]
+    #[must_use]
+    pub fn edges(&self, state: u16) -> Edges {
+        let squared = |seen: Option<Discontinuity>, none: f64| seen.map_or(none, |seen| seen.squared);
+        Edges {
+            inner: squared(self.inner[usize::from(state)], f64::NEG_INFINITY),
+            outer: squared(self.outer[usize::from(state)], f64::INFINITY),
+        }
+    }
+
     /// Potential energy of a pair in `state` `[energy]`.
     #[must_use]
     pub fn energy(&self, state: u16) -> f64 {
         self.energies[usize::from(state)]
     }
+}
+
+/// The squared distances of the discontinuities that a pair in some state can reach `[length^2]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edges {
+    /// The inner one; negative infinity if there is none.
+    pub inner: f64,
+    /// The outer one; infinite if there is none.
+    pub outer: f64,
 }
 
 /// What two strangers (in pair state 0) of given species do when they approach.
@@ -73,6 +93,14 @@ pub struct Meeting {
     pub exists: bool,
     /// Whether the two accelerate relative to each other.
     pub is_accelerated: bool,
+}
+
+impl Meeting {
+    /// The square of the range of a pair that meets without relative acceleration; negative infinity for others, whom Algorithm 2
+    /// then never finds to meet.
+    fn inertial_squared(&self) -> f64 {
+        if self.exists && !self.is_accelerated { self.squared } else { f64::NEG_INFINITY }
+    }
 }
 
 /// The constants of a species.
@@ -112,6 +140,8 @@ pub struct Rules {
     pub steps: Vec<Steps>,
     /// `species x species`, row by row.
     meetings: Vec<Meeting>,
+    /// The same: squared ranges of those without relative acceleration, negative infinity for others.
+    inertial: Vec<f64>,
 }
 
 impl Rules {
@@ -119,7 +149,7 @@ impl Rules {
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let species: Vec<_> = scene.species.iter().map(SpeciesRules::new).collect();
-        let meetings = scene
+        let meetings: Vec<Meeting> = scene
             .table
             .iter()
             .enumerate()
@@ -135,7 +165,17 @@ impl Rules {
                 }
             })
             .collect();
-        Self { species, steps: scene.interactions.iter().map(Steps::new).collect(), meetings }
+        let inertial = meetings.iter().map(|meeting| meeting.inertial_squared()).collect();
+        Self { inertial, species, steps: scene.interactions.iter().map(Steps::new).collect(), meetings }
+    }
+
+    /// The squares of the distances at which strangers of each species meet one of a given species, negative infinity for those
+    /// who never meet it, or only with a relative acceleration.
+    #[inline]
+    #[must_use]
+    pub fn inertial_squared(&self, species: u16) -> &[f64] {
+        let first = usize::from(species) * self.species.len();
+        &self.inertial[first..first + self.species.len()]
     }
 
     /// What strangers of two species do.

@@ -1,6 +1,7 @@
 //! The engine's own check of its state: who overlaps, and how much of it is round-off.
 
 use super::engine::Engine;
+use crate::neighbours::near::Near;
 use crate::overlap::Side;
 use crate::scene::ParticleId;
 use crate::space::minimum_image;
@@ -91,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn real_overlaps(&self) -> Vec<Overlap> {
         let mut real = Vec::new();
         self.for_each_overlap(|overlap| {
-            let is_first = overlap.partner.is_none_or(|p| overlap.particle < p || self.is_static(p.0));
+            let is_first = overlap.partner.is_none_or(|p| overlap.particle < p || self.is_static(self.number(p)));
             if is_first && overlap.is_real() {
                 real.push(overlap);
             }
@@ -121,20 +122,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn overlaps_with_strangers(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         let species = |id: u32| self.species[id as usize];
-        self.cells.for_each_near(self.bodies[particle as usize].cell, |other| {
+        let mut near = Near::default();
+        self.cells.find_near(self.cells.home(particle), &mut near);
+        for &other in near.found() {
             let meeting = self.rules.meeting(species(particle), species(other));
             if other != particle && meeting.exists && !(TABLE && self.memory.get(particle, other).is_some()) {
                 let range = meeting.squared.sqrt();
                 self.offer_pair(particle, other, range - self.distance(particle, other), range, found);
             }
-        });
+        }
     }
 
     fn offer_pair(&self, i: u32, j: u32, depth: f64, distance: f64, found: &mut impl FnMut(Overlap)) {
         if depth > 0.0 {
             // What has overlapped since the last event came from no further than the discontinuity itself.
             let round_off = self.round_off_of_pair(i, j, distance, distance, self.flown(i).min(self.flown(j)));
-            let (particle, partner) = (ParticleId(i), Some(ParticleId(j)));
+            let (particle, partner) = (self.name(i), Some(self.name(j)));
             found(Overlap { particle, partner, depth: depth / distance, round_off: round_off / distance });
         }
     }
@@ -149,7 +152,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let depth = radius - inwards * (position[axis] - wall.at);
             if depth > 0.0 {
                 let round_off = self.round_off_of_wall(particle, axis, wall.at, radius, self.flown(particle));
-                let particle = ParticleId(particle);
+                let particle = self.name(particle);
                 found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
             }
         }

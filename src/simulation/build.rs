@@ -2,42 +2,57 @@
 
 use super::clock::Clock;
 use super::engine::{Body, Engine, Prediction, Wall};
+use super::order::along_curve;
 use crate::Vector;
 use crate::event::Tally;
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::PairMemory;
 use crate::interaction::rules::Rules;
+use crate::neighbours::Search;
 use crate::neighbours::cells::{Cells, Face};
+use crate::neighbours::near::Near;
 use crate::queue::EventQueue;
 use crate::scene::Scene;
 use crate::space::{Boundary, Face as SpaceFace};
+
+/// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
+const LARGE: usize = 32_768;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub fn new(scene: &Scene) -> Self {
         let rules = Rules::new(scene);
         let count = scene.particles.len();
         let positions: Vec<Vector> = scene.particles.iter().map(|p| p.position).collect();
-        let cells = Cells::new(&scene.space, scene.longest_range(), &positions);
-        let bodies = scene
-            .particles
-            .iter()
-            .map(|p| Body {
-                position: p.position,
-                velocity: p.velocity,
-                time: 0.0,
-                events: 0,
-                cell: cells.cell_at(&p.position),
-            })
+        let names = along_curve(&scene.space, &positions);
+        let mut numbers = vec![0; count];
+        for (&name, number) in names.iter().zip(0..) {
+            numbers[name as usize] = number;
+        }
+        let particles = || names.iter().map(|&name| &scene.particles[name as usize]);
+        let bodies = particles()
+            .zip(&names)
+            .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
             .collect();
         let n = count as u64;
         let mut engine = Self {
+            is_large: count > LARGE,
             bodies,
-            species: scene.particles.iter().map(|p| p.species.0 as u16).collect(),
+            species: particles().map(|p| p.species.0 as u16).collect(),
+            numbers,
+            near: Near::default(),
             images: vec![[0; 3]; count],
             predictions: vec![Prediction::NONE; count],
             queue: EventQueue::new(count, 1.0),
-            further_images: cells.further_images(&scene.space.periods()),
-            cells,
+            further_images: Vec::new(),
+            cells: Cells::new(&scene.space, scene.longest_range(), &[]),
+            shells: None,
+            search: Search::of(scene),
+            space: scene.space.clone(),
+            ranges: scene.ranges(),
+            longest: scene.bonds.iter().fold(scene.longest_range(), |longest, bond| {
+                longest.max(scene.interactions[bond.interaction.0 as usize].potential.range())
+            }),
+            reach: scene.longest_range(),
             memory: PairMemory::new(if TABLE { count } else { 0 }),
             is_known: vec![false; if TABLE { count } else { 0 }],
             walls: walls(scene),
@@ -46,8 +61,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             tally: Tally::default(),
             executed: 0,
             transitions_at_event: 0,
+            transitions_at_order: 0,
             start: scene.start_time,
             epoch: 0.0,
+            epochs: 0,
             now: 0.0,
             last_reached: 0.0,
             lost_speed: None,
@@ -59,9 +76,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             },
             rules,
         };
+        engine.sort_into_cells();
         if TABLE {
             engine.remember_pairs(scene);
         }
+        engine.fill_lists();
+        engine.enlarge();
         for particle in 0..count as u32 {
             if !engine.is_static(particle) {
                 engine.predict(particle, 0.0);
@@ -83,20 +103,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sets the states of all pairs from their distances at the start, the one time that distances decide them.
     fn remember_pairs(&mut self, scene: &Scene) {
         for bond in &scene.bonds {
-            let [a, b] = bond.pair.map(|id| id.0);
+            let [a, b] = bond.pair.map(|id| self.number(id));
             self.remember(scene, a, b, bond.interaction.0 as u16, true);
         }
         let holds_all_pairs =
             scene.table.iter().flatten().any(|id| scene.interactions[id.0 as usize].potential.is_bond());
         let count = self.bodies.len() as u32;
+        let mut near = Near::default();
         for a in (0..count).filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
-            let mut near = Vec::new();
-            if holds_all_pairs {
-                near.extend(0..count);
-            } else {
-                self.cells.for_each_near(self.bodies[a as usize].cell, |b| near.push(b));
-            }
-            for b in near {
+            self.cells.find_near(self.cells.home(a), &mut near);
+            let all = 0..if holds_all_pairs { count } else { 0 };
+            let found = if holds_all_pairs { &[] } else { near.found() };
+            for b in all.chain(found.iter().copied()) {
                 // Pairs of two moving particles come up twice; the first time decides.
                 if b == a || (b < a && !self.is_static(b)) || self.memory.get(a, b).is_some() {
                     continue;

@@ -7,9 +7,15 @@ use crate::event::{Event, Tally};
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::{Known, PairMemory};
 use crate::interaction::rules::Rules;
+use crate::neighbours::Search;
 use crate::neighbours::cells::{Cells, Face, NOBODY};
+use crate::neighbours::near::Near;
+use crate::neighbours::shells::Shells;
 use crate::overlap::Side;
-use crate::queue::{EventQueue, Wake};
+use crate::prefetch::prefetch;
+use crate::queue::{EventQueue, Sleepers, Wake};
+use crate::scene::ParticleId;
+use crate::space::Space;
 
 /// A particle where an event last touched it: a *delayed state*, one cache line.
 #[derive(Debug, Clone, Copy)]
@@ -23,8 +29,18 @@ pub(super) struct Body {
     pub time: f64,
     /// Number of events that changed its motion: a prediction that names another number is void.
     pub events: u32,
-    /// The cell that it is in.
-    pub cell: u32,
+    /// The user's id of it.
+    pub name: u32,
+}
+
+impl Body {
+    /// Position, velocity and time; the last number is none.
+    #[inline(always)]
+    pub fn numbers(&self) -> &[f64; 8] {
+        const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };
+        // SAFETY: as large, aligned better, without padding, and any bits are a number.
+        unsafe { &*std::ptr::from_ref(self).cast() }
+    }
 }
 
 /// What a particle is predicted to run into.
@@ -47,6 +63,8 @@ pub(super) struct Prediction {
     pub partner: u32,
     /// The partner's number of events when this was predicted.
     pub partner_events: u32,
+    /// Decides between simultaneous contacts: pairs before walls, then the lower id of the pair or particle.
+    pub rank: u32,
     pub contact: Contact,
     pub exit: Face,
 }
@@ -57,27 +75,67 @@ impl Prediction {
         transition_time: f64::INFINITY,
         partner: NOBODY,
         partner_events: 0,
+        rank: 0,
         contact: Contact::Pair(Side::Positive),
         exit: Face { axis: 0, is_upper: false },
     };
+
+    /// Whether it leaves its cell or shell before it meets anything.
+    #[inline]
+    pub fn is_transition(&self) -> bool {
+        self.transition_time < self.contact_time
+    }
 
     #[inline]
     pub fn wake_time(&self) -> f64 {
         self.contact_time.min(self.transition_time)
     }
 
-    /// Orders simultaneous wakes: pairs, then walls, then cell transitions; then the lower id of the pair.
+    /// Whether a pair's event comes before the one foreseen; between simultaneous ones, whether its ids are the lower ones.
     #[inline]
-    fn rank(&self, particle: u32) -> u32 {
-        let (kind, id) = if self.transition_time < self.contact_time {
-            (2, particle)
-        } else {
-            match self.contact {
-                Contact::Pair(_) => (0, particle.min(self.partner)),
-                Contact::Wall(_) => (1, particle),
-            }
-        };
-        (kind << 30) | (id & 0x3fff_ffff)
+    pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &[Body]) -> bool {
+        let name = |particle: u32| bodies[particle as usize].name;
+        let pair = |other: u32| (name(particle).min(name(other)), name(particle).max(name(other)));
+        time < self.contact_time
+            || (time == self.contact_time
+                && matches!(self.contact, Contact::Pair(_))
+                && pair(other) < pair(self.partner))
+    }
+
+    /// Makes a pair's event the one foreseen.
+    #[inline]
+    pub fn meet(&mut self, particle: u32, other: u32, side: Side, time: f64, bodies: &[Body]) {
+        let partner = &bodies[other as usize];
+        self.contact_time = time;
+        self.partner = other;
+        self.partner_events = partner.events;
+        self.rank = partner.name.min(bodies[particle as usize].name);
+        self.contact = Contact::Pair(side);
+    }
+
+    /// Makes a contact with a wall the event foreseen.
+    pub fn reach(&mut self, face: Face, time: f64, name: u32) {
+        self.contact_time = time;
+        self.rank = WALL | name;
+        self.contact = Contact::Wall(face);
+    }
+}
+
+/// What the ranks of contacts with walls and of transitions have, and those of pairs have not.
+const WALL: u32 = 1 << 30;
+const TRANSITION: u32 = 2 << 30;
+
+impl Sleepers for Vec<Prediction> {
+    #[inline]
+    fn wake(&self, particle: u32) -> Wake {
+        let prediction = &self[particle as usize];
+        let rank = if prediction.is_transition() { TRANSITION } else { prediction.rank };
+        Wake { time: prediction.wake_time(), particle, rank }
+    }
+
+    #[inline]
+    fn expect(&self, particle: u32) {
+        prefetch(self, particle);
     }
 }
 
@@ -95,18 +153,33 @@ pub(super) struct Wall {
 #[derive(Debug)]
 pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub bodies: Vec<Body>,
+    /// Whether they are too many for the caches next to the processor.
+    pub is_large: bool,
+    /// The number of each particle that the user has an id for.
+    pub numbers: Vec<u32>,
     pub species: Vec<u16>,
     /// How many periods each particle has travelled along the axes.
     pub images: Vec<[i32; 3]>,
     pub predictions: Vec<Prediction>,
     pub queue: EventQueue,
     pub cells: Cells,
+    /// Neighbour lists, unless the cells alone say who is near.
+    pub shells: Option<Shells>,
     pub rules: Rules,
     pub memory: PairMemory,
     /// Scratch: whom the particle in hand already knows.
     pub is_known: Vec<bool>,
+    /// Scratch: whom the particle in hand finds in the cells around it.
+    pub near: Near,
     pub walls: Vec<Wall>,
     pub periods: Vector,
+    pub space: Space,
+    /// How neighbours are found: by species and species, the distances at which strangers meet, negative for those who never do;
+    /// the longest, also of bonds; and the one that cells alone have to reach.
+    pub search: Search,
+    pub ranges: Vec<f64>,
+    pub longest: f64,
+    pub reach: f64,
     /// Images of a small box that have to be looked at one by one; empty for others.
     pub further_images: Vec<Vector>,
     pub contact_times: Option<ContactTimes>,
@@ -115,9 +188,13 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub executed: u64,
     /// Cell transitions when the last of them happened.
     pub transitions_at_event: u64,
+    /// Transitions when particles were last put in order.
+    pub transitions_at_order: u64,
     /// Simulated time at the start, at the epoch since then, and now since the epoch.
     pub start: f64,
     pub epoch: f64,
+    /// Number of epochs that have ended.
+    pub epochs: u64,
     pub now: f64,
     /// How long the epoch before this one was.
     pub last_reached: f64,
@@ -127,11 +204,26 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The user's id of a particle.
+    #[inline]
+    pub(super) fn name(&self, particle: u32) -> ParticleId {
+        ParticleId(self.bodies[particle as usize].name)
+    }
+
+    /// The number of a particle that the user names.
+    #[inline]
+    pub(super) fn number(&self, id: ParticleId) -> u32 {
+        self.numbers[id.0 as usize]
+    }
+
     /// Writes what two particles know of each other into the lists of both; static ones keep none.
     pub(super) fn know(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
-                self.memory.set(particle, Known { partner, state, interaction });
+                let is_new = self.memory.set(particle, Known { partner, state, interaction });
+                if is_new && let Some(shells) = &mut self.shells {
+                    shells.lists.remove(particle, partner);
+                }
             }
         }
     }
@@ -141,6 +233,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
                 self.memory.forget(particle, partner);
+                if let Some(shells) = &mut self.shells {
+                    shells.lists.add(particle, partner);
+                }
             }
         }
     }
@@ -163,10 +258,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Puts a particle's pending prediction into the queue.
     #[inline]
     pub(super) fn schedule(&mut self, particle: u32) {
-        let prediction = &self.predictions[particle as usize];
-        let time = prediction.wake_time();
-        if time < f64::INFINITY {
-            self.queue.push(Wake { time, particle, rank: prediction.rank(particle) });
+        let wake = self.predictions.wake(particle);
+        if wake.time < f64::INFINITY {
+            self.queue.push(wake);
         }
     }
 
@@ -174,7 +268,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub fn advance(&mut self, until: Until, mut observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
         let mut stop = self.since_epoch(until.time);
         loop {
-            let Some(wake) = self.queue.peek() else {
+            let Some(wake) = self.queue.peek(&self.predictions) else {
                 if self.move_epoch() {
                     stop = self.since_epoch(until.time);
                     continue;
@@ -191,11 +285,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.queue.pop();
                 continue;
             }
+            if self.is_large {
+                self.expect_coming();
+            }
             if wake.time > stop {
                 self.now = stop;
                 return Ok(Reason::Time);
             }
-            let is_transition = prediction.transition_time < prediction.contact_time;
+            let is_transition = prediction.is_transition();
             if !is_transition && self.executed >= until.events {
                 return Ok(Reason::Events);
             }
@@ -205,7 +302,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.queue.pop();
             self.now = wake.time;
             if is_transition {
-                self.cross(particle, wake.time);
+                if self.shells.is_some() {
+                    self.recentre(particle, wake.time);
+                } else {
+                    self.cross(particle, wake.time);
+                }
                 continue;
             }
             match prediction.contact {

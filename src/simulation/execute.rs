@@ -86,8 +86,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Event {
             time: self.time(),
             kind: EventKind::Pair(response.outcome),
-            particle: ParticleId(i),
-            partner: Some(ParticleId(j)),
+            particle: self.name(i),
+            partner: Some(self.name(j)),
             normal: pair.line / length,
             impulse: impulse * length,
             distance: seen.distance,
@@ -221,6 +221,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             impulse *= 2.0;
         }
+    }
+
+    /// The state of a pair that the user names.
+    pub(super) fn state_of_pair(&self, a: ParticleId, b: ParticleId) -> u16 {
+        self.pair_state(self.number(a), self.number(b)).0
     }
 
     /// State and interaction of a pair: what the moving one of them remembers, or a stranger's.

@@ -1,20 +1,22 @@
 //! Prediction: the earliest contact of one particle, and when it leaves its cell.
 
-use super::engine::{Body, Contact, Engine, Prediction};
+use super::engine::{Body, Engine, Prediction};
+use super::others::Others;
 use crate::Vector;
 use crate::detection::{accelerated, inertial, plane};
 use crate::motion::{RelativeState, stream_position};
 use crate::neighbours::cells::Face;
+use crate::neighbours::near::Near;
 use crate::overlap::{Quadratic, Quartic, Side};
 use crate::space::minimum_image;
 
 /// A particle streamed to the time of a prediction.
-struct Streamed {
-    id: u32,
-    position: Vector,
-    velocity: Vector,
-    acceleration: Vector,
-    time: f64,
+pub(super) struct Streamed {
+    pub id: u32,
+    pub position: Vector,
+    pub velocity: Vector,
+    pub acceleration: Vector,
+    pub time: f64,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -24,7 +26,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         streamed::<FALLING>(&self.bodies[particle as usize], &self.acceleration(particle), time)
     }
 
-    fn streamed(&self, id: u32, time: f64) -> Streamed {
+    pub(super) fn streamed(&self, id: u32, time: f64) -> Streamed {
         let (position, velocity) = self.state_at(id, time);
         Streamed { id, position, velocity, acceleration: self.acceleration(id), time }
     }
@@ -36,14 +38,36 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if TABLE {
             self.predict_known(&me, &mut prediction);
         }
-        let cell = self.bodies[particle as usize].cell;
-        self.cells.for_each_near(cell, |other| self.predict_stranger(&me, other, &mut prediction));
-        if TABLE {
-            self.unmark_known(particle);
+        if let Some(shells) = &self.shells {
+            self.predict_listed(&me, shells, &mut prediction);
+            self.predict_walls(&me, None, &mut prediction);
+            prediction.transition_time = self.leaves_shell(&me, shells);
+            self.predictions[particle as usize] = prediction;
+            return;
         }
-        self.predict_walls(&me, cell, &mut prediction);
+        let cell = self.cells.home(particle);
+        let mut near = std::mem::take(&mut self.near);
+        self.cells.find_near(cell, &mut near);
+        self.predict_near(&me, near, &mut prediction);
+        self.predict_walls(&me, Some(cell), &mut prediction);
         self.predict_transition(&me, cell, &mut prediction);
         self.predictions[particle as usize] = prediction;
+    }
+
+    /// The strangers of the scratch list, which is given back; those that the particle knows are unmarked.
+    fn predict_near(&mut self, me: &Streamed, mut near: Near, prediction: &mut Prediction) {
+        if TABLE {
+            near.retain(|other| !self.is_known[other as usize]);
+            for known in self.memory.of(me.id) {
+                self.is_known[known.partner as usize] = false;
+            }
+        }
+        if self.further_images.is_empty() {
+            self.predict_strangers(me, true, near.fours(me.id), prediction);
+        } else {
+            near.found().iter().for_each(|&other| self.predict_stranger(me, other, prediction));
+        }
+        self.near = near;
     }
 
     /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
@@ -53,8 +77,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut prediction = self.predictions[particle as usize];
         let face = prediction.exit;
         let body = &mut self.bodies[particle as usize];
-        let transition = self.cells.cross(particle, body.cell, face);
-        body.cell = transition.cell;
+        let transition = self.cells.cross(particle, face);
         if transition.wrap != 0 {
             let axis = usize::from(face.axis);
             body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
@@ -71,12 +94,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.is_known[known.partner as usize] = true;
             }
         }
-        self.cells.for_each_new(transition.cell, face, |other| self.predict_stranger(&me, other, &mut prediction));
-        if TABLE {
-            self.unmark_known(particle);
-        }
+        let mut near = std::mem::take(&mut self.near);
+        self.cells.find_new(transition.cell, face, &mut near);
+        self.predict_near(&me, near, &mut prediction);
         if !self.walls.is_empty() {
-            self.predict_walls(&me, transition.cell, &mut prediction);
+            self.predict_walls(&me, Some(transition.cell), &mut prediction);
         }
         self.predict_transition(&me, transition.cell, &mut prediction);
         self.predictions[particle as usize] = prediction;
@@ -85,9 +107,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Partners that the particle knows: both sides of the pair's state.
     fn predict_known(&mut self, me: &Streamed, prediction: &mut Prediction) {
+        if !FALLING {
+            if self.shells.is_none() {
+                for known in self.memory.of(me.id) {
+                    self.is_known[known.partner as usize] = true;
+                }
+            }
+            let wraps = self.shells.as_ref().is_none_or(|shells| shells.wraps(&me.position));
+            self.others(me, wraps).first_known(me, self.memory.of(me.id), &self.rules.steps, prediction);
+            return;
+        }
         for at in 0..self.memory.of(me.id).len() {
             let known = self.memory.of(me.id)[at];
-            self.is_known[known.partner as usize] = true;
+            if self.shells.is_none() {
+                self.is_known[known.partner as usize] = true;
+            }
             let state = self.relative(me, known.partner);
             let steps = &self.rules.steps[usize::from(known.interaction)];
             for side in [Side::Positive, Side::Negative] {
@@ -100,9 +134,37 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    fn unmark_known(&mut self, particle: u32) {
-        for known in self.memory.of(particle) {
-            self.is_known[known.partner as usize] = false;
+    /// The first meeting with any of some strangers, whom `wraps` says that a nearer image may have.
+    #[inline]
+    pub(super) fn predict_strangers(
+        &self,
+        me: &Streamed,
+        wraps: bool,
+        strangers: &[[u32; 4]],
+        prediction: &mut Prediction,
+    ) {
+        self.others(me, wraps).first_met::<FALLING, TABLE>(me, strangers, prediction);
+        if FALLING && TABLE {
+            let mine = self.species[me.id as usize];
+            for &other in strangers.as_flattened() {
+                if self.rules.meeting(mine, self.species[other as usize]).is_accelerated {
+                    self.predict_stranger(me, other, prediction);
+                }
+            }
+        }
+    }
+
+    /// What others are to a particle.
+    #[inline]
+    fn others(&self, me: &Streamed, wraps: bool) -> Others<'_> {
+        let species = if TABLE { self.species[me.id as usize] } else { 0 };
+        Others {
+            bodies: &self.bodies,
+            periods: &self.periods,
+            wraps,
+            acceleration: me.acceleration,
+            squared: self.rules.inertial_squared(species),
+            species: &self.species,
         }
     }
 
@@ -114,7 +176,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let squared = if TABLE {
             let meeting = self.rules.meeting(self.species[me.id as usize], self.species[other as usize]);
-            if !meeting.exists || self.is_known[other as usize] {
+            if !meeting.exists {
                 return;
             }
             meeting.squared
@@ -171,25 +233,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
-        let is_first = time < prediction.contact_time
-            || (time == prediction.contact_time
-                && matches!(prediction.contact, Contact::Pair(_))
-                && (me.id.min(other), me.id.max(other))
-                    < (me.id.min(prediction.partner), me.id.max(prediction.partner)));
-        if is_first {
-            prediction.contact_time = time;
-            prediction.partner = other;
-            prediction.partner_events = self.bodies[other as usize].events;
-            prediction.contact = Contact::Pair(side);
+        if prediction.is_before(me.id, other, time, &self.bodies) {
+            prediction.meet(me.id, other, side, time, &self.bodies);
         }
     }
 
-    fn predict_walls(&self, me: &Streamed, cell: u32, prediction: &mut Prediction) {
+    /// Walls; those of other cells than `cell` are too far away to be met.
+    fn predict_walls(&self, me: &Streamed, cell: Option<u32>, prediction: &mut Prediction) {
         for wall in &self.walls {
             let axis = usize::from(wall.face.axis);
-            let [is_first, is_last] = self.cells.is_outermost(cell, axis);
-            if !(if wall.face.is_upper { is_last } else { is_first }) {
-                continue;
+            if let Some(cell) = cell {
+                let [is_first, is_last] = self.cells.is_outermost(cell, axis);
+                if !(if wall.face.is_upper { is_last } else { is_first }) {
+                    continue;
+                }
             }
             let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
             let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
@@ -197,20 +254,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
                 && me.time + dt < prediction.contact_time
             {
-                prediction.contact_time = me.time + dt;
-                prediction.contact = Contact::Wall(wall.face);
+                prediction.reach(wall.face, me.time + dt, self.bodies[me.id as usize].name);
             }
         }
     }
 
     fn predict_transition(&self, me: &Streamed, cell: u32, prediction: &mut Prediction) {
         prediction.transition_time = f64::INFINITY;
+        if !FALLING {
+            self.cells.for_each_face_ahead(cell, &me.velocity, |face: Face, at| {
+                let axis = usize::from(face.axis);
+                // Rounding may have put it beyond the face already.
+                let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
+                if time < prediction.transition_time {
+                    (prediction.transition_time, prediction.exit) = (time, face);
+                }
+            });
+            return;
+        }
         self.cells.for_each_face(cell, |face: Face, at| {
             let axis = usize::from(face.axis);
             let inwards = if face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - at);
-            let acceleration = if FALLING { inwards * me.acceleration[axis] } else { 0.0 };
-            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], acceleration)
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
                 && me.time + dt < prediction.transition_time
             {
                 prediction.transition_time = me.time + dt;

@@ -32,9 +32,9 @@ pub struct Energy {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn snapshot(&self) -> Snapshot {
-        let (positions, velocities) =
-            (0..self.bodies.len() as u32).map(|particle| self.state_at(particle, self.now)).unzip();
-        Snapshot { time: self.time(), positions, velocities, images: self.images.clone() }
+        let (positions, velocities) = self.numbers.iter().map(|&particle| self.state_at(particle, self.now)).unzip();
+        let images = self.numbers.iter().map(|&particle| self.images[particle as usize]).collect();
+        Snapshot { time: self.time(), positions, velocities, images }
     }
 
     pub(super) fn energy(&self) -> Energy {
@@ -42,7 +42,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut external = Sum::default();
         let mut pair = Sum::default();
         let mut momentum = [Sum::default(); 3];
-        for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)) {
+        for &particle in self.numbers.iter().filter(|&&p| !self.is_static(p)) {
             let species = &self.rules.species[usize::from(self.species[particle as usize])];
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.now);

@@ -46,7 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         states.elapsed = Elapsed { epoch: self.epoch, since_epoch: self.now };
         states.positions.clear();
         states.velocities.clear();
-        for particle in 0..self.bodies.len() as u32 {
+        for &particle in &self.numbers {
             let (position, velocity) = self.state_at(particle, self.now);
             states.positions.push(position);
             states.velocities.push(velocity);
@@ -59,8 +59,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             for known in self.memory.of(particle).iter().filter(|known| known.state > 0) {
                 // Two moving particles know each other both; a static one knows nobody.
                 if particle < known.partner || self.is_static(known.partner) {
-                    let pair = [particle.min(known.partner), particle.max(known.partner)];
-                    pairs.push((pair.map(ParticleId), known.state));
+                    let [a, b] = [particle, known.partner].map(|number| self.name(number));
+                    pairs.push(([a.min(b), a.max(b)], known.state));
                 }
             }
         }

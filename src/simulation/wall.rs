@@ -5,7 +5,6 @@ use super::engine::Engine;
 use crate::Vector;
 use crate::event::{Event, EventKind};
 use crate::neighbours::cells::Face;
-use crate::scene::ParticleId;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// A particle reaches a wall.
@@ -51,7 +50,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Event {
             time: self.time(),
             kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
-            particle: ParticleId(i),
+            particle: self.name(i),
             partner: None,
             normal,
             impulse: (after - vn) / species.inverse_mass,

@@ -23,13 +23,13 @@ use std::ops::ControlFlow;
 const FINGERPRINTS: [(&str, u64, u64); 10] = [
     ("bouncing_ball", 1000, 0x3eb7d631c4034797),
     ("elastic_spheres_1d", 2, 0x908126a4c7e08d89),
-    ("everything", 30000, 0x08f001d24a4364a7),
-    ("granular_cooling", 20000, 0x5d79201edffad015),
-    ("hard_sphere_fluid", 20000, 0x88e0e3997f767124),
-    ("hopper", 10000, 0x15f87e88d408da64),
-    ("pendulum", 20000, 0x6e9ef32466cb6c5f),
-    ("polymer", 20000, 0x32c9d64eeec477fb),
-    ("square_well_fluid", 20000, 0xdf4bc30d750c8b95),
+    ("everything", 30000, 0x2c4db89f91e6ae3c),
+    ("granular_cooling", 20000, 0xa18025e18ab97916),
+    ("hard_sphere_fluid", 20000, 0x46c5bf6392298890),
+    ("hopper", 10000, 0x11e41719a492e05a),
+    ("pendulum", 20000, 0x7905fcae31a4199a),
+    ("polymer", 20000, 0x2372446c2bbe4519),
+    ("square_well_fluid", 20000, 0xe2e29b5bc35d4bf7),
     ("stepped_lennard_jones", 20000, 0x2eedeb4258e70d3d),
 ];
 

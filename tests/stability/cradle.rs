@@ -164,9 +164,10 @@ fn a_long_row_hands_a_blow_through() {
     assert_eq!(simulation.advance(Until::time(2.0)), Ok(Reason::Time));
     assert_eq!(simulation.tally().core, count as u64 - 1);
     let end = simulation.snapshot();
-    assert_eq!(end.velocities[count - 1], along(1.0));
-    assert_eq!(end.positions[count - 1], along(count as f64));
-    assert!((0..count - 1).all(|k| end.velocities[k] == along(0.0) && end.positions[k] == along(k as f64)));
+    // Each sphere is where the contact put it, at a time that was rounded where neighbours were looked for.
+    let is_at = |k: usize, x: f64| (end.positions[k] - along(x)).norm() <= 2.0 * f64::EPSILON * count as f64;
+    assert!(end.velocities[count - 1] == along(1.0) && is_at(count - 1, count as f64));
+    assert!((0..count - 1).all(|k| end.velocities[k] == along(0.0) && is_at(k, k as f64)));
 }
 
 #[test]

@@ -1,0 +1,97 @@
+//! What the next wakes will touch is brought nearer to the processor.
+//!
+//! Successive events are far apart in space and so in memory. Each wake needs a chain of loads, one of which says where the next one
+//! is: particle, list or cells, those in it. The links are taken some wakes ahead, one after the other, so that none is waited for.
+
+use super::engine::{Engine, Prediction};
+use crate::neighbours::cells::NOBODY;
+use crate::neighbours::shells::Shells;
+use crate::prefetch::prefetch;
+
+/// So many wakes ahead, the particle and its partner are expected; where their neighbours are said to be; and the neighbours.
+const SELF: usize = 9;
+const WHERE: usize = 6;
+const NEIGHBOURS: usize = 3;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Looks ahead; changes nothing but speed.
+    #[inline]
+    pub(super) fn expect_coming(&self) {
+        if let Some((particle, prediction)) = self.coming(SELF) {
+            self.expect_self(particle);
+            if prediction.partner != NOBODY {
+                self.expect_self(prediction.partner);
+                prefetch(&self.predictions, prediction.partner);
+            }
+        }
+        match &self.shells {
+            Some(shells) => self.expect_listed(shells),
+            None => self.expect_in_cells(),
+        }
+    }
+
+    #[inline]
+    fn coming(&self, ahead: usize) -> Option<(u32, &Prediction)> {
+        let particle = self.queue.coming(ahead)?;
+        Some((particle, &self.predictions[particle as usize]))
+    }
+
+    #[inline]
+    fn expect_self(&self, particle: u32) {
+        prefetch(&self.bodies, particle);
+        self.cells.expect_home(particle);
+        if let Some(shells) = &self.shells {
+            shells.lists.expect_span(particle);
+            prefetch(&shells.centres, particle);
+        }
+        if TABLE {
+            self.memory.expect(particle);
+        }
+    }
+
+    #[inline]
+    fn expect_listed(&self, shells: &Shells) {
+        let participants = |particle: u32, prediction: &Prediction| {
+            let second = if prediction.partner == NOBODY { particle } else { prediction.partner };
+            [particle, second]
+        };
+        if let Some((particle, prediction)) = self.coming(WHERE) {
+            for particle in participants(particle, prediction) {
+                shells.lists.expect_list(particle);
+            }
+            if prediction.is_transition() {
+                self.cells.expect_rows(self.cells.home(particle));
+            }
+        }
+        if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
+            for particle in participants(particle, prediction) {
+                for &other in shells.lists.of(particle) {
+                    prefetch(&self.bodies, other);
+                }
+            }
+            if prediction.is_transition() {
+                self.cells.expect_near(self.cells.home(particle), |other| prefetch(&shells.centres, other));
+            }
+        }
+    }
+
+    #[inline]
+    fn expect_in_cells(&self) {
+        if let Some((particle, prediction)) = self.coming(WHERE) {
+            let home = self.cells.home(particle);
+            if prediction.is_transition() {
+                self.cells.expect_transition(home, prediction.exit);
+            } else {
+                self.cells.expect_rows(home);
+            }
+        }
+        if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
+            let home = self.cells.home(particle);
+            if prediction.is_transition() {
+                self.cells.expect_new(home, prediction.exit, |other| prefetch(&self.bodies, other));
+            } else {
+                self.cells.expect_near(home, |other| prefetch(&self.bodies, other));
+            }
+        }
+    }
+}

@@ -1,0 +1,224 @@
+//! Neighbour lists in the event loop: who is in a particle's list, and when the list has to be made anew.
+
+use super::engine::{Engine, Prediction};
+use super::predict::Streamed;
+use crate::Vector;
+use crate::detection::inertial;
+use crate::motion::RelativeState;
+use crate::neighbours::shells::{Centre, Shells};
+use crate::overlap::{Quadratic, Side};
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The first meeting with those in the particle's list.
+    #[inline]
+    pub(super) fn predict_listed(&self, me: &Streamed, shells: &Shells, prediction: &mut Prediction) {
+        self.predict_strangers(me, shells.wraps(&me.position), shells.lists.fours_of(me.id), prediction);
+    }
+
+    /// When the particle leaves its shell: like a bond to the centre that reaches its length.
+    ///
+    /// A falling particle is taken to fly straight away from the centre and to be accelerated that way too, so that it leaves no
+    /// earlier than this: `|v| t + |a| t^2 / 2 = delta - |r|`.
+    #[inline]
+    pub(super) fn leaves_shell(&self, me: &Streamed, shells: &Shells) -> f64 {
+        let position = me.position - shells.centres[me.id as usize].position();
+        let squared = shells.radius * shells.radius;
+        if FALLING && me.acceleration != Vector::zeros() {
+            let room = (shells.radius - position.norm()).max(0.0);
+            let (v2, a) = (me.velocity.norm_squared(), me.acceleration.norm());
+            return me.time + 2.0 * room / (v2.sqrt() + (v2 + 2.0 * a * room).sqrt());
+        }
+        let state = RelativeState { position, velocity: me.velocity };
+        let dt = inertial::next_event(&Quadratic::new(&state, squared), Side::Negative);
+        me.time + dt.unwrap_or(f64::INFINITY)
+    }
+
+    /// Makes the list of a particle that leaves its shell anew, around where it is now.
+    pub(super) fn recentre(&mut self, particle: u32, time: f64) {
+        self.tally.transition += 1;
+        let me = self.streamed(particle, time);
+        let Some(shells) = &self.shells else { return };
+        if FALLING {
+            // The bound came true without the particle having gone far.
+            let gone = (me.position - shells.centres[particle as usize].position()).norm_squared();
+            if gone < 0.25 * shells.radius * shells.radius {
+                self.predictions[particle as usize].transition_time = self.leaves_shell(&me, shells);
+                self.schedule(particle);
+                return;
+            }
+        }
+        self.wrap(particle, &me.position);
+        self.relist(particle, time);
+        self.predict(particle, time);
+        self.schedule(particle);
+    }
+
+    /// Brings a particle that has left the box on a periodic axis back in.
+    pub(super) fn wrap(&mut self, particle: u32, position: &Vector) {
+        for axis in 0..3 {
+            let period = self.periods[axis];
+            if period == f64::INFINITY {
+                continue;
+            }
+            let periods = if position[axis] < self.space.lower[axis] {
+                1
+            } else if position[axis] >= self.space.lower[axis] + period {
+                -1
+            } else {
+                continue;
+            };
+            self.bodies[particle as usize].position[axis] += f64::from(periods) * period;
+            self.images[particle as usize][axis] -= periods;
+        }
+    }
+
+    /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.
+    fn relist(&mut self, particle: u32, time: f64) {
+        let (to, _) = self.state_at(particle, time);
+        let Some(mut shells) = self.shells.take() else { return };
+        let from = std::mem::replace(&mut shells.centres[particle as usize], Centre::new(&to)).position();
+        let species = |id: u32| if TABLE { self.species[id as usize] } else { 0 };
+        let pair = |other: u32| [species(particle), species(other)];
+        for at in (0..shells.lists.of(particle).len()).rev() {
+            let other = shells.lists.of(particle)[at];
+            if !shells.is_within_reach(&to, other, pair(other), &self.periods) {
+                shells.lists.remove_at(particle, at);
+                shells.lists.remove(other, particle);
+            }
+        }
+        let cell = self.cells.cell_at(&to);
+        self.cells.relocate(particle, cell);
+        let mut near = std::mem::take(&mut self.near);
+        self.cells.find_near(cell, &mut near);
+        let all: &[u16] = if TABLE { &self.species } else { &[] };
+        shells.keep_within_reach(&to, species(particle), all, &self.periods, &mut near);
+        for &other in near.found() {
+            if other != particle
+                && !shells.is_within_reach(&from, other, pair(other), &self.periods)
+                && !(TABLE && self.memory.get(particle, other).is_some())
+            {
+                shells.lists.add(particle, other);
+                if !self.is_static(other) {
+                    shells.lists.add(other, particle);
+                }
+            }
+        }
+        self.near = near;
+        self.shells = Some(shells);
+    }
+
+    /// Fills the lists of all, once the pairs that know each other are known.
+    pub(super) fn fill_lists(&mut self) {
+        let Some(mut shells) = self.shells.take() else { return };
+        let mut near = std::mem::take(&mut self.near);
+        let species = |id: u32| if TABLE { self.species[id as usize] } else { 0 };
+        for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)) {
+            let centre = shells.centres[particle as usize].position();
+            self.cells.find_near(self.cells.home(particle), &mut near);
+            for &other in near.found() {
+                if other != particle
+                    && shells.is_within_reach(&centre, other, [species(particle), species(other)], &self.periods)
+                    && !(TABLE && self.memory.get(particle, other).is_some())
+                {
+                    shells.lists.add(particle, other);
+                }
+            }
+        }
+        self.near = near;
+        self.shells = Some(shells);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::potential::Potential;
+    use crate::scene::{Amount, Arrangement, Fill, Lattice, Scene, SceneBuilder};
+    use crate::simulation::Until;
+    use crate::space::{Boundary, Face, Space, minimum_image};
+
+    /// Every pair of strangers within reach is in both lists, nobody else is, and everybody is in its shell.
+    fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
+        let mut engine = Engine::<FALLING, TABLE>::new(scene);
+        for part in 1..=10 {
+            engine.advance(Until::events(events * part / 10), |_| {}).unwrap();
+            let Some(shells) = &engine.shells else { continue };
+            let count = engine.bodies.len() as u32;
+            for particle in (0..count).filter(|&p| !engine.is_static(p)) {
+                let (position, _) = engine.state_at(particle, engine.now);
+                let gone = (position - shells.centres[particle as usize].position()).norm();
+                assert!(gone < shells.radius * (1.0 + 1e-9), "{particle} left its shell: {gone}");
+                let mut list = shells.lists.of(particle).to_vec();
+                list.sort_unstable();
+                let is_near = |other: u32| {
+                    let [a, b] = [particle, other].map(|id| shells.centres[id as usize].position());
+                    let apart = minimum_image(a - b, &engine.periods);
+                    let species = [particle, other].map(|id| usize::from(engine.species[id as usize]));
+                    let range = engine.ranges[species[0] * engine.rules.species.len() + species[1]];
+                    let is_known = TABLE && engine.memory.get(particle, other).is_some();
+                    other != particle && range > 0.0 && !is_known && apart.norm() < Shells::reach(shells.radius, range)
+                };
+                assert_eq!(list, (0..count).filter(|&other| is_near(other)).collect::<Vec<_>>());
+            }
+        }
+        assert!(engine.shells.is_some(), "dense enough for lists in the end");
+        assert!(engine.tally.transition > 100, "only {} lists were made anew", engine.tally.transition);
+    }
+
+    #[test]
+    fn lists_are_complete_in_a_fluid() {
+        let hard = Potential::hard_sphere(1.0).unwrap();
+        let scene = SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", hard, 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        check::<false, false>(&scene, 20_000);
+    }
+
+    #[test]
+    fn lists_are_complete_among_wells_of_two_sizes() {
+        let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
+        let scene = SceneBuilder::new("mixture")
+            .space(Space::periodic_cube(12.0))
+            .species("A", 1.0, 1.0)
+            .species("B", 0.5, 0.6)
+            .interaction("A", "A", well(1.0), 1.0)
+            .interaction("A", "B", well(0.8), 1.0)
+            .interaction("B", "B", Potential::hard_sphere(0.6).unwrap(), 1.0)
+            .add_fill(Fill::new(Arrangement::Random, "A").count(500))
+            .add_fill(Fill::new(Arrangement::Random, "B").count(500))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        check::<false, true>(&scene, 20_000);
+    }
+
+    #[test]
+    fn lists_are_complete_for_grains_that_fall_on_static_ones() {
+        let floor = Boundary::Bounded { lower: Face::Wall { restitution: 0.9 }, upper: Face::Open };
+        let hard = || Potential::hard_sphere(1.0).unwrap();
+        let space = Space {
+            lower: Vector::zeros(),
+            size: Vector::new(12.0, 12.0, 12.0),
+            boundary: [Boundary::Periodic, Boundary::walls(0.9), floor],
+        };
+        let mut builder = SceneBuilder::new("grains")
+            .space(space)
+            .gravity(Vector::new(0.0, 0.0, -1.0))
+            .contact_time(1e-3)
+            .species("A", 1.0, 1.0)
+            .static_species("S", 1.0)
+            .interaction("A", "A", hard(), 0.5)
+            .interaction("A", "S", hard(), 0.5);
+        for k in 0..36 {
+            let at = Vector::new(2.0 * f64::from(k % 6) + 1.0, 2.0 * f64::from(k / 6) + 1.0, 1.0);
+            builder = builder.particle("S", at, Vector::zeros());
+        }
+        let region = (Vector::new(0.0, 0.5, 2.1), Vector::new(12.0, 11.5, 8.5));
+        let fill = Fill::new(Arrangement::Random, "A").count(500).region(region.0, region.1);
+        check::<true, true>(&builder.add_fill(fill).temperature(1.0).build().unwrap(), 200_000);
+    }
+}
