@@ -2,6 +2,7 @@
 
 mod arrange;
 mod audit;
+mod body;
 mod build;
 mod clock;
 mod engine;
@@ -10,6 +11,7 @@ mod expect;
 mod order;
 mod others;
 mod predict;
+mod prediction;
 mod shell;
 mod snapshot;
 mod states;

@@ -4,11 +4,13 @@
 //! set once at the start and then changed by cell transitions only, never recomputed from a position, because round-off
 //! puts positions on the wrong side of a cell's face. Along axes that are not periodic the outermost cells reach to infinity.
 
-use super::near::Near;
+mod divisor;
+mod search;
+
 use crate::Vector;
 use crate::pages::enlarge;
-use crate::prefetch::prefetch;
 use crate::space::{Boundary, Space};
+use divisor::Divisor;
 
 /// No particle: the end of a cell's list.
 pub const NOBODY: u32 = u32::MAX;
@@ -241,90 +243,6 @@ impl Cells {
         }
     }
 
-    /// Expects questions about the cell that a particle is in.
-    #[inline]
-    pub fn expect_home(&self, particle: u32) {
-        prefetch(&self.homes, particle);
-        prefetch(&self.next, particle);
-    }
-
-    /// Expects a search near a cell.
-    #[inline]
-    pub fn expect_rows(&self, cell: u32) {
-        self.for_each_row(cell, |row, xs| prefetch(&self.first, row + xs[0]));
-    }
-
-    /// Expects a search near a cell, and questions about those it finds first.
-    #[inline]
-    pub fn expect_near(&self, cell: u32, expect: impl Fn(u32)) {
-        self.for_each_row(cell, |row, xs| {
-            for &x in xs {
-                let particle = self.first[(row + x) as usize];
-                if particle != NOBODY {
-                    prefetch(&self.next, particle);
-                    expect(particle);
-                }
-            }
-        });
-    }
-
-    /// Calls `visit(row, xs)` for the rows of cells near a cell: the first cell of the whole row, and the indices in it.
-    #[inline(always)]
-    fn for_each_row(&self, cell: u32, mut visit: impl FnMut(u32, &[u32])) {
-        let at = self.split(cell);
-        let (zs, nz) = self.around(2, at[2]);
-        let (ys, ny) = self.around(1, at[1]);
-        let (xs, nx) = self.around(0, at[0]);
-        for &z in &zs[..nz] {
-            for &y in &ys[..ny] {
-                visit((z * self.counts[1] + y) * self.counts[0], &xs[..nx]);
-            }
-        }
-    }
-
-    /// Puts every particle in `cell` and the cells next to it into `near`.
-    #[inline]
-    pub fn find_near(&self, cell: u32, near: &mut Near) {
-        near.clear();
-        self.for_each_row(cell, |row, xs| {
-            for &x in xs {
-                near.put(self.first[(row + x) as usize]);
-            }
-        });
-        near.follow(&self.next);
-    }
-
-    /// Puts every particle that is near to `cell` and was not near to the cell before a transition through `face` into `near`.
-    #[inline]
-    pub fn find_new(&self, cell: u32, face: Face, near: &mut Near) {
-        near.clear();
-        self.for_each_new(cell, face, |new| near.put(self.first[new as usize]));
-        near.follow(&self.next);
-    }
-
-    /// Calls `visit` for every cell that is near to `cell` and was not near to the cell before a transition through `face`.
-    #[inline(always)]
-    fn for_each_new(&self, cell: u32, face: Face, mut visit: impl FnMut(u32)) {
-        let at = self.split(cell);
-        let axis = usize::from(face.axis);
-        let n = self.counts[axis];
-        if self.is_periodic[axis] && n <= 3 {
-            return; // every cell along the axis was near before
-        }
-        let Some((ahead, _)) = self.beyond(axis, at[axis], face.is_upper) else { return };
-        let (others_a, others_b) = ((axis + 1) % 3, (axis + 2) % 3);
-        let (aa, na) = self.around(others_a, at[others_a]);
-        let (bb, nb) = self.around(others_b, at[others_b]);
-        let mut index = at;
-        index[axis] = ahead;
-        for &a in &aa[..na] {
-            for &b in &bb[..nb] {
-                (index[others_a], index[others_b]) = (a, b);
-                visit(self.join(index));
-            }
-        }
-    }
-
     /// The index beyond an upper or lower face, and the periods to add; none at an end that is not periodic.
     #[inline]
     fn beyond(&self, axis: usize, index: u32, is_upper: bool) -> Option<(u32, i32)> {
@@ -335,49 +253,6 @@ impl Cells {
             (true, true) => Some((0, -1)),
             (false, true) => Some((last, 1)),
             _ => None,
-        }
-    }
-
-    /// Expects a particle to leave a cell through a face: the heads of its cell and of those that become near.
-    #[inline]
-    pub fn expect_transition(&self, cell: u32, face: Face) {
-        prefetch(&self.first, cell);
-        self.for_each_new_after(cell, face, |new| prefetch(&self.first, new));
-    }
-
-    /// Expects questions about those in the cells that become near.
-    #[inline]
-    pub fn expect_new(&self, cell: u32, face: Face, expect: impl Fn(u32)) {
-        self.for_each_new_after(cell, face, |new| {
-            let particle = self.first[new as usize];
-            if particle != NOBODY {
-                prefetch(&self.next, particle);
-                expect(particle);
-            }
-        });
-    }
-
-    #[inline(always)]
-    fn for_each_new_after(&self, cell: u32, face: Face, visit: impl FnMut(u32)) {
-        let mut at = self.split(cell);
-        let axis = usize::from(face.axis);
-        if let Some((to, _)) = self.beyond(axis, at[axis], face.is_upper) {
-            at[axis] = to;
-            self.for_each_new(self.join(at), face, visit);
-        }
-    }
-
-    /// The same for the faces that a particle with a constant velocity flies towards, one per axis at most.
-    #[inline]
-    pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(Face, f64)) {
-        let at = self.split(cell);
-        for (axis, index) in at.into_iter().enumerate() {
-            let is_upper = velocity[axis] > 0.0;
-            let last = if is_upper { self.counts[axis] - 1 } else { 0 };
-            if velocity[axis] != 0.0 && (self.is_periodic[axis] || index != last) {
-                let line = f64::from(index + u32::from(is_upper));
-                visit(Face { axis: axis as u8, is_upper }, self.lower[axis] + line * self.side[axis]);
-            }
         }
     }
 
@@ -395,6 +270,20 @@ impl Cells {
             }
             if self.is_periodic[axis] || index + 1 < n {
                 visit(face(true), self.lower[axis] + f64::from(index + 1) * self.side[axis]);
+            }
+        }
+    }
+
+    /// The same for the faces that a particle with a constant velocity flies towards, one per axis at most.
+    #[inline]
+    pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(Face, f64)) {
+        let at = self.split(cell);
+        for (axis, index) in at.into_iter().enumerate() {
+            let is_upper = velocity[axis] > 0.0;
+            let last = if is_upper { self.counts[axis] - 1 } else { 0 };
+            if velocity[axis] != 0.0 && (self.is_periodic[axis] || index != last) {
+                let line = f64::from(index + u32::from(is_upper));
+                visit(Face { axis: axis as u8, is_upper }, self.lower[axis] + line * self.side[axis]);
             }
         }
     }
@@ -421,30 +310,10 @@ impl Cells {
     }
 }
 
-/// A divisor known ahead, by which a multiplication divides: several times as fast as a division.
-#[derive(Debug, Clone, Copy)]
-struct Divisor {
-    by: u32,
-    /// `2^64 / by`, rounded up; 0 stands for `2^64` itself.
-    inverse: u64,
-}
-
-impl Divisor {
-    fn new(by: u32) -> Self {
-        Self { by, inverse: (u64::MAX / u64::from(by)).wrapping_add(1) }
-    }
-
-    /// Quotient and remainder. The inverse is too large by less than `2^-32` of itself, and so the quotient is that of integers.
-    #[inline]
-    fn divide(self, x: u32) -> [u32; 2] {
-        let quotient = if self.by == 1 { x } else { ((u128::from(x) * u128::from(self.inverse)) >> 64) as u32 };
-        [quotient, x - quotient * self.by]
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::neighbours::near::Near;
 
     fn near(grid: &Cells, cell: u32) -> Vec<u32> {
         let mut near = Near::default();
@@ -458,15 +327,6 @@ mod tests {
         let at = |k: u32| f64::from(k) + 0.5;
         let positions = (0..n * n * n).map(|k| Vector::new(at(k % n), at(k / n % n), at(k / n / n))).collect();
         (Space::periodic_cube(f64::from(n)), positions)
-    }
-
-    #[test]
-    fn a_multiplication_divides() {
-        for by in [1, 2, 3, 5, 7, 64, 641, 65_535, 65_536, 65_537, u32::MAX - 1, u32::MAX] {
-            for x in [0, 1, 2, by - 1, by, by.saturating_add(1), by.wrapping_mul(3), 1 << 31, u32::MAX - 1, u32::MAX] {
-                assert_eq!(Divisor::new(by).divide(x), [x / by, x % by], "{x} / {by}");
-            }
-        }
     }
 
     #[test]

@@ -4,8 +4,9 @@
 //! gathers where there was rain. At the end of an epoch the choice is looked at again. What happens to particles does not depend
 //! on it, but for the rounding of positions that are brought forward and of times that are predicted from there.
 
-use super::engine::{Engine, Prediction};
+use super::engine::Engine;
 use super::order::along_curve;
+use super::prediction::Prediction;
 use crate::Vector;
 use crate::interaction::memory::{Known, PairMemory};
 use crate::neighbours::Search;

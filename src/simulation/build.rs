@@ -1,8 +1,10 @@
 //! From a scene to an engine at its start.
 
+use super::body::Body;
 use super::clock::Clock;
-use super::engine::{Body, Engine, Prediction, Wall};
+use super::engine::{Engine, Wall};
 use super::order::along_curve;
+use super::prediction::Prediction;
 use crate::Vector;
 use crate::event::Tally;
 use crate::interaction::contacts::ContactTimes;

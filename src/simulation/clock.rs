@@ -1,6 +1,7 @@
 //! Time: epochs that keep its digits, and the watch for dynamics that stand still.
 
-use super::engine::{Contact, Engine, Prediction};
+use super::engine::Engine;
+use super::prediction::{Contact, Prediction};
 use super::{Arrest, Standstill};
 
 /// Time that advances by less than this part of the queue's span stands still: some thousand times the spacing of the

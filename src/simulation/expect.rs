@@ -3,7 +3,8 @@
 //! Successive events are far apart in space and so in memory. Each wake needs a chain of loads, one of which says where the next one
 //! is: particle, list or cells, those in it. The links are taken some wakes ahead, one after the other, so that none is waited for.
 
-use super::engine::{Engine, Prediction};
+use super::engine::Engine;
+use super::prediction::Prediction;
 use crate::neighbours::cells::NOBODY;
 use crate::neighbours::shells::Shells;
 use crate::prefetch::prefetch;

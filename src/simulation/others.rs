@@ -1,7 +1,8 @@
 //! The first of many others that a particle meets, four at a time.
 
-use super::engine::{Body, Prediction};
+use super::body::Body;
 use super::predict::Streamed;
+use super::prediction::Prediction;
 use crate::Vector;
 #[cfg(target_arch = "x86_64")]
 use crate::detection::four::avx2::Wide;

@@ -1,7 +1,9 @@
 //! Prediction: the earliest contact of one particle, and when it leaves its cell.
 
-use super::engine::{Body, Engine, Prediction};
+use super::body::Body;
+use super::engine::Engine;
 use super::others::Others;
+use super::prediction::Prediction;
 use crate::Vector;
 use crate::detection::{accelerated, inertial, plane};
 use crate::motion::{RelativeState, stream_position};

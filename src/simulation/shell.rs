@@ -1,7 +1,8 @@
 //! Neighbour lists in the event loop: who is in a particle's list, and when the list has to be made anew.
 
-use super::engine::{Engine, Prediction};
+use super::engine::Engine;
 use super::predict::Streamed;
+use super::prediction::Prediction;
 use crate::Vector;
 use crate::detection::inertial;
 use crate::motion::RelativeState;

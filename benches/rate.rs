@@ -1,0 +1,111 @@
+//! Events per second of one system, for a look beside another program:
+//!
+//!     cargo bench --bench rate -- hard_spheres 10976 0.49
+//!     cargo bench --bench rate -- square_well 10976 0.8 2.0
+//!     cargo bench --bench rate -- configs/hopper.toml
+//!
+//! One line: the system, events per second of the loop alone, time from the scene to the first event, peak memory per particle.
+//! Particles are in random order in the scene, as in a fluid that has been simulated for long.
+
+use carom::potential::Potential;
+use carom::scene::{Amount, Lattice, Scene, SceneBuilder};
+use carom::simulation::{Simulation, Until};
+use std::error::Error;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+/// Events per particle before those that are timed: what melts a lattice.
+const BEFORE: f64 = 30.0;
+
+/// How long events are timed.
+const TIMED: Duration = Duration::from_secs(4);
+
+/// Crystals start from their own lattice, fluids from one that they do not form.
+const FREEZING: f64 = 0.494;
+
+fn spheres(
+    potential: Potential,
+    count: u64,
+    amount: Amount,
+    is_fluid: bool,
+    temperature: f64,
+) -> Result<Scene, Box<dyn Error>> {
+    let lattice = if is_fluid { Lattice::BodyCentredCubic } else { Lattice::FaceCentredCubic };
+    let mut scene = SceneBuilder::new("rate")
+        .species("sphere", 1.0, 1.0)
+        .interaction("sphere", "sphere", potential, 1.0)
+        .fill(lattice, "sphere", count, amount)
+        .temperature(temperature)
+        .build()?;
+    let mut random = 1_u64;
+    for last in (1..scene.particles.len()).rev() {
+        // Knuth's linear congruential generator: any permutation will do.
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        scene.particles.swap(last, (random >> 33) as usize % (last + 1));
+    }
+    Ok(scene)
+}
+
+fn system(arguments: &[String]) -> Result<(Scene, f64), Box<dyn Error>> {
+    let number =
+        |at: usize| -> Result<f64, Box<dyn Error>> { Ok(arguments.get(at).ok_or("a number is missing")?.parse()?) };
+    match arguments.first().map(String::as_str) {
+        Some("hard_spheres") => {
+            let (count, packing_fraction) = (number(1)? as u64, number(2)?);
+            let amount = Amount::PackingFraction(packing_fraction);
+            let scene = spheres(Potential::hard_sphere(1.0)?, count, amount, packing_fraction < FREEZING, 1.0)?;
+            Ok((scene, BEFORE))
+        }
+        Some("square_well") => {
+            let (count, density, temperature) = (number(1)? as u64, number(2)?, number(3)?);
+            let well = Potential::square_well(1.0, 1.5, 1.0)?;
+            Ok((spheres(well, count, Amount::NumberDensity(density), true, temperature)?, 4.0 * BEFORE))
+        }
+        Some(path) if path.ends_with(".toml") => Ok((Scene::from_file(path)?, 4.0 * BEFORE)),
+        _ => {
+            Err("expected `hard_spheres N PACKING_FRACTION`, `square_well N DENSITY TEMPERATURE` or a scene file"
+                .into())
+        }
+    }
+}
+
+fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
+    let (scene, before) = system(arguments)?;
+    let particles = scene.particles.len() as f64;
+    let start = Instant::now();
+    let mut simulation = Simulation::new(scene);
+    simulation.advance(Until::events(1))?;
+    let start = start.elapsed().as_secs_f64();
+    simulation.advance(Until::events((before * particles) as u64))?;
+    let (first, begin) = (simulation.tally().physical(), Instant::now());
+    while begin.elapsed() < TIMED {
+        simulation.advance(Until::events(simulation.tally().physical() + 50_000))?;
+    }
+    let rate = (simulation.tally().physical() - first) as f64 / begin.elapsed().as_secs_f64();
+    let memory = peak_memory().map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / particles));
+    println!(
+        "{}: {rate:.0} events per second, first event after {start:.2} s, {memory} bytes per particle, deepest overlap {:.1e}, {}",
+        arguments.join(" "),
+        simulation.tally().deepest_overlap,
+        simulation.engine(),
+    );
+    Ok(())
+}
+
+/// Where the system tells, the most memory that this process has had `[byte]`.
+fn peak_memory() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    Some(1024.0 * line.split_whitespace().nth(1)?.parse::<f64>().ok()?)
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    match measure(&arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(2)
+        }
+    }
+}

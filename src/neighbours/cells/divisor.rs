@@ -1,0 +1,36 @@
+//! Division by a number of cells.
+
+/// A divisor known ahead, by which a multiplication divides: several times as fast as a division.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Divisor {
+    by: u32,
+    /// `2^64 / by`, rounded up; 0 stands for `2^64` itself.
+    inverse: u64,
+}
+
+impl Divisor {
+    pub fn new(by: u32) -> Self {
+        Self { by, inverse: (u64::MAX / u64::from(by)).wrapping_add(1) }
+    }
+
+    /// Quotient and remainder. The inverse is too large by less than `2^-32` of itself, and so the quotient is that of integers.
+    #[inline]
+    pub fn divide(self, x: u32) -> [u32; 2] {
+        let quotient = if self.by == 1 { x } else { ((u128::from(x) * u128::from(self.inverse)) >> 64) as u32 };
+        [quotient, x - quotient * self.by]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_multiplication_divides() {
+        for by in [1, 2, 3, 5, 7, 64, 641, 65_535, 65_536, 65_537, u32::MAX - 1, u32::MAX] {
+            for x in [0, 1, 2, by - 1, by, by.saturating_add(1), by.wrapping_mul(3), 1 << 31, u32::MAX - 1, u32::MAX] {
+                assert_eq!(Divisor::new(by).divide(x), [x / by, x % by], "{x} / {by}");
+            }
+        }
+    }
+}
