@@ -29,7 +29,7 @@ pub fn text(finished: &Finished) -> String {
     if !kinds.is_empty() {
         lines.pair("events", &kinds);
     }
-    lines.pair("cell transitions", &tally.transition.to_string());
+    lines.pair("cell or shell transitions", &tally.transition.to_string());
     if !finished.observables.is_empty() {
         lines.title("mean and standard error");
         for (name, estimate) in &finished.observables {
