@@ -19,7 +19,7 @@
 //! | [`roots`] | | bracketed roots of polynomials |
 
 pub mod accelerated;
-pub mod four;
 pub mod inertial;
+pub mod many;
 pub mod plane;
 pub mod roots;

@@ -15,3 +15,20 @@ pub fn prefetch<T>(slice: &[T], index: u32) {
     #[cfg(not(target_arch = "x86_64"))]
     let _ = (slice, index);
 }
+
+/// The same for an element of two cache lines.
+#[inline(always)]
+pub fn prefetch_both<T>(slice: &[T], index: u32) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let address = slice.as_ptr().wrapping_add(index as usize).cast::<i8>();
+        // SAFETY: as above.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(address);
+            _mm_prefetch::<_MM_HINT_T0>(address.wrapping_add(64));
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = (slice, index);
+}

@@ -22,6 +22,8 @@ pub struct Steps {
     outer: Vec<Option<Discontinuity>>,
     /// By state: the inner discontinuity, absent in the last state.
     inner: Vec<Option<Discontinuity>>,
+    /// By state: the squares of both.
+    edges: Vec<Edges>,
     /// Potential energy by state `[energy]`.
     energies: Vec<f64>,
     /// Restitution of infinite steps.
@@ -37,12 +39,14 @@ impl Steps {
             energy_step: energies[to] - energies[from],
         };
         let states = 0..=radii.len();
-        Self {
-            outer: states.clone().map(|k| (k > 0).then(|| at(k - 1, k, k - 1))).collect(),
-            inner: states.map(|k| (k < radii.len()).then(|| at(k, k, k + 1))).collect(),
-            energies: energies.to_vec(),
-            restitution: interaction.restitution,
-        }
+        let outer: Vec<_> = states.clone().map(|k| (k > 0).then(|| at(k - 1, k, k - 1))).collect();
+        let inner: Vec<_> = states.map(|k| (k < radii.len()).then(|| at(k, k, k + 1))).collect();
+        let squared = |seen: &Option<Discontinuity>, none: f64| seen.map_or(none, |seen| seen.squared);
+        let edges = inner.iter().zip(&outer).map(|(inner, outer)| Edges {
+            inner: squared(inner, f64::NEG_INFINITY),
+            outer: squared(outer, f64::INFINITY),
+        });
+        Self { edges: edges.collect(), outer, inner, energies: energies.to_vec(), restitution: interaction.restitution }
     }
 
     /// The discontinuity that a pair in `state` sees on one of its sides.
@@ -59,11 +63,7 @@ impl Steps {
     #[inline]
     #[must_use]
     pub fn edges(&self, state: u16) -> Edges {
-        let squared = |seen: Option<Discontinuity>, none: f64| seen.map_or(none, |seen| seen.squared);
-        Edges {
-            inner: squared(self.inner[usize::from(state)], f64::NEG_INFINITY),
-            outer: squared(self.outer[usize::from(state)], f64::INFINITY),
-        }
+        self.edges[usize::from(state)]
     }
 
     /// Potential energy of a pair in `state` `[energy]`.

@@ -8,7 +8,7 @@
 use crate::pages::enlarge;
 use crate::prefetch::prefetch;
 
-/// Entries are read four at a time; blocks of room hold a multiple of that.
+/// Entries are read up to eight at a time; blocks of room hold a multiple of that.
 const BLOCK: usize = 8;
 
 /// Where the list of a particle is, in blocks, and how long it is.
@@ -26,13 +26,24 @@ pub struct Lists {
     entries: Vec<u32>,
     /// Blocks no longer in use, by their number.
     free: Vec<Vec<u32>>,
+    /// Scratch: a list before it is made anew.
+    old: Vec<u32>,
+    /// Who has come into the list that was last renewed, and how many.
+    newcomers: Vec<u32>,
+    coming: usize,
+}
+
+/// Whether a short list holds a particle; without a branch on where.
+#[inline]
+fn holds(list: &[u32], particle: u32) -> bool {
+    list.iter().fold(false, |found, entry| found | (*entry == particle))
 }
 
 impl Lists {
     /// Empty lists.
     #[must_use]
     pub fn new(particles: usize) -> Self {
-        Self { spans: vec![Span::default(); particles], entries: Vec::new(), free: Vec::new() }
+        Self { spans: vec![Span::default(); particles], ..Self::default() }
     }
 
     /// Asks for large pages.
@@ -50,14 +61,14 @@ impl Lists {
         &self.entries[first..first + span.length as usize]
     }
 
-    /// The same in fours, the last one filled with the particle itself.
+    /// The same, filled up to a multiple of eight with the particle itself, and how many there are.
     #[inline]
     #[must_use]
-    pub fn fours_of(&self, particle: u32) -> &[[u32; 4]] {
+    pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {
         let span = self.spans[particle as usize];
         let first = span.first as usize * BLOCK;
-        let length = (span.length as usize).next_multiple_of(4);
-        self.entries[first..first + length].as_chunks().0
+        let length = span.length as usize;
+        (&self.entries[first..first + length.next_multiple_of(BLOCK)], length)
     }
 
     /// Expects questions about where a list is.
@@ -78,7 +89,7 @@ impl Lists {
     pub fn add(&mut self, particle: u32, other: u32) {
         let span = self.spans[particle as usize];
         if span.length as usize == span.blocks as usize * BLOCK {
-            self.grow(particle);
+            self.grow(particle, span.blocks + 1);
         }
         let span = &mut self.spans[particle as usize];
         self.entries[span.first as usize * BLOCK + span.length as usize] = other;
@@ -102,10 +113,52 @@ impl Lists {
         self.entries[last] = particle;
     }
 
-    /// Moves a list to where it has room for another block.
-    fn grow(&mut self, particle: u32) {
+    /// Makes `new` the list of a particle; whoever leaves it or comes into it has the particle leave or come into its own list,
+    /// unless it keeps none.
+    pub fn renew(&mut self, particle: u32, new: &[u32], keeps_none: impl Fn(u32) -> bool) {
+        let (mut old, mut newcomers) = (std::mem::take(&mut self.old), std::mem::take(&mut self.newcomers));
+        old.clear();
+        old.extend_from_slice(self.of(particle));
+        newcomers.clear();
+        newcomers.extend(new.iter().filter(|other| !holds(&old, **other)));
+        for &other in old.iter().filter(|other| !holds(new, **other)) {
+            self.remove(other, particle);
+        }
+        for &other in newcomers.iter().filter(|other| !keeps_none(**other)) {
+            self.add(other, particle);
+        }
+        self.coming = newcomers.len();
+        newcomers.resize(self.coming.next_multiple_of(BLOCK), particle);
+        (self.old, self.newcomers) = (old, newcomers);
+        self.set(particle, new);
+    }
+
+    /// Who has come into the list that was last renewed, filled up as lists are, and how many.
+    #[inline]
+    #[must_use]
+    pub fn newcomers(&self) -> (&[u32], usize) {
+        (&self.newcomers, self.coming)
+    }
+
+    /// Makes `new` the list of a particle.
+    pub fn set(&mut self, particle: u32, new: &[u32]) {
         let Span { first, blocks, length } = self.spans[particle as usize];
-        let more = blocks + 1 + blocks / 4;
+        let mut first = first as usize * BLOCK;
+        if new.len() > blocks as usize * BLOCK {
+            self.spans[particle as usize].length = 0;
+            self.grow(particle, new.len().div_ceil(BLOCK) as u32);
+            first = self.spans[particle as usize].first as usize * BLOCK;
+        } else if new.len() < length as usize {
+            self.entries[first + new.len()..first + length as usize].fill(particle);
+        }
+        self.entries[first..first + new.len()].copy_from_slice(new);
+        self.spans[particle as usize].length = new.len() as u32;
+    }
+
+    /// Moves a list to where it has room for at least so many blocks.
+    fn grow(&mut self, particle: u32, least: u32) {
+        let Span { first, blocks, length } = self.spans[particle as usize];
+        let more = least + least / 4;
         self.free.resize_with(self.free.len().max(more as usize + 1), Vec::new);
         let to = self.free[more as usize].pop().unwrap_or_else(|| {
             let to = self.entries.len() / BLOCK;
@@ -147,10 +200,39 @@ mod tests {
                     let list = lists.of(particle as u32);
                     prop_assert_eq!(list.len(), set.len());
                     prop_assert_eq!(&list.iter().copied().collect::<BTreeSet<_>>(), set);
-                    let fours = lists.fours_of(particle as u32).as_flattened();
-                    prop_assert_eq!(&fours[..list.len()], list);
-                    prop_assert!(fours[list.len()..].iter().all(|entry| *entry == particle as u32));
+                    let (filled_up, length) = lists.filled_up(particle as u32);
+                    prop_assert!(filled_up.len().is_multiple_of(8) && length == list.len());
+                    prop_assert_eq!(&filled_up[..length], list);
+                    prop_assert!(filled_up[length..].iter().all(|entry| *entry == particle as u32));
                 }
+            }
+        }
+
+        #[test]
+        fn a_renewed_list_changes_those_of_the_others(
+            steps in prop::collection::vec((0..12_u32, prop::collection::btree_set(0..14_u32, 0..14)), 1..60),
+        ) {
+            // Numbers 12 and 13 keep none.
+            let mut lists = Lists::new(14);
+            let mut pairs = BTreeSet::new();
+            for (particle, mut new) in steps {
+                new.remove(&particle);
+                let old: BTreeSet<u32> = lists.of(particle).iter().copied().collect();
+                let list: Vec<u32> = new.iter().rev().copied().collect();
+                lists.renew(particle, &list, |other| other >= 12);
+                let (newcomers, count) = lists.newcomers();
+                prop_assert!(newcomers.len().is_multiple_of(8) && newcomers[count..].iter().all(|id| *id == particle));
+                prop_assert_eq!(newcomers[..count].iter().copied().collect::<BTreeSet<_>>(), &new - &old);
+                pairs.retain(|(a, b)| *a != particle && *b != particle);
+                for other in new {
+                    pairs.insert((particle, other));
+                    if other < 12 {
+                        pairs.insert((other, particle));
+                    }
+                }
+                let listed = |a: u32| lists.of(a).iter().map(move |b| (a, *b));
+                prop_assert_eq!((0..14).flat_map(listed).collect::<BTreeSet<_>>(), pairs.clone());
+                prop_assert_eq!((0..14).flat_map(listed).count(), pairs.len());
             }
         }
     }

@@ -9,6 +9,25 @@ pub struct Near {
     length: usize,
 }
 
+/// The first particles of cells.
+#[derive(Debug)]
+pub struct Heads<'a> {
+    particles: &'a mut [u32; 32],
+    /// How many there are.
+    pub length: usize,
+}
+
+impl Heads<'_> {
+    /// Takes note of a particle, or of nobody.
+    ///
+    /// Cells hold one particle or none about as often: a processor that had to guess would be wrong half of the time.
+    #[inline(always)]
+    pub fn put(&mut self, particle: u32) {
+        self.particles[self.length % 32] = particle;
+        self.length += usize::from(particle != NOBODY);
+    }
+}
+
 impl Near {
     /// Forgets all.
     #[inline]
@@ -16,26 +35,60 @@ impl Near {
         self.length = 0;
     }
 
+    /// Begins anew with the first particles of up to 27 cells.
+    #[inline(always)]
+    pub fn heads(&mut self) -> Heads<'_> {
+        if self.found.len() < 64 {
+            self.grow();
+        }
+        let Some(particles) = self.found.first_chunk_mut() else { unreachable!("it has just grown") };
+        Heads { particles, length: 0 }
+    }
+
     /// Takes note of a particle, or of nobody.
-    ///
-    /// Cells hold one particle or none about as often: a processor that had to guess would be wrong half of the time.
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         if self.length == self.found.len() {
-            self.found.resize(2 * self.length + 64, NOBODY);
+            self.grow();
         }
         self.found[self.length] = particle;
         self.length += usize::from(particle != NOBODY);
     }
 
-    /// Goes on from each particle to its successor, until there is nobody left.
-    #[inline]
-    pub fn follow(&mut self, next: &[u32]) {
-        let mut at = 0;
-        while at < self.length {
-            self.put(next[self.found[at] as usize]);
-            at += 1;
+    /// Takes note of the first `count` of eight particles.
+    #[inline(always)]
+    pub fn put_eight(&mut self, (particles, count): ([u32; 8], usize)) {
+        if self.length + 8 > self.found.len() {
+            self.grow();
         }
+        self.found[self.length..self.length + 8].copy_from_slice(&particles);
+        self.length += count;
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self) {
+        self.found.resize(2 * self.found.len() + 64, NOBODY);
+    }
+
+    /// Goes on from each of the first `heads` particles to its successor, until there is nobody left.
+    #[inline]
+    pub fn follow(&mut self, heads: usize, next: &[u32]) {
+        let (mut at, mut length) = (0, heads);
+        while at < length {
+            if length == self.found.len() {
+                self.grow();
+            }
+            let found = &mut self.found[..];
+            let room = found.len();
+            while at < length && length < room {
+                let particle = next[found[at] as usize];
+                found[length] = particle;
+                length += usize::from(particle != NOBODY);
+                at += 1;
+            }
+        }
+        self.length = length;
     }
 
     /// Keeps those for which something holds.
@@ -50,26 +103,6 @@ impl Near {
         self.length = kept;
     }
 
-    /// Keeps those for which something holds, asked for four at a time.
-    #[inline(always)]
-    pub fn retain_fours(&mut self, mut are_kept: impl FnMut([u32; 4]) -> [bool; 4]) {
-        let length = self.length;
-        // The last four are filled up with the first one, which is not kept again.
-        while !self.length.is_multiple_of(4) {
-            self.put(self.found[0]);
-        }
-        let mut kept = 0;
-        for four in 0..self.length / 4 {
-            let ids: [u32; 4] = std::array::from_fn(|lane| self.found[4 * four + lane]);
-            let are_kept = are_kept(ids);
-            for lane in 0..4 {
-                self.found[kept] = ids[lane];
-                kept += usize::from(are_kept[lane] && 4 * four + lane < length);
-            }
-        }
-        self.length = kept;
-    }
-
     /// Those found.
     #[inline]
     #[must_use]
@@ -77,13 +110,17 @@ impl Near {
         &self.found[..self.length]
     }
 
-    /// Those found in fours, the last one filled up with `nobody_new`.
+    /// Those found, filled up to a multiple of eight with somebody, and how many there are.
     #[inline]
-    pub fn fours(&mut self, nobody_new: u32) -> &[[u32; 4]] {
-        while !self.length.is_multiple_of(4) {
-            self.put(nobody_new);
+    pub fn filled_up(&mut self, with: u32) -> (&[u32], usize) {
+        let filled_up = self.length.next_multiple_of(8);
+        if self.found.len() < filled_up {
+            self.grow();
         }
-        self.found().as_chunks().0
+        for entry in &mut self.found[self.length..filled_up] {
+            *entry = with;
+        }
+        (&self.found[..filled_up], self.length)
     }
 }
 
@@ -96,17 +133,19 @@ mod tests {
         // 5 -> 2 -> 0, 3 -> nobody, 1 -> 4.
         let next = [NOBODY, 4, 0, NOBODY, NOBODY, 2];
         let mut near = Near::default();
+        let mut heads = near.heads();
         for first in [5, NOBODY, 3, 1, NOBODY] {
-            near.put(first);
+            heads.put(first);
         }
-        near.follow(&next);
+        let found = heads.length;
+        near.follow(found, &next);
         assert_eq!(near.found(), [5, 3, 1, 2, 4, 0]);
-        near.retain_fours(|ids| ids.map(|id| id != 1));
+        near.retain(|id| id != 1);
         assert_eq!(near.found(), [5, 3, 2, 4, 0]);
         near.retain(|particle| particle % 2 == 0);
         assert_eq!(near.found(), [2, 4, 0]);
-        assert_eq!(near.fours(7), [[2, 4, 0, 7]]);
+        assert_eq!(near.filled_up(7), (&[2, 4, 0, 7, 7, 7, 7, 7][..], 3));
         near.clear();
-        assert!(near.fours(7).is_empty());
+        assert_eq!(near.filled_up(7), (&[][..], 0));
     }
 }

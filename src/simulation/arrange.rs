@@ -11,6 +11,7 @@ use crate::Vector;
 use crate::interaction::memory::{Known, PairMemory};
 use crate::neighbours::Search;
 use crate::neighbours::cells::Cells;
+use crate::neighbours::near::Near;
 use crate::neighbours::shells::Shells;
 use crate::pages::enlarge;
 
@@ -85,6 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.cells.enlarge();
         if let Some(shells) = &self.shells {
             enlarge(&shells.centres);
+            shells.cells.enlarge();
             shells.lists.enlarge();
         }
     }
@@ -92,16 +94,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sorts particles into cells from where they are, and centres their shells there.
     pub(super) fn sort_into_cells(&mut self) {
         let positions: Vec<Vector> = self.bodies.iter().map(|body| body.position).collect();
-        let reach = match self.search {
-            Search::Cells => self.reach,
-            Search::Lists { shell } => Shells::reach(shell, self.reach),
-        };
-        self.cells = Cells::new(&self.space, reach, &positions);
-        self.further_images = self.cells.further_images(&self.periods);
+        let is_listed = matches!(self.search, Search::Lists { .. });
+        // Cells that nobody looks into hold nobody.
+        self.cells = Cells::new(&self.space, self.reach, if is_listed { &[] } else { &positions });
+        self.further_images = if is_listed { Vec::new() } else { self.cells.grid.further_images(&self.periods) };
         self.shells = match self.search {
             Search::Cells => None,
-            Search::Lists { shell } => Some(Shells::new(&self.space, shell, &self.ranges, self.longest, &positions)),
+            Search::Lists { shell } => Some(Shells::new(&self.space, shell, &self.ranges, self.longest, positions)),
         };
+    }
+
+    /// Whoever a particle may be in contact with.
+    pub(super) fn find_near(&self, particle: u32, near: &mut Near) {
+        match &self.shells {
+            Some(shells) => shells.cells.find_near(shells.cells.home(particle), near),
+            None => self.cells.find_near(self.cells.home(particle), near),
+        }
     }
 }
 

@@ -6,12 +6,14 @@ use super::engine::{Engine, Wall};
 use super::order::along_curve;
 use super::prediction::Prediction;
 use crate::Vector;
+use crate::detection::many::Width;
 use crate::event::Tally;
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::PairMemory;
 use crate::interaction::rules::Rules;
 use crate::neighbours::Search;
-use crate::neighbours::cells::{Cells, Face};
+use crate::neighbours::cells::Cells;
+use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
 use crate::queue::EventQueue;
 use crate::scene::Scene;
@@ -20,12 +22,17 @@ use crate::space::{Boundary, Face as SpaceFace};
 /// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
 const LARGE: usize = 32_768;
 
+/// So many times have a median that is near enough to that of more.
+const MANY: usize = 32_768;
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub fn new(scene: &Scene) -> Self {
         let rules = Rules::new(scene);
         let count = scene.particles.len();
-        let positions: Vec<Vector> = scene.particles.iter().map(|p| p.position).collect();
-        let names = along_curve(&scene.space, &positions);
+        let names = {
+            let positions: Vec<Vector> = scene.particles.iter().map(|p| p.position).collect();
+            along_curve(&scene.space, &positions)
+        };
         let mut numbers = vec![0; count];
         for (&name, number) in names.iter().zip(0..) {
             numbers[name as usize] = number;
@@ -39,6 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut engine = Self {
             is_large: count > LARGE,
             bodies,
+            width: Width::most(),
             species: particles().map(|p| p.species.0 as u16).collect(),
             numbers,
             near: Near::default(),
@@ -78,6 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             },
             rules,
         };
+        drop(names);
         engine.sort_into_cells();
         if TABLE {
             engine.remember_pairs(scene);
@@ -89,12 +98,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 engine.predict(particle, 0.0);
             }
         }
-        let mut times: Vec<f64> =
-            engine.predictions.iter().map(Prediction::wake_time).filter(|t| t.is_finite()).collect();
-        if !times.is_empty() {
+        let moving = engine.predictions.iter().filter(|prediction| prediction.wake_time().is_finite()).count();
+        if moving > 0 {
+            // Some of them are enough for a median.
+            let finite = engine.predictions.iter().map(Prediction::wake_time).filter(|time| time.is_finite());
+            let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
             let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
-            engine.queue = EventQueue::new(times.len(), median);
+            engine.queue = EventQueue::new(moving, median);
         }
         for particle in 0..count as u32 {
             engine.schedule(particle);
@@ -113,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let count = self.bodies.len() as u32;
         let mut near = Near::default();
         for a in (0..count).filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
-            self.cells.find_near(self.cells.home(a), &mut near);
+            self.find_near(a, &mut near);
             let all = 0..if holds_all_pairs { count } else { 0 };
             let found = if holds_all_pairs { &[] } else { near.found() };
             for b in all.chain(found.iter().copied()) {

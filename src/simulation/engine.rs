@@ -5,12 +5,14 @@ use super::clock::Clock;
 use super::prediction::{Contact, Prediction};
 use super::{Arrest, Reason, Until};
 use crate::Vector;
+use crate::detection::many::Width;
 use crate::event::{Event, Tally};
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::{Known, PairMemory};
 use crate::interaction::rules::Rules;
 use crate::neighbours::Search;
-use crate::neighbours::cells::{Cells, Face};
+use crate::neighbours::cells::Cells;
+use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
 use crate::neighbours::shells::Shells;
 use crate::queue::{EventQueue, Sleepers};
@@ -31,6 +33,8 @@ pub(super) struct Wall {
 #[derive(Debug)]
 pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub bodies: Vec<Body>,
+    /// How many pairs are looked at with one instruction.
+    pub width: Width,
     /// Whether they are too many for the caches next to the processor.
     pub is_large: bool,
     /// The number of each particle that the user has an id for.

@@ -40,10 +40,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn expect_self(&self, particle: u32) {
         prefetch(&self.bodies, particle);
-        self.cells.expect_home(particle);
-        if let Some(shells) = &self.shells {
-            shells.lists.expect_span(particle);
-            prefetch(&shells.centres, particle);
+        match &self.shells {
+            Some(shells) => {
+                shells.lists.expect_span(particle);
+                shells.cells.expect_home(particle);
+                prefetch(&shells.centres, particle);
+            }
+            None => self.cells.expect_home(particle),
         }
         if TABLE {
             self.memory.expect(particle);
@@ -61,7 +64,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 shells.lists.expect_list(particle);
             }
             if prediction.is_transition() {
-                self.cells.expect_rows(self.cells.home(particle));
+                shells.cells.expect_rows(shells.cells.home(particle));
             }
         }
         if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
@@ -71,7 +74,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
             if prediction.is_transition() {
-                self.cells.expect_near(self.cells.home(particle), |other| prefetch(&shells.centres, other));
+                shells.cells.expect_near(shells.cells.home(particle));
             }
         }
     }

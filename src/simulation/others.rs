@@ -1,21 +1,25 @@
-//! The first of many others that a particle meets, four at a time.
+//! The first of many others that a particle meets, many at a time.
 
 use super::body::Body;
 use super::predict::Streamed;
 use super::prediction::Prediction;
 use crate::Vector;
 #[cfg(target_arch = "x86_64")]
-use crate::detection::four::avx2::Wide;
-use crate::detection::four::{Four, Plain, negative, positive};
+use crate::detection::many::avx2::Wide;
+#[cfg(target_arch = "x86_64")]
+use crate::detection::many::avx512::Widest;
+use crate::detection::many::{MOST, Many, Plain, Width, negative, positive};
 use crate::interaction::memory::Known;
-use crate::interaction::rules::{Edges, Steps};
+use crate::interaction::rules::Steps;
+use crate::neighbours::cells::NOBODY;
 use crate::overlap::Side;
 
-/// Fours that are looked at before any of them is kept: longer lists come in parts.
-const TOGETHER: usize = 8;
+/// Others that are looked at before any of them is kept: longer lists come in parts.
+const TOGETHER: usize = 32;
 
 /// What others are to a particle that looks for its first meeting.
 pub(super) struct Others<'a> {
+    pub width: Width,
     pub bodies: &'a [Body],
     /// Periods of the box, infinite where it has none.
     pub periods: &'a Vector,
@@ -29,21 +33,51 @@ pub(super) struct Others<'a> {
     pub species: &'a [u16],
 }
 
+/// The first of those that a particle meets, or nobody.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Met {
+    pub time: f64,
+    pub other: u32,
+}
+
 impl Others<'_> {
-    /// Keeps the earliest meeting of `me` with any of `others`, if it comes before the one predicted so far.
+    /// The earliest meeting of `me` with any of `others`, if there is one that comes no later than `before`.
+    ///
+    /// Their number is a multiple of [`MOST`]; `me` itself fills it up, and only the first `length` are looked at.
     #[inline]
     pub fn first_met<const FALLING: bool, const TABLE: bool>(
         &self,
         me: &Streamed,
-        others: &[[u32; 4]],
-        prediction: &mut Prediction,
-    ) {
+        others: &[u32],
+        length: usize,
+        before: f64,
+    ) -> Met {
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has just been asked for AVX2.
-            return unsafe { self.first_met_avx2::<FALLING, TABLE>(me, others, prediction) };
+        {
+            // SAFETY: the processor has just been asked for it.
+            unsafe {
+                // For a few others, four at a time are enough.
+                if self.width.has_avx512() && length > 4 {
+                    return self.first_met_avx512::<FALLING, TABLE>(me, others, length, before);
+                }
+                if self.width.has_avx2() {
+                    return self.first_met_avx2::<FALLING, TABLE>(me, others, length, before);
+                }
+            }
         }
-        self.first_met_of::<Plain, FALLING, TABLE>(me, others, prediction);
+        self.first_met_of::<Plain, FALLING, TABLE>(me, others, length, before)
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512dq")]
+    fn first_met_avx512<const FALLING: bool, const TABLE: bool>(
+        &self,
+        me: &Streamed,
+        others: &[u32],
+        length: usize,
+        before: f64,
+    ) -> Met {
+        self.first_met_of::<Widest, FALLING, TABLE>(me, others, length, before)
     }
 
     #[cfg(target_arch = "x86_64")]
@@ -51,53 +85,86 @@ impl Others<'_> {
     fn first_met_avx2<const FALLING: bool, const TABLE: bool>(
         &self,
         me: &Streamed,
-        others: &[[u32; 4]],
-        prediction: &mut Prediction,
-    ) {
-        self.first_met_of::<Wide, FALLING, TABLE>(me, others, prediction);
+        others: &[u32],
+        length: usize,
+        before: f64,
+    ) -> Met {
+        self.first_met_of::<Wide, FALLING, TABLE>(me, others, length, before)
     }
 
     #[inline(always)]
-    fn first_met_of<F: Four, const FALLING: bool, const TABLE: bool>(
+    fn first_met_of<F: Many, const FALLING: bool, const TABLE: bool>(
         &self,
         me: &Streamed,
-        others: &[[u32; 4]],
-        prediction: &mut Prediction,
-    ) {
-        for others in others.chunks(TOGETHER) {
-            let mut due = [F::all(f64::INFINITY); TOGETHER];
+        others: &[u32],
+        length: usize,
+        before: f64,
+    ) -> Met {
+        let mut first = Met { time: before, other: NOBODY };
+        let mut due = [f64::INFINITY; TOGETHER];
+        for others in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
             // No branch depends on what is found before all are done: the processor would guess it wrong.
-            for (due, ids) in due.iter_mut().zip(others) {
+            for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(others.chunks_exact(F::COUNT)) {
                 let squared = if TABLE {
-                    F::each(ids.map(|id| self.squared[usize::from(self.species[id as usize])]))
+                    let squared: [f64; MOST] =
+                        std::array::from_fn(|k| self.squared[usize::from(self.species[ids[k % F::COUNT] as usize])]);
+                    F::each(&squared)
                 } else {
                     F::all(self.squared[0])
                 };
-                let (r, v) = self.seen_from::<F, FALLING>(me, *ids);
+                let (r, v) = self.seen_from::<F, FALLING>(me, ids);
                 let dt = positive(dot(&r, &r).sub(squared), dot(&v, &r), dot(&v, &v));
-                *due = F::all(me.time).add(dt);
-                least = due.least(least);
+                let times = F::all(me.time).add(dt);
+                times.write(due);
+                least = times.least(least);
             }
-            let [a, b, c, d] = least.numbers();
-            let least = a.min(b).min(c.min(d));
-            if least <= prediction.contact_time && least < f64::INFINITY {
-                for (due, ids) in due.iter().zip(others) {
-                    self.offer_those(me, ids, due.at_most(least), least, Side::Positive, prediction);
+            let least = least.smallest();
+            if least <= first.time && least < f64::INFINITY {
+                // Nor does one depend on where it is.
+                let mut bits = 0;
+                for (at, due) in due.chunks_exact(F::COUNT).take(others.len() / F::COUNT).enumerate() {
+                    bits |= F::each(due).at_most(least) << (at * F::COUNT);
+                }
+                while bits != 0 {
+                    let other = others[bits.trailing_zeros() as usize];
+                    if least < first.time || first.other == NOBODY || self.name(other) < self.name(first.other) {
+                        first = Met { time: least, other };
+                    }
+                    bits &= bits - 1;
                 }
             }
         }
+        first
+    }
+
+    /// The user's id of a particle.
+    fn name(&self, particle: u32) -> u32 {
+        self.bodies[particle as usize].name
     }
 
     /// Keeps the earliest event of `me` with any of those that it knows, none of which accelerates relative to it.
     #[inline]
     pub fn first_known(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
         #[cfg(target_arch = "x86_64")]
-        if std::arch::is_x86_feature_detected!("avx2") {
-            // SAFETY: the processor has just been asked for AVX2.
-            return unsafe { self.first_known_avx2(me, known, steps, prediction) };
+        {
+            // SAFETY: the processor has just been asked for it.
+            unsafe {
+                if self.width.has_avx512() {
+                    return self.first_known_avx512(me, known, steps, prediction);
+                }
+                if self.width.has_avx2() {
+                    return self.first_known_avx2(me, known, steps, prediction);
+                }
+            }
         }
         self.first_known_of::<Plain>(me, known, steps, prediction);
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx512f,avx512dq")]
+    fn first_known_avx512(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
+        self.first_known_of::<Widest>(me, known, steps, prediction);
     }
 
     #[cfg(target_arch = "x86_64")]
@@ -107,56 +174,42 @@ impl Others<'_> {
     }
 
     #[inline(always)]
-    fn first_known_of<F: Four>(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
-        let nobody = Edges { inner: f64::NEG_INFINITY, outer: f64::INFINITY };
-        for four in known.chunks(4) {
-            let (mut ids, mut edges) = ([me.id; 4], [nobody; 4]);
-            for (k, known) in four.iter().enumerate() {
+    fn first_known_of<F: Many>(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
+        for some in known.chunks(F::COUNT) {
+            let mut ids = [me.id; MOST];
+            let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST], [f64::INFINITY; MOST]);
+            for (k, known) in some.iter().enumerate() {
                 ids[k] = known.partner;
-                edges[k] = steps[usize::from(known.interaction)].edges(known.state);
+                let edges = steps[usize::from(known.interaction)].edges(known.state);
+                (inner[k], outer[k]) = (edges.inner, edges.outer);
             }
+            let ids = &ids[..F::COUNT];
             let (r, v) = self.seen_from::<F, false>(me, ids);
             let (squared, b, v2) = (dot(&r, &r), dot(&v, &r), dot(&v, &v));
-            let inner = positive(squared.sub(F::each(edges.map(|edges| edges.inner))), b, v2);
-            self.offer_four(me, &ids, F::all(me.time).add(inner), Side::Positive, prediction);
-            let distance = F::each(edges.map(|edges| edges.outer));
-            let outer = negative(squared.sub(distance), b, v2);
-            let outer = distance.if_less(F::all(f64::INFINITY), outer, F::all(f64::INFINITY));
-            self.offer_four(me, &ids, F::all(me.time).add(outer), Side::Negative, prediction);
+            let dt = positive(squared.sub(F::each(&inner)), b, v2);
+            self.offer_all(me, ids, F::all(me.time).add(dt), Side::Positive, prediction);
+            let distance = F::each(&outer);
+            let dt = negative(squared.sub(distance), b, v2);
+            let dt = distance.if_less(F::all(f64::INFINITY), dt, F::all(f64::INFINITY));
+            self.offer_all(me, ids, F::all(me.time).add(dt), Side::Negative, prediction);
         }
     }
 
     #[inline(always)]
-    fn offer_four<F: Four>(&self, me: &Streamed, ids: &[u32; 4], due: F, side: Side, prediction: &mut Prediction) {
+    fn offer_all<F: Many>(&self, me: &Streamed, ids: &[u32], due: F, side: Side, prediction: &mut Prediction) {
         if due.at_most(prediction.contact_time) != 0 {
-            for (due, other) in due.numbers().into_iter().zip(*ids) {
-                self.offer(me, other, due, side, prediction);
+            let mut times = [f64::INFINITY; MOST];
+            due.write(&mut times);
+            for (due, other) in times.into_iter().zip(ids) {
+                self.offer(me, *other, due, side, prediction);
             }
         }
     }
 
-    /// Keeps the earliest of the meetings at one time with those of four others that some bits stand for.
+    /// Where `me` is from others, and how it moves.
     #[inline(always)]
-    fn offer_those(
-        &self,
-        me: &Streamed,
-        ids: &[u32; 4],
-        bits: u32,
-        time: f64,
-        side: Side,
-        prediction: &mut Prediction,
-    ) {
-        let mut bits = bits;
-        while bits != 0 {
-            self.offer(me, ids[bits.trailing_zeros() as usize & 3], time, side, prediction);
-            bits &= bits - 1;
-        }
-    }
-
-    /// Where `me` is from four others, and how it moves.
-    #[inline(always)]
-    fn seen_from<F: Four, const FALLING: bool>(&self, me: &Streamed, ids: [u32; 4]) -> ([F; 3], [F; 3]) {
-        let [x, y, z, vx, vy, vz, time, _] = F::columns(ids.map(|id| self.bodies[id as usize].numbers()));
+    fn seen_from<F: Many, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
+        let [x, y, z, vx, vy, vz, time, _] = F::columns(|k| self.bodies[ids[k] as usize].numbers());
         let (positions, velocities) = ([x, y, z], [vx, vy, vz]);
         let dt = F::all(me.time).sub(time);
         let (mut r, mut v) = (positions, velocities);
@@ -189,14 +242,52 @@ impl Others<'_> {
 }
 
 #[inline(always)]
-fn dot<F: Four>(a: &[F; 3], b: &[F; 3]) -> F {
+fn dot<F: Many>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// The same as [`crate::space::minimum_image`] for one coordinate of four.
+/// The same as [`crate::space::minimum_image`] for one coordinate of many.
 #[inline(always)]
-fn minimum_image<F: Four>(apart: F, period: f64) -> F {
+fn minimum_image<F: Many>(apart: F, period: f64) -> F {
     let half = F::all(0.5 * period);
     let below = apart.if_less(F::all(-0.5 * period), F::all(-period), F::all(0.0));
     apart.sub(half.if_less(apart, F::all(period), below))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Vector;
+    use crate::detection::many::Width;
+    use crate::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::simulation::Until;
+    use crate::simulation::engine::Engine;
+
+    /// Where a fluid is after some events, for every set of instructions that the processor has.
+    fn ends<const TABLE: bool>(potential: &Potential, packing_fraction: f64) -> Vec<(Vec<Vector>, f64)> {
+        let scene = SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", potential.clone(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(packing_fraction))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        let run = |width| {
+            let mut engine = Engine::<false, TABLE>::new(&scene);
+            engine.width = width;
+            engine.advance(Until::events(5_000), |_| {}).unwrap();
+            (engine.snapshot().positions, engine.now)
+        };
+        Width::all().into_iter().map(run).collect()
+    }
+
+    #[test]
+    fn what_the_processor_can_do_at_once_changes_nothing() {
+        let (hard, well) = (Potential::hard_sphere(1.0).unwrap(), Potential::square_well(1.0, 1.5, 1.0).unwrap());
+        for packing_fraction in [0.1, 0.45] {
+            for ends in [ends::<false>(&hard, packing_fraction), ends::<true>(&well, packing_fraction)] {
+                assert!(ends.iter().all(|end| *end == ends[0]));
+            }
+        }
+    }
 }

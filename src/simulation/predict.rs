@@ -7,7 +7,8 @@ use super::prediction::Prediction;
 use crate::Vector;
 use crate::detection::{accelerated, inertial, plane};
 use crate::motion::{RelativeState, stream_position};
-use crate::neighbours::cells::Face;
+use crate::neighbours::cells::NOBODY;
+use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
 use crate::overlap::{Quadratic, Quartic, Side};
 use crate::space::minimum_image;
@@ -42,7 +43,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if let Some(shells) = &self.shells {
             self.predict_listed(&me, shells, &mut prediction);
-            self.predict_walls(&me, None, &mut prediction);
+            if !self.walls.is_empty() {
+                self.predict_walls(&me, None, &mut prediction);
+            }
             prediction.transition_time = self.leaves_shell(&me, shells);
             self.predictions[particle as usize] = prediction;
             return;
@@ -51,7 +54,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut near = std::mem::take(&mut self.near);
         self.cells.find_near(cell, &mut near);
         self.predict_near(&me, near, &mut prediction);
-        self.predict_walls(&me, Some(cell), &mut prediction);
+        if !self.walls.is_empty() {
+            self.predict_walls(&me, Some(cell), &mut prediction);
+        }
         self.predict_transition(&me, cell, &mut prediction);
         self.predictions[particle as usize] = prediction;
     }
@@ -65,7 +70,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         if self.further_images.is_empty() {
-            self.predict_strangers(me, true, near.fours(me.id), prediction);
+            let (strangers, length) = near.filled_up(me.id);
+            self.predict_strangers(me, true, strangers, length, prediction);
         } else {
             near.found().iter().for_each(|&other| self.predict_stranger(me, other, prediction));
         }
@@ -142,13 +148,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &self,
         me: &Streamed,
         wraps: bool,
-        strangers: &[[u32; 4]],
+        strangers: &[u32],
+        length: usize,
         prediction: &mut Prediction,
     ) {
-        self.others(me, wraps).first_met::<FALLING, TABLE>(me, strangers, prediction);
+        let before = prediction.contact_time;
+        let met = self.others(me, wraps).first_met::<FALLING, TABLE>(me, strangers, length, before);
+        if met.other != NOBODY && prediction.is_before(me.id, met.other, met.time, &self.bodies) {
+            prediction.meet(me.id, met.other, Side::Positive, met.time, &self.bodies);
+        }
         if FALLING && TABLE {
             let mine = self.species[me.id as usize];
-            for &other in strangers.as_flattened() {
+            for &other in &strangers[..length] {
                 if self.rules.meeting(mine, self.species[other as usize]).is_accelerated {
                     self.predict_stranger(me, other, prediction);
                 }
@@ -161,6 +172,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn others(&self, me: &Streamed, wraps: bool) -> Others<'_> {
         let species = if TABLE { self.species[me.id as usize] } else { 0 };
         Others {
+            width: self.width,
             bodies: &self.bodies,
             periods: &self.periods,
             wraps,
@@ -245,7 +257,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for wall in &self.walls {
             let axis = usize::from(wall.face.axis);
             if let Some(cell) = cell {
-                let [is_first, is_last] = self.cells.is_outermost(cell, axis);
+                let [is_first, is_last] = self.cells.grid.is_outermost(cell, axis);
                 if !(if wall.face.is_upper { is_last } else { is_first }) {
                     continue;
                 }
@@ -264,7 +276,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn predict_transition(&self, me: &Streamed, cell: u32, prediction: &mut Prediction) {
         prediction.transition_time = f64::INFINITY;
         if !FALLING {
-            self.cells.for_each_face_ahead(cell, &me.velocity, |face: Face, at| {
+            self.cells.grid.for_each_face_ahead(cell, &me.velocity, |face: Face, at| {
                 let axis = usize::from(face.axis);
                 // Rounding may have put it beyond the face already.
                 let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
@@ -274,7 +286,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             });
             return;
         }
-        self.cells.for_each_face(cell, |face: Face, at| {
+        self.cells.grid.for_each_face(cell, |face: Face, at| {
             let axis = usize::from(face.axis);
             let inwards = if face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - at);

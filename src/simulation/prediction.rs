@@ -1,7 +1,8 @@
 //! What is foreseen for a particle: one prediction, and the time at which it wakes.
 
 use super::body::Body;
-use crate::neighbours::cells::{Face, NOBODY};
+use crate::neighbours::cells::NOBODY;
+use crate::neighbours::grid::Face;
 use crate::overlap::Side;
 use crate::prefetch::prefetch;
 use crate::queue::{Sleepers, Wake};

@@ -6,14 +6,15 @@ use super::prediction::Prediction;
 use crate::Vector;
 use crate::detection::inertial;
 use crate::motion::RelativeState;
-use crate::neighbours::shells::{Centre, Shells};
+use crate::neighbours::shells::Shells;
 use crate::overlap::{Quadratic, Side};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first meeting with those in the particle's list.
     #[inline]
     pub(super) fn predict_listed(&self, me: &Streamed, shells: &Shells, prediction: &mut Prediction) {
-        self.predict_strangers(me, shells.wraps(&me.position), shells.lists.fours_of(me.id), prediction);
+        let (strangers, length) = shells.lists.filled_up(me.id);
+        self.predict_strangers(me, shells.wraps(&me.position), strangers, length, prediction);
     }
 
     /// When the particle leaves its shell: like a bond to the centre that reaches its length.
@@ -22,7 +23,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// earlier than this: `|v| t + |a| t^2 / 2 = delta - |r|`.
     #[inline]
     pub(super) fn leaves_shell(&self, me: &Streamed, shells: &Shells) -> f64 {
-        let position = me.position - shells.centres[me.id as usize].position();
+        let position = me.position - shells.centres[me.id as usize];
         let squared = shells.radius * shells.radius;
         if FALLING && me.acceleration != Vector::zeros() {
             let room = (shells.radius - position.norm()).max(0.0);
@@ -41,7 +42,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(shells) = &self.shells else { return };
         if FALLING {
             // The bound came true without the particle having gone far.
-            let gone = (me.position - shells.centres[particle as usize].position()).norm_squared();
+            let gone = (me.position - shells.centres[particle as usize]).norm_squared();
             if gone < 0.25 * shells.radius * shells.radius {
                 self.predictions[particle as usize].transition_time = self.leaves_shell(&me, shells);
                 self.schedule(particle);
@@ -50,7 +51,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         self.wrap(particle, &me.position);
         self.relist(particle, time);
-        self.predict(particle, time);
+        // Its motion stays as it is, and so does its predicted contact, unless one of those who are new to it comes first.
+        let me = self.streamed(particle, time);
+        let Some(shells) = &self.shells else { return };
+        let mut prediction = self.predictions[particle as usize];
+        let (newcomers, count) = shells.lists.newcomers();
+        self.predict_strangers(&me, shells.wraps(&me.position), newcomers, count, &mut prediction);
+        prediction.transition_time = self.leaves_shell(&me, shells);
+        self.predictions[particle as usize] = prediction;
         self.schedule(particle);
     }
 
@@ -76,58 +84,43 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.
     fn relist(&mut self, particle: u32, time: f64) {
         let (to, _) = self.state_at(particle, time);
-        let Some(mut shells) = self.shells.take() else { return };
-        let from = std::mem::replace(&mut shells.centres[particle as usize], Centre::new(&to)).position();
-        let species = |id: u32| if TABLE { self.species[id as usize] } else { 0 };
-        let pair = |other: u32| [species(particle), species(other)];
-        for at in (0..shells.lists.of(particle).len()).rev() {
-            let other = shells.lists.of(particle)[at];
-            if !shells.is_within_reach(&to, other, pair(other), &self.periods) {
-                shells.lists.remove_at(particle, at);
-                shells.lists.remove(other, particle);
-            }
+        let Self { shells: Some(shells), near, memory, species, rules, .. } = self else { return };
+        shells.centres[particle as usize] = to;
+        shells.cells.lift(particle);
+        let cell = shells.cells.grid.cell_at(&to);
+        let all: &[u16] = if TABLE { species } else { &[] };
+        shells.find_within_reach(&to, cell, all, mine(all, particle), to.amax(), &self.periods, near);
+        shells.cells.put(particle, cell, &to);
+        if TABLE {
+            near.retain(|other| memory.get(particle, other).is_none());
         }
-        let cell = self.cells.cell_at(&to);
-        self.cells.relocate(particle, cell);
-        let mut near = std::mem::take(&mut self.near);
-        self.cells.find_near(cell, &mut near);
-        let all: &[u16] = if TABLE { &self.species } else { &[] };
-        shells.keep_within_reach(&to, species(particle), all, &self.periods, &mut near);
-        for &other in near.found() {
-            if other != particle
-                && !shells.is_within_reach(&from, other, pair(other), &self.periods)
-                && !(TABLE && self.memory.get(particle, other).is_some())
-            {
-                shells.lists.add(particle, other);
-                if !self.is_static(other) {
-                    shells.lists.add(other, particle);
-                }
-            }
-        }
-        self.near = near;
-        self.shells = Some(shells);
+        let is_static = |other: u32| TABLE && rules.species[usize::from(species[other as usize])].is_static();
+        shells.lists.renew(particle, near.found(), is_static);
     }
 
     /// Fills the lists of all, once the pairs that know each other are known.
     pub(super) fn fill_lists(&mut self) {
-        let Some(mut shells) = self.shells.take() else { return };
-        let mut near = std::mem::take(&mut self.near);
-        let species = |id: u32| if TABLE { self.species[id as usize] } else { 0 };
-        for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)) {
-            let centre = shells.centres[particle as usize].position();
-            self.cells.find_near(self.cells.home(particle), &mut near);
-            for &other in near.found() {
-                if other != particle
-                    && shells.is_within_reach(&centre, other, [species(particle), species(other)], &self.periods)
-                    && !(TABLE && self.memory.get(particle, other).is_some())
-                {
-                    shells.lists.add(particle, other);
-                }
+        let Self { shells: Some(shells), near, memory, species, rules, .. } = self else { return };
+        // One bound for all, so that whoever finds another is found by it.
+        let largest = shells.centres.iter().map(Vector::amax).fold(0.0, f64::max);
+        let all: &[u16] = if TABLE { species } else { &[] };
+        for particle in 0..shells.centres.len() as u32 {
+            if TABLE && rules.species[usize::from(species[particle as usize])].is_static() {
+                continue;
             }
+            let centre = shells.centres[particle as usize];
+            let cell = shells.cells.home(particle);
+            shells.find_within_reach(&centre, cell, all, mine(all, particle), largest, &self.periods, near);
+            near.retain(|other| other != particle && !(TABLE && memory.get(particle, other).is_some()));
+            shells.lists.set(particle, near.found());
         }
-        self.near = near;
-        self.shells = Some(shells);
     }
+}
+
+/// The species of a particle among those of all, which are not written down if there is only one.
+#[inline]
+fn mine(all: &[u16], particle: u32) -> u16 {
+    if all.is_empty() { 0 } else { all[particle as usize] }
 }
 
 #[cfg(test)]
@@ -147,19 +140,24 @@ mod tests {
             let count = engine.bodies.len() as u32;
             for particle in (0..count).filter(|&p| !engine.is_static(p)) {
                 let (position, _) = engine.state_at(particle, engine.now);
-                let gone = (position - shells.centres[particle as usize].position()).norm();
+                let gone = (position - shells.centres[particle as usize]).norm();
                 assert!(gone < shells.radius * (1.0 + 1e-9), "{particle} left its shell: {gone}");
-                let mut list = shells.lists.of(particle).to_vec();
-                list.sort_unstable();
-                let is_near = |other: u32| {
-                    let [a, b] = [particle, other].map(|id| shells.centres[id as usize].position());
-                    let apart = minimum_image(a - b, &engine.periods);
+                let list = shells.lists.of(particle);
+                let is_moving = |other: &&u32| !engine.is_static(**other);
+                assert!(list.iter().filter(is_moving).all(|other| shells.lists.of(*other).contains(&particle)));
+                for other in 0..count {
+                    let [a, b] = [particle, other].map(|id| shells.centres[id as usize]);
+                    let apart = minimum_image(a - b, &engine.periods).norm();
                     let species = [particle, other].map(|id| usize::from(engine.species[id as usize]));
                     let range = engine.ranges[species[0] * engine.rules.species.len() + species[1]];
                     let is_known = TABLE && engine.memory.get(particle, other).is_some();
-                    other != particle && range > 0.0 && !is_known && apart.norm() < Shells::reach(shells.radius, range)
-                };
-                assert_eq!(list, (0..count).filter(|&other| is_near(other)).collect::<Vec<_>>());
+                    let is_near = |factor| apart < (range + 2.0 * shells.radius) * factor;
+                    let may_meet = other != particle && range > 0.0 && !is_known;
+                    let times = list.iter().filter(|entry| **entry == other).count();
+                    // Centres are packed in single precision.
+                    assert!(times <= usize::from(may_meet && is_near(1.0 + 1e-4)), "{particle} {other} {times}");
+                    assert!(times >= usize::from(may_meet && is_near(1.0)), "{particle} misses {other}");
+                }
             }
         }
         assert!(engine.shells.is_some(), "dense enough for lists in the end");

@@ -4,7 +4,7 @@ use super::audit::unit_of_wall;
 use super::engine::Engine;
 use crate::Vector;
 use crate::event::{Event, EventKind};
-use crate::neighbours::cells::Face;
+use crate::neighbours::grid::Face;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// A particle reaches a wall.

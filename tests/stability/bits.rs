@@ -22,14 +22,14 @@ use std::ops::ControlFlow;
 #[allow(clippy::unreadable_literal, reason = "copied from the test's output")]
 const FINGERPRINTS: [(&str, u64, u64); 10] = [
     ("bouncing_ball", 1000, 0x3eb7d631c4034797),
-    ("elastic_spheres_1d", 2, 0x908126a4c7e08d89),
-    ("everything", 30000, 0x2c4db89f91e6ae3c),
-    ("granular_cooling", 20000, 0xa18025e18ab97916),
-    ("hard_sphere_fluid", 20000, 0x46c5bf6392298890),
-    ("hopper", 10000, 0x11e41719a492e05a),
+    ("elastic_spheres_1d", 2, 0x2f7cc64dd2137dfa),
+    ("everything", 30000, 0x341e50d453b5972c),
+    ("granular_cooling", 20000, 0xff38450fddfa14b5),
+    ("hard_sphere_fluid", 20000, 0x4a19e5b01ca1cf3b),
+    ("hopper", 10000, 0x8735b344d7005050),
     ("pendulum", 20000, 0x7905fcae31a4199a),
-    ("polymer", 20000, 0x2372446c2bbe4519),
-    ("square_well_fluid", 20000, 0xe2e29b5bc35d4bf7),
+    ("polymer", 20000, 0xce6537f9c0948f1f),
+    ("square_well_fluid", 20000, 0xcecc96de5d04122e),
     ("stepped_lennard_jones", 20000, 0x2eedeb4258e70d3d),
 ];
 

@@ -12,18 +12,25 @@ const EDGE: u32 = 16;
 /// All particles.
 const COUNT: usize = (EDGE * EDGE * EDGE) as usize;
 
-/// A simple cubic lattice with a spacing of 2, whose sheets across the x-axis fly at each other at a speed of 1.
+/// Distance of the lattice's sites across the x-axis.
+const WIDE: f64 = 3.25;
+
+/// A lattice with a spacing of 2 along the x-axis, whose sheets across it fly at each other at a speed of 1.
 ///
-/// All numbers are binary fractions of few digits, so that nothing is ever rounded.
+/// All numbers are binary fractions of few digits, so that nothing is ever rounded; also the times at which particles leave
+/// their cells, because [`WIDE`] is such that the cells become 2 long.
 fn sheets() -> (Space, Vec<State>) {
     let at = |k: u32| f64::from(2 * k) + 0.5;
+    let across = |k: u32| WIDE * f64::from(k) + 0.5;
     let particles = (0..COUNT as u32)
         .map(|id| {
             let [x, y, z] = [id % EDGE, id / EDGE % EDGE, id / EDGE / EDGE];
-            (Vector::new(at(x), at(y), at(z)), Vector::new(if x % 2 == 0 { 1.0 } else { -1.0 }, 0.0, 0.0))
+            (Vector::new(at(x), across(y), across(z)), Vector::new(if x % 2 == 0 { 1.0 } else { -1.0 }, 0.0, 0.0))
         })
         .collect();
-    (Space::periodic_cube(f64::from(2 * EDGE)), particles)
+    let mut space = Space::periodic_cube(WIDE * f64::from(EDGE));
+    space.size.x = f64::from(2 * EDGE);
+    (space, particles)
 }
 
 fn run(space: &Space, potential: &Potential, particles: &[State], time: f64) -> (Simulation, Vec<Event>) {

@@ -1,6 +1,7 @@
 //! The search in the cells around a particle's, and the look ahead at what it will touch.
 
-use super::{Cells, Face, NOBODY};
+use super::{Cells, NOBODY};
+use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
 use crate::prefetch::prefetch;
 
@@ -15,15 +16,14 @@ impl Cells {
     /// Expects a search near a cell.
     #[inline]
     pub fn expect_rows(&self, cell: u32) {
-        self.for_each_row(cell, |row, xs| prefetch(&self.first, row + xs[0]));
+        self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first as u32));
     }
 
     /// Expects a search near a cell, and questions about those it finds first.
     #[inline]
     pub fn expect_near(&self, cell: u32, expect: impl Fn(u32)) {
-        self.for_each_row(cell, |row, xs| {
-            for &x in xs {
-                let particle = self.first[(row + x) as usize];
+        self.grid.for_each_run(cell, |first, count| {
+            for &particle in &self.first[first..first + count] {
                 if particle != NOBODY {
                     prefetch(&self.next, particle);
                     expect(particle);
@@ -32,61 +32,26 @@ impl Cells {
         });
     }
 
-    /// Calls `visit(row, xs)` for the rows of cells near a cell: the first cell of the whole row, and the indices in it.
-    #[inline(always)]
-    fn for_each_row(&self, cell: u32, mut visit: impl FnMut(u32, &[u32])) {
-        let at = self.split(cell);
-        let (zs, nz) = self.around(2, at[2]);
-        let (ys, ny) = self.around(1, at[1]);
-        let (xs, nx) = self.around(0, at[0]);
-        for &z in &zs[..nz] {
-            for &y in &ys[..ny] {
-                visit((z * self.counts[1] + y) * self.counts[0], &xs[..nx]);
-            }
-        }
-    }
-
     /// Puts every particle in `cell` and the cells next to it into `near`.
     #[inline]
     pub fn find_near(&self, cell: u32, near: &mut Near) {
-        near.clear();
-        self.for_each_row(cell, |row, xs| {
-            for &x in xs {
-                near.put(self.first[(row + x) as usize]);
+        let mut heads = near.heads();
+        self.grid.for_each_run(cell, |first, count| {
+            for &head in &self.first[first..first + count] {
+                heads.put(head);
             }
         });
-        near.follow(&self.next);
+        let found = heads.length;
+        near.follow(found, &self.next);
     }
 
     /// Puts every particle that is near to `cell` and was not near to the cell before a transition through `face` into `near`.
     #[inline]
     pub fn find_new(&self, cell: u32, face: Face, near: &mut Near) {
-        near.clear();
-        self.for_each_new(cell, face, |new| near.put(self.first[new as usize]));
-        near.follow(&self.next);
-    }
-
-    /// Calls `visit` for every cell that is near to `cell` and was not near to the cell before a transition through `face`.
-    #[inline(always)]
-    fn for_each_new(&self, cell: u32, face: Face, mut visit: impl FnMut(u32)) {
-        let at = self.split(cell);
-        let axis = usize::from(face.axis);
-        let n = self.counts[axis];
-        if self.is_periodic[axis] && n <= 3 {
-            return; // every cell along the axis was near before
-        }
-        let Some((ahead, _)) = self.beyond(axis, at[axis], face.is_upper) else { return };
-        let (others_a, others_b) = ((axis + 1) % 3, (axis + 2) % 3);
-        let (aa, na) = self.around(others_a, at[others_a]);
-        let (bb, nb) = self.around(others_b, at[others_b]);
-        let mut index = at;
-        index[axis] = ahead;
-        for &a in &aa[..na] {
-            for &b in &bb[..nb] {
-                (index[others_a], index[others_b]) = (a, b);
-                visit(self.join(index));
-            }
-        }
+        let mut heads = near.heads();
+        self.grid.for_each_new(cell, face, |new| heads.put(self.first[new as usize]));
+        let found = heads.length;
+        near.follow(found, &self.next);
     }
 
     /// Expects a particle to leave a cell through a face: the heads of its cell and of those that become near.
@@ -110,11 +75,9 @@ impl Cells {
 
     #[inline(always)]
     fn for_each_new_after(&self, cell: u32, face: Face, visit: impl FnMut(u32)) {
-        let mut at = self.split(cell);
-        let axis = usize::from(face.axis);
-        if let Some((to, _)) = self.beyond(axis, at[axis], face.is_upper) {
-            at[axis] = to;
-            self.for_each_new(self.join(at), face, visit);
+        let (to, _) = self.grid.behind(cell, face);
+        if to != cell {
+            self.grid.for_each_new(to, face, visit);
         }
     }
 }
