@@ -39,13 +39,14 @@ impl fmt::Display for Search {
     }
 }
 
-/// Others that a list should hold in one, two and three dimensions. More cost time at every prediction, fewer have to be looked
-/// for more often. Measured in hard-sphere fluids and crystals, where half or twice as many lose about a tenth of the speed.
-const LISTED: [f64; 3] = [3.0, 8.0, 15.0];
+/// Others beyond its range that a particle's list should hold in one, two and three dimensions, at the mean density. More cost time
+/// at every prediction, fewer have to be looked for more often. Measured, in three dimensions, in hard-sphere fluids and crystals and in square wells (whose
+/// pairs within range are known, and in no list), where half or twice as many lose about a tenth of the speed.
+const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
 
-/// Lists are worth their upkeep while they reach no further than this many ranges; that is a packing fraction of 0.36. Cells are
-/// as fast at 0.35 with 11 thousand particles, and at 0.38 with ten times as many.
-const WORTHWHILE: f64 = 1.73;
+/// Lists are worth their upkeep while they reach no further than this many ranges; that is a packing fraction of 0.36. For hard spheres
+/// cells are as fast at 0.35 with 11 thousand particles and at 0.38 with ten times as many, for square wells at a reach of 1.66.
+const WORTHWHILE: f64 = 1.69;
 
 /// A change from lists to cells or back pays only this far beyond.
 const HYSTERESIS: f64 = 0.05;
@@ -77,9 +78,9 @@ impl Search {
         let dimensions = space.dimensions();
         let per_volume = LISTED[dimensions - 1] / local_density(space, range, positions);
         let reach = match dimensions {
-            3 => libm::cbrt(per_volume / (4.0 / 3.0 * std::f64::consts::PI)),
-            2 => (per_volume / std::f64::consts::PI).sqrt(),
-            _ => 0.5 * per_volume,
+            3 => libm::cbrt(range.powi(3) + per_volume / (4.0 / 3.0 * std::f64::consts::PI)),
+            2 => (range * range + per_volume / std::f64::consts::PI).sqrt(),
+            _ => range + 0.5 * per_volume,
         };
         let shell = (0.5 * (reach - range)).max(THINNEST * range);
         let worthwhile = match current {

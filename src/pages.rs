@@ -22,3 +22,19 @@ pub fn enlarge<T>(array: &[T]) {
     #[cfg(not(target_os = "linux"))]
     let _ = array;
 }
+
+/// Asks for large pages under the room that an array has, before it is filled.
+pub fn enlarge_room<T>(array: &Vec<T>) {
+    #[cfg(target_os = "linux")]
+    {
+        const PAGE: usize = 2 << 20;
+        let first = (array.as_ptr() as usize).next_multiple_of(PAGE);
+        let last = (array.as_ptr() as usize + array.capacity() * size_of::<T>()) / PAGE * PAGE;
+        if first < last {
+            // SAFETY: advice about whole pages of the array's room changes nothing in it.
+            unsafe { libc::madvise(first as *mut libc::c_void, last - first, libc::MADV_HUGEPAGE) };
+        }
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = array;
+}

@@ -1,5 +1,7 @@
 //! The buckets of the calendar: lists of numbers in chunks of a cache line, from one pool.
 
+use crate::pages::{enlarge, enlarge_room};
+
 /// Entries of a chunk: with the number of the next one it fills a cache line.
 const ENTRIES: usize = 15;
 
@@ -31,7 +33,12 @@ pub(super) struct Buckets {
 impl Buckets {
     /// So many empty buckets.
     pub fn new(count: usize) -> Self {
-        Self { buckets: vec![Bucket::default(); count], chunks: Vec::new(), free: Vec::new() }
+        // Enough for an entry of each particle and a chunk in each bucket.
+        let chunks = Vec::with_capacity(2 * count);
+        enlarge_room(&chunks);
+        let buckets = vec![Bucket::default(); count];
+        enlarge(&buckets);
+        Self { buckets, chunks, free: Vec::new() }
     }
 
     /// Number of buckets.

@@ -10,9 +10,9 @@ use crate::neighbours::shells::Shells;
 use crate::prefetch::prefetch;
 
 /// So many wakes ahead, the particle and its partner are expected; where their neighbours are said to be; and the neighbours.
-const SELF: usize = 9;
-const WHERE: usize = 6;
-const NEIGHBOURS: usize = 3;
+const SELF: usize = 7;
+const WHERE: usize = 4;
+const NEIGHBOURS: usize = 2;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Looks ahead; changes nothing but speed.

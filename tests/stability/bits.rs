@@ -23,13 +23,13 @@ use std::ops::ControlFlow;
 const FINGERPRINTS: [(&str, u64, u64); 10] = [
     ("bouncing_ball", 1000, 0x3eb7d631c4034797),
     ("elastic_spheres_1d", 2, 0x2f7cc64dd2137dfa),
-    ("everything", 30000, 0x341e50d453b5972c),
+    ("everything", 30000, 0xdb66f05422ea7038),
     ("granular_cooling", 20000, 0xff38450fddfa14b5),
-    ("hard_sphere_fluid", 20000, 0x4a19e5b01ca1cf3b),
-    ("hopper", 10000, 0x8735b344d7005050),
+    ("hard_sphere_fluid", 20000, 0x7fefe63269006114),
+    ("hopper", 10000, 0xe488942ab7bacc9f),
     ("pendulum", 20000, 0x7905fcae31a4199a),
-    ("polymer", 20000, 0xce6537f9c0948f1f),
-    ("square_well_fluid", 20000, 0xcecc96de5d04122e),
+    ("polymer", 20000, 0x23681b1c94b79cfd),
+    ("square_well_fluid", 20000, 0x251c13d34402ff07),
     ("stepped_lennard_jones", 20000, 0x2eedeb4258e70d3d),
 ];
 

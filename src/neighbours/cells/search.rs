@@ -1,6 +1,6 @@
 //! The search in the cells around a particle's, and the look ahead at what it will touch.
 
-use super::{Cells, NOBODY};
+use super::Cells;
 use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
 use crate::prefetch::prefetch;
@@ -23,11 +23,8 @@ impl Cells {
     #[inline]
     pub fn expect_near(&self, cell: u32, expect: impl Fn(u32)) {
         self.grid.for_each_run(cell, |first, count| {
-            for &particle in &self.first[first..first + count] {
-                if particle != NOBODY {
-                    prefetch(&self.next, particle);
-                    expect(particle);
-                }
+            for &head in &self.first[first..first + count] {
+                self.expect_head(head, &expect);
             }
         });
     }
@@ -64,13 +61,16 @@ impl Cells {
     /// Expects questions about those in the cells that become near.
     #[inline]
     pub fn expect_new(&self, cell: u32, face: Face, expect: impl Fn(u32)) {
-        self.for_each_new_after(cell, face, |new| {
-            let particle = self.first[new as usize];
-            if particle != NOBODY {
-                prefetch(&self.next, particle);
-                expect(particle);
-            }
-        });
+        self.for_each_new_after(cell, face, |new| self.expect_head(self.first[new as usize], &expect));
+    }
+
+    /// Expects questions about the first particle of a cell. An empty cell stands for the last particle of all: that costs less than
+    /// a processor that has to guess which cells are empty.
+    #[inline(always)]
+    fn expect_head(&self, head: u32, expect: &impl Fn(u32)) {
+        let particle = head.min(self.next.len() as u32 - 1);
+        prefetch(&self.next, particle);
+        expect(particle);
     }
 
     #[inline(always)]
