@@ -89,7 +89,7 @@ impl Lists {
     pub fn add(&mut self, particle: u32, other: u32) {
         let span = self.spans[particle as usize];
         if span.length as usize == span.blocks as usize * BLOCK {
-            self.grow(particle, span.blocks + 1);
+            self.make_room(particle, span.blocks + 1);
         }
         let span = &mut self.spans[particle as usize];
         self.entries[span.first as usize * BLOCK + span.length as usize] = other;
@@ -142,37 +142,44 @@ impl Lists {
 
     /// Makes `new` the list of a particle.
     pub fn set(&mut self, particle: u32, new: &[u32]) {
-        let Span { first, blocks, length } = self.spans[particle as usize];
-        let mut first = first as usize * BLOCK;
-        if new.len() > blocks as usize * BLOCK {
+        let Span { blocks, length, .. } = self.spans[particle as usize];
+        let needed = new.len().div_ceil(BLOCK) as u32;
+        // Room that it once needed is given to those who need it now.
+        if needed > blocks || room_for(needed) < blocks {
             self.spans[particle as usize].length = 0;
-            self.grow(particle, new.len().div_ceil(BLOCK) as u32);
-            first = self.spans[particle as usize].first as usize * BLOCK;
-        } else if new.len() < length as usize {
+            self.make_room(particle, needed);
+        }
+        let first = self.spans[particle as usize].first as usize * BLOCK;
+        if new.len() < length as usize && blocks == self.spans[particle as usize].blocks {
             self.entries[first + new.len()..first + length as usize].fill(particle);
         }
         self.entries[first..first + new.len()].copy_from_slice(new);
         self.spans[particle as usize].length = new.len() as u32;
     }
 
-    /// Moves a list to where it has room for at least so many blocks.
-    fn grow(&mut self, particle: u32, least: u32) {
+    /// Moves a list to where it has room for so many blocks.
+    fn make_room(&mut self, particle: u32, needed: u32) {
         let Span { first, blocks, length } = self.spans[particle as usize];
-        let more = least + least / 4;
-        self.free.resize_with(self.free.len().max(more as usize + 1), Vec::new);
-        let to = self.free[more as usize].pop().unwrap_or_else(|| {
+        let room = room_for(needed);
+        self.free.resize_with(self.free.len().max(room.max(blocks) as usize + 1), Vec::new);
+        let to = self.free[room as usize].pop().unwrap_or_else(|| {
             let to = self.entries.len() / BLOCK;
-            self.entries.resize((to + more as usize) * BLOCK, particle);
+            self.entries.resize((to + room as usize) * BLOCK, particle);
             to as u32
         });
         let (old, new) = (first as usize * BLOCK, to as usize * BLOCK);
         self.entries.copy_within(old..old + length as usize, new);
-        self.entries[new + length as usize..new + more as usize * BLOCK].fill(particle);
+        self.entries[new + length as usize..new + room as usize * BLOCK].fill(particle);
         if blocks > 0 {
             self.free[blocks as usize].push(first);
         }
-        self.spans[particle as usize] = Span { first: to, blocks: more, length };
+        self.spans[particle as usize] = Span { first: to, blocks: room, length };
     }
+}
+
+/// Blocks that a list gets when it needs some: a quarter more if it is long.
+fn room_for(needed: u32) -> u32 {
+    needed + needed / 4
 }
 
 #[cfg(test)]

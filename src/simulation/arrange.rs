@@ -21,9 +21,11 @@ const WANDERED: u64 = 64;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Arranges everything anew if that pays, at the epoch; whether it did.
     pub(super) fn rearrange_if_due(&mut self) -> bool {
-        let positions: Vec<Vector> = self.bodies.iter().map(|body| body.position).collect();
         let range = self.ranges.iter().copied().fold(0.0, f64::max);
-        let search = Search::choose(&self.space, range, &positions, Some(self.search));
+        let search = {
+            let positions: Vec<Vector> = self.bodies.iter().map(|body| body.position).collect();
+            Search::choose(&self.space, range, &positions, Some(self.search))
+        };
         let since = self.tally.transition - self.transitions_at_order;
         if search == self.search && since < WANDERED * self.bodies.len() as u64 {
             return false;
@@ -34,6 +36,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let position = self.bodies[particle as usize].position;
             self.wrap(particle, &position);
         }
+        // Gone before the new ones come, so that there is never memory for both.
+        self.shells = None;
         self.reorder();
         self.sort_into_cells();
         self.fill_lists();
@@ -49,10 +53,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Numbers the particles along the curve.
     fn reorder(&mut self) {
         self.transitions_at_order = self.tally.transition;
-        let positions: Vec<Vector> = self.bodies.iter().map(|body| body.position).collect();
         // By name among those in the same cell of the curve, so that the order depends on where particles are only.
-        let by_name: Vec<Vector> = self.numbers.iter().map(|&number| positions[number as usize]).collect();
-        let names = along_curve(&self.space, &by_name);
+        let names = {
+            let by_name: Vec<Vector> =
+                self.numbers.iter().map(|&number| self.bodies[number as usize].position).collect();
+            along_curve(&self.space, &by_name)
+        };
         let old: Vec<u32> = names.iter().map(|&name| self.numbers[name as usize]).collect();
         let mut new = vec![0; old.len()];
         for (&old, number) in old.iter().zip(0..) {
