@@ -20,6 +20,6 @@
 
 pub mod accelerated;
 pub mod inertial;
-pub mod many;
+pub(crate) mod many;
 pub mod plane;
 pub mod roots;

@@ -14,6 +14,9 @@ pub mod shells;
 use crate::Vector;
 use crate::scene::Scene;
 use crate::space::{Boundary, Space};
+use cells::Cells;
+use lists::Lists;
+use near::Near;
 use shells::Shells;
 use std::collections::HashMap;
 use std::fmt;
@@ -28,6 +31,68 @@ pub enum Search {
         /// Radius of the shells `[length]`.
         shell: f64,
     },
+}
+
+/// Who is near whom, in one of the two ways.
+#[derive(Debug)]
+pub enum Neighbours {
+    /// Particles by the cell that they are in.
+    Cells(Cells),
+    /// Shells around the particles, and their lists.
+    Lists(Shells),
+}
+
+impl Neighbours {
+    /// Cells with nobody in them, until particles are sorted in.
+    #[must_use]
+    pub fn none(space: &Space) -> Self {
+        Self::Cells(Cells::new(space, 0.0, &[]))
+    }
+
+    /// Which of the two ways it is.
+    #[must_use]
+    pub fn search(&self) -> Search {
+        match self {
+            Self::Cells(_) => Search::Cells,
+            Self::Lists(shells) => Search::Lists { shell: shells.radius },
+        }
+    }
+
+    /// The shells, if there are lists.
+    #[inline]
+    #[must_use]
+    pub fn shells(&self) -> Option<&Shells> {
+        match self {
+            Self::Cells(_) => None,
+            Self::Lists(shells) => Some(shells),
+        }
+    }
+
+    /// The lists, if there are any.
+    #[inline]
+    #[must_use]
+    pub fn lists_mut(&mut self) -> Option<&mut Lists> {
+        match self {
+            Self::Cells(_) => None,
+            Self::Lists(shells) => Some(&mut shells.lists),
+        }
+    }
+
+    /// Puts everybody into `near` with whom a particle may be in contact.
+    pub fn find_near(&self, particle: u32, near: &mut Near) {
+        match self {
+            Self::Cells(cells) => cells.find_near(cells.home(particle), near),
+            Self::Lists(shells) => shells.cells.find_near(shells.cells.home(particle), near),
+        }
+    }
+
+    /// Asks for large pages.
+    pub fn enlarge(&self) {
+        match self {
+            Self::Cells(cells) => cells.enlarge(),
+            Self::Lists(shells) => shells.enlarge(),
+        }
+    }
 }
 
 impl fmt::Display for Search {

@@ -4,6 +4,7 @@ mod arrange;
 mod audit;
 mod body;
 mod build;
+mod cell;
 mod clock;
 mod engine;
 mod execute;

@@ -4,9 +4,9 @@
 //! for those with AVX-512, which compute eight. No operation is fused, and all are correctly rounded, so the three agree to the bit.
 
 #[cfg(target_arch = "x86_64")]
-pub mod avx2;
+mod avx2;
 #[cfg(target_arch = "x86_64")]
-pub mod avx512;
+mod avx512;
 
 use std::array::from_fn;
 
@@ -54,15 +54,50 @@ impl Width {
         self.0 != Instructions::Any
     }
 
-    /// Whether there is AVX-512 with F and DQ.
+    /// At most four numbers at once: enough for a few, and then cheaper.
     #[inline]
     #[must_use]
-    pub fn has_avx512(self) -> bool {
-        #[cfg(target_arch = "x86_64")]
-        return self.0 == Instructions::Avx512;
-        #[cfg(not(target_arch = "x86_64"))]
-        return false;
+    pub fn at_most_four(self) -> Self {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => Self(Instructions::Avx2),
+            _ => self,
+        }
     }
+
+    /// Does some work with these instructions.
+    #[inline]
+    pub fn run<W: Work>(self, work: W) -> W::Output {
+        match self.0 {
+            Instructions::Any => work.run::<Plain>(),
+            // SAFETY: [`Self::all`] has asked the processor for these instructions.
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2 => unsafe { in_fours(work) },
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => unsafe { in_eights(work) },
+        }
+    }
+}
+
+/// Work on many numbers at once, whatever the instructions are.
+pub trait Work {
+    /// What comes out.
+    type Output;
+
+    /// Does it. Has to be inlined into code for the instructions of `F`.
+    fn run<F: Many>(self) -> Self::Output;
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn in_fours<W: Work>(work: W) -> W::Output {
+    work.run::<avx2::Wide>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq")]
+fn in_eights<W: Work>(work: W) -> W::Output {
+    work.run::<avx512::Widest>()
 }
 
 /// The most numbers at once.
@@ -168,7 +203,7 @@ impl Many for Plain {
     }
 }
 
-/// Algorithm 2: the times from now to the next events on the positive side, infinite where there is none, of four pairs with
+/// Algorithm 2: the times from now to the next events on the positive side, infinite where there is none, of pairs with
 /// overlap functions `V2 dt^2 + 2 B dt + R2`.
 #[inline(always)]
 #[must_use]
@@ -181,7 +216,7 @@ pub fn positive<F: Many>(r2: F, b: F, v2: F) -> F {
     b.if_less(zero, approaching, never)
 }
 
-/// Algorithm 3: the times from now to the next events on the negative side, of four pairs.
+/// Algorithm 3: the times from now to the next events on the negative side, of pairs.
 #[inline(always)]
 #[must_use]
 pub fn negative<F: Many>(r2: F, b: F, v2: F) -> F {
@@ -223,57 +258,21 @@ mod tests {
     }
 
     /// What the two algorithms find for eight pairs, given the columns of their coefficients.
-    #[inline(always)]
-    fn found<F: Many>(f: &[[f64; 8]; 3]) -> [[f64; 8]; 2] {
-        let mut found = [[0.0; 8]; 2];
-        for at in (0..8).step_by(F::COUNT) {
-            let [r2, b, v2] = [0, 1, 2].map(|k| F::each(&f[k][at..]));
-            positive(r2, b, v2).write(&mut found[0][at..]);
-            negative(r2, b, v2).write(&mut found[1][at..]);
-        }
-        found
-    }
+    struct Find<'a>(&'a [[f64; 8]; 3]);
 
-    /// Eight rows of eight as columns.
-    #[inline(always)]
-    fn columns<F: Many>(rows: &[[f64; 8]; 8]) -> [[f64; 8]; 8] {
-        let mut columns = [[0.0; 8]; 8];
-        for at in (0..8).step_by(F::COUNT) {
-            for (to, column) in columns.iter_mut().zip(F::columns(|k| &rows[at + k])) {
-                column.write(&mut to[at..]);
-            }
-        }
-        columns
-    }
+    impl Work for Find<'_> {
+        type Output = [[f64; 8]; 2];
 
-    /// Runs a generic function on eight numbers with all that the processor can do.
-    macro_rules! all_ways {
-        ($function:ident, $in:ty, $out:ty, $argument:expr) => {{
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx2")]
-            fn wide(argument: $in) -> $out {
-                $function::<avx2::Wide>(argument)
+        #[inline(always)]
+        fn run<F: Many>(self) -> Self::Output {
+            let mut found = [[0.0; 8]; 2];
+            for at in (0..8).step_by(F::COUNT) {
+                let [r2, b, v2] = [0, 1, 2].map(|k| F::each(&self.0[k][at..]));
+                positive(r2, b, v2).write(&mut found[0][at..]);
+                negative(r2, b, v2).write(&mut found[1][at..]);
             }
-            #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx512f,avx512dq")]
-            fn widest(argument: $in) -> $out {
-                $function::<avx512::Widest>(argument)
-            }
-            let mut ways = vec![$function::<Plain>($argument)];
-            for width in Width::all() {
-                // SAFETY: the processor can do that.
-                #[cfg(target_arch = "x86_64")]
-                unsafe {
-                    if width.has_avx2() {
-                        ways.push(wide($argument));
-                    }
-                    if width.has_avx512() {
-                        ways.push(widest($argument));
-                    }
-                }
-            }
-            ways
-        }};
+            found
+        }
     }
 
     proptest! {
@@ -281,7 +280,8 @@ mod tests {
         fn many_at_once_are_one_by_one(f in prop::array::uniform8((coefficient(), coefficient(), coefficient()))) {
             let f = f.map(|(r2, b, v2)| [r2, b, v2.abs()]);
             let coefficients = [0, 1, 2].map(|k| f.map(|f| f[k]));
-            for found in all_ways!(found, &[[f64; 8]; 3], [[f64; 8]; 2], &coefficients) {
+            for width in Width::all() {
+                let found = width.run(Find(&coefficients));
                 for (k, [r2, b, v2]) in f.into_iter().enumerate() {
                     let f = Quadratic { r2, b, v2 };
                     let alone = [inertial::positive(&f), inertial::negative(&f)].map(|dt| dt.unwrap_or(f64::INFINITY));
@@ -291,32 +291,56 @@ mod tests {
         }
     }
 
+    /// Eight rows of eight as columns.
+    struct Turn<'a>(&'a [[f64; 8]; 8]);
+
+    impl Work for Turn<'_> {
+        type Output = [[f64; 8]; 8];
+
+        #[inline(always)]
+        fn run<F: Many>(self) -> Self::Output {
+            let mut columns = [[0.0; 8]; 8];
+            for at in (0..8).step_by(F::COUNT) {
+                for (to, column) in columns.iter_mut().zip(F::columns(|k| &self.0[at + k])) {
+                    column.write(&mut to[at..]);
+                }
+            }
+            columns
+        }
+    }
+
     #[test]
     fn rows_become_columns() {
         let rows: [[f64; 8]; 8] = from_fn(|row| from_fn(|column| (10 * row + column) as f64));
         let expected: [[f64; 8]; 8] = from_fn(|column| from_fn(|row| (10 * row + column) as f64));
-        for found in all_ways!(columns, &[[f64; 8]; 8], [[f64; 8]; 8], &rows) {
-            assert_eq!(found, expected);
+        for width in Width::all() {
+            assert_eq!(width.run(Turn(&rows)), expected);
         }
     }
 
     /// The smallest number, and which are at most 3.
-    #[inline(always)]
-    fn compared<F: Many>(x: &[f64; 8]) -> (f64, u32) {
-        let (mut smallest, mut bits) = (f64::INFINITY, 0);
-        for at in (0..8).step_by(F::COUNT) {
-            let x = F::each(&x[at..]);
-            smallest = smallest.min(x.smallest());
-            bits |= x.at_most(3.0) << at;
+    struct Compare<'a>(&'a [f64; 8]);
+
+    impl Work for Compare<'_> {
+        type Output = (f64, u32);
+
+        #[inline(always)]
+        fn run<F: Many>(self) -> Self::Output {
+            let (mut smallest, mut bits) = (f64::INFINITY, 0);
+            for at in (0..8).step_by(F::COUNT) {
+                let x = F::each(&self.0[at..]);
+                smallest = smallest.min(x.smallest());
+                bits |= x.at_most(3.0) << at;
+            }
+            (smallest, bits)
         }
-        (smallest, bits)
     }
 
     #[test]
     fn times_are_compared() {
         let times = [4.0, 3.0, f64::INFINITY, 5.0, 3.5, 2.0, 9.0, 8.0];
-        for found in all_ways!(compared, &[f64; 8], (f64, u32), &times) {
-            assert_eq!(found, (2.0, 0b10_0010));
+        for width in Width::all() {
+            assert_eq!(width.run(Compare(&times)), (2.0, 0b10_0010));
         }
     }
 }

@@ -95,7 +95,7 @@ impl Packed {
             grid,
         };
         for (position, particle) in positions.iter().zip(0..) {
-            packed.put(particle, packed.grid.cell_at(position), position);
+            packed.put(particle, position);
         }
         packed
     }
@@ -134,8 +134,12 @@ impl Packed {
         self.free.push(block);
     }
 
-    /// Puts a particle's centre, that is in no cell, into one.
-    pub fn put(&mut self, particle: u32, cell: u32, centre: &Vector) {
+    /// Puts in the centre of a particle that has none.
+    pub fn put(&mut self, particle: u32, centre: &Vector) {
+        self.put_into(self.grid.cell_at(centre), particle, centre);
+    }
+
+    fn put_into(&mut self, cell: u32, particle: u32, centre: &Vector) {
         let mut at = self.first[cell as usize];
         while at != NONE {
             if let Some(lane) = self.blocks[at as usize].ids.iter().position(|id| *id == NOBODY) {
@@ -183,15 +187,16 @@ impl Packed {
         });
     }
 
-    /// Puts everybody into `near` whose centre may be within `reach` of a centre in `cell`, and hardly anybody else.
+    /// Puts everybody into `near` whose centre may be within `reach` of a centre, and hardly anybody else.
     ///
     /// `largest` bounds the coordinates of that centre. Who is found from two centres with the same bound is symmetric.
     ///
     /// Rounding moves each of the six coordinates and the three differences by half a unit in the last place at most, and a period
     /// likewise: less than 8 roundings of the largest of them along each axis, 14 in space. The sum of squares is left with 4.
     #[inline]
-    pub fn find_within(&self, cell: u32, centre: &Vector, reach: f64, largest: f64, wraps: bool, near: &mut Near) {
+    pub fn find_within(&self, centre: &Vector, reach: f64, largest: f64, wraps: bool, near: &mut Near) {
         near.clear();
+        let cell = self.grid.cell_at(centre);
         let scale = self.scale.max(largest) + reach;
         if scale >= FAR {
             return self.find_near(cell, near);
@@ -358,11 +363,10 @@ mod tests {
 
     /// Who is found from a centre in every way that the processor knows, which have to agree.
     fn found(packed: &mut Packed, centre: &Vector, largest: f64) -> Vec<u32> {
-        let cell = packed.grid.cell_at(centre);
         let mut ways = Width::all().into_iter().map(|width| {
             let mut near = Near::default();
             packed.width = width;
-            packed.find_within(cell, centre, REACH, largest, true, &mut near);
+            packed.find_within(centre, REACH, largest, true, &mut near);
             near.found().to_vec()
         });
         let first = ways.next().unwrap();
@@ -385,7 +389,7 @@ mod tests {
                 let particle = particle % centres.len();
                 centres[particle] = Vector::from(to).add_scalar(lower);
                 packed.lift(particle as u32);
-                packed.put(particle as u32, packed.grid.cell_at(&centres[particle]), &centres[particle]);
+                packed.put(particle as u32, &centres[particle]);
             }
             let largest = centres.iter().map(Vector::amax).fold(0.0, f64::max);
             let all: Vec<Vec<u32>> = centres.iter().map(|centre| found(&mut packed, centre, largest)).collect();
@@ -412,7 +416,7 @@ mod tests {
             let mut packed = Packed::new(&space(false, 0.0), REACH, &centres[..2]);
             packed.slots.resize(5, NONE);
             for particle in 2..5 {
-                packed.put(particle, packed.grid.cell_at(&centres[particle as usize]), &centres[particle as usize]);
+                packed.put(particle, &centres[particle as usize]);
             }
             let near = found(&mut packed, &centres[2], x);
             assert!(near.contains(&2) && near.contains(&3) && !near.contains(&0), "{x} {near:?}");
@@ -427,7 +431,7 @@ mod tests {
         for cell in [1, 0, 2, 0] {
             for particle in 0..40 {
                 packed.lift(particle);
-                packed.put(particle, cell, &centres[particle as usize]);
+                packed.put_into(cell, particle, &centres[particle as usize]);
             }
             let mut near = Near::default();
             packed.find_near(cell, &mut near);

@@ -4,6 +4,7 @@ use super::lists::Lists;
 use super::near::Near;
 use super::packed::Packed;
 use crate::Vector;
+use crate::pages::enlarge;
 use crate::space::{Boundary, Space, minimum_image};
 
 /// Shells are left this much early, so that the round-off of positions and times (below some `1e-10` of the box) never lets
@@ -26,6 +27,7 @@ pub struct Shells {
     /// By species and species: the square of the distance of two centres within reach, negative for those who never meet.
     squared: Vec<f64>,
     species: usize,
+    periods: Vector,
     /// Between these corners, the nearest image of whoever is within reach is itself.
     inner: [Vector; 2],
 }
@@ -48,6 +50,7 @@ impl Shells {
             reaches: ranges.chunks(species).map(|row| row.iter().copied().map(reach).fold(0.0, f64::max)).collect(),
             squared: ranges.iter().map(|&range| reach(range) * reach(range).abs()).collect(),
             species,
+            periods: space.periods(),
             inner: [space.lower + margin, space.upper() - margin],
         }
     }
@@ -67,31 +70,27 @@ impl Shells {
 
     /// Whether a centre is within reach of another particle's.
     #[inline]
-    #[must_use]
-    pub fn is_within_reach(&self, centre: &Vector, other: u32, species: [u16; 2], periods: &Vector) -> bool {
-        let apart = minimum_image(centre - self.centres[other as usize], periods);
+    fn is_within_reach(&self, centre: &Vector, other: u32, species: [u16; 2]) -> bool {
+        let apart = minimum_image(centre - self.centres[other as usize], &self.periods);
         apart.norm_squared() < self.squared[usize::from(species[0]) * self.species + usize::from(species[1])]
     }
 
-    /// Puts those into `near` whose centres are within reach of another centre, of a particle of the species `mine` in `cell`.
+    /// Puts those into `near` whose centres are within reach of another centre, of a particle of the species `mine`.
     ///
     /// `species` are those of all, or empty if there is only one. `largest` bounds the coordinates of the centre.
     #[inline]
-    #[expect(clippy::too_many_arguments)]
-    pub fn find_within_reach(
-        &self,
-        centre: &Vector,
-        cell: u32,
-        species: &[u16],
-        mine: u16,
-        largest: f64,
-        periods: &Vector,
-        near: &mut Near,
-    ) {
+    pub fn find_within_reach(&self, centre: &Vector, mine: u16, species: &[u16], largest: f64, near: &mut Near) {
         let reach = self.reaches[usize::from(mine)];
-        self.cells.find_within(cell, centre, reach, largest, self.wraps(centre), near);
+        self.cells.find_within(centre, reach, largest, self.wraps(centre), near);
         if self.species > 1 {
-            near.retain(|other| self.is_within_reach(centre, other, [mine, species[other as usize]], periods));
+            near.retain(|other| self.is_within_reach(centre, other, [mine, species[other as usize]]));
         }
+    }
+
+    /// Asks for large pages.
+    pub fn enlarge(&self) {
+        enlarge(&self.centres);
+        self.cells.enlarge();
+        self.lists.enlarge();
     }
 }

@@ -9,10 +9,9 @@ use super::order::along_curve;
 use super::prediction::Prediction;
 use crate::Vector;
 use crate::interaction::memory::{Known, PairMemory};
-use crate::neighbours::Search;
 use crate::neighbours::cells::Cells;
-use crate::neighbours::near::Near;
 use crate::neighbours::shells::Shells;
+use crate::neighbours::{Neighbours, Search};
 use crate::pages::enlarge;
 
 /// The order in memory is made anew after this many transitions per particle.
@@ -24,22 +23,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let range = self.ranges.iter().copied().fold(0.0, f64::max);
         let search = {
             let positions: Vec<Vector> = self.bodies.iter().map(|body| body.position).collect();
-            Search::choose(&self.space, range, &positions, Some(self.search))
+            Search::choose(&self.space, range, &positions, Some(self.neighbours.search()))
         };
         let since = self.tally.transition - self.transitions_at_order;
-        if search == self.search && since < WANDERED * self.bodies.len() as u64 {
+        if search == self.neighbours.search() && since < WANDERED * self.bodies.len() as u64 {
             return false;
         }
-        self.search = search;
         for particle in 0..self.bodies.len() as u32 {
             self.stream(particle, 0.0);
             let position = self.bodies[particle as usize].position;
             self.wrap(particle, &position);
         }
         // Gone before the new ones come, so that there is never memory for both.
-        self.shells = None;
+        self.neighbours = Neighbours::none(&self.space);
         self.reorder();
-        self.sort_into_cells();
+        self.sort_in(search);
         self.fill_lists();
         self.enlarge();
         for particle in 0..self.bodies.len() as u32 {
@@ -89,33 +87,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn enlarge(&self) {
         enlarge(&self.bodies);
         enlarge(&self.predictions);
-        self.cells.enlarge();
-        if let Some(shells) = &self.shells {
-            enlarge(&shells.centres);
-            shells.cells.enlarge();
-            shells.lists.enlarge();
-        }
+        self.neighbours.enlarge();
     }
 
-    /// Sorts particles into cells from where they are, and centres their shells there.
-    pub(super) fn sort_into_cells(&mut self) {
+    /// Sorts particles into cells from where they are, or centres their shells there.
+    pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.bodies.iter().map(|body| body.position).collect();
-        let is_listed = matches!(self.search, Search::Lists { .. });
-        // Cells that nobody looks into hold nobody.
-        self.cells = Cells::new(&self.space, self.reach, if is_listed { &[] } else { &positions });
-        self.further_images = if is_listed { Vec::new() } else { self.cells.grid.further_images(&self.periods) };
-        self.shells = match self.search {
-            Search::Cells => None,
-            Search::Lists { shell } => Some(Shells::new(&self.space, shell, &self.ranges, self.longest, positions)),
+        self.further_images.clear();
+        self.neighbours = match search {
+            Search::Cells => {
+                let cells = Cells::new(&self.space, self.reach, &positions);
+                self.further_images = cells.grid.further_images(&self.periods);
+                Neighbours::Cells(cells)
+            }
+            Search::Lists { shell } => {
+                Neighbours::Lists(Shells::new(&self.space, shell, &self.ranges, self.longest, positions))
+            }
         };
-    }
-
-    /// Whoever a particle may be in contact with.
-    pub(super) fn find_near(&self, particle: u32, near: &mut Near) {
-        match &self.shells {
-            Some(shells) => shells.cells.find_near(shells.cells.home(particle), near),
-            None => self.cells.find_near(self.cells.home(particle), near),
-        }
     }
 }
 

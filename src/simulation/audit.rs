@@ -123,7 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn overlaps_with_strangers(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         let species = |id: u32| self.species[id as usize];
         let mut near = Near::default();
-        self.find_near(particle, &mut near);
+        self.neighbours.find_near(particle, &mut near);
         for &other in near.found() {
             let meeting = self.rules.meeting(species(particle), species(other));
             if other != particle && meeting.exists && !(TABLE && self.memory.get(particle, other).is_some()) {

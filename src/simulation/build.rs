@@ -11,10 +11,9 @@ use crate::event::Tally;
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::PairMemory;
 use crate::interaction::rules::Rules;
-use crate::neighbours::Search;
-use crate::neighbours::cells::Cells;
 use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
+use crate::neighbours::{Neighbours, Search};
 use crate::queue::EventQueue;
 use crate::scene::Scene;
 use crate::space::{Boundary, Face as SpaceFace};
@@ -54,9 +53,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             predictions: vec![Prediction::NONE; count],
             queue: EventQueue::new(count, 1.0),
             further_images: Vec::new(),
-            cells: Cells::new(&scene.space, scene.longest_range(), &[]),
-            shells: None,
-            search: Search::of(scene),
+            neighbours: Neighbours::none(&scene.space),
             space: scene.space.clone(),
             ranges: scene.ranges(),
             longest: scene.bonds.iter().fold(scene.longest_range(), |longest, bond| {
@@ -87,7 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             rules,
         };
         drop(names);
-        engine.sort_into_cells();
+        engine.sort_in(Search::of(scene));
         if TABLE {
             engine.remember_pairs(scene);
         }
@@ -124,7 +121,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let count = self.bodies.len() as u32;
         let mut near = Near::default();
         for a in (0..count).filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
-            self.find_near(a, &mut near);
+            self.neighbours.find_near(a, &mut near);
             let all = 0..if holds_all_pairs { count } else { 0 };
             let found = if holds_all_pairs { &[] } else { near.found() };
             for b in all.chain(found.iter().copied()) {

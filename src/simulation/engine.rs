@@ -10,11 +10,9 @@ use crate::event::{Event, Tally};
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::{Known, PairMemory};
 use crate::interaction::rules::Rules;
-use crate::neighbours::Search;
-use crate::neighbours::cells::Cells;
+use crate::neighbours::Neighbours;
 use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
-use crate::neighbours::shells::Shells;
 use crate::queue::{EventQueue, Sleepers};
 use crate::scene::ParticleId;
 use crate::space::Space;
@@ -44,9 +42,7 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub images: Vec<[i32; 3]>,
     pub predictions: Vec<Prediction>,
     pub queue: EventQueue,
-    pub cells: Cells,
-    /// Neighbour lists, unless the cells alone say who is near.
-    pub shells: Option<Shells>,
+    pub neighbours: Neighbours,
     pub rules: Rules,
     pub memory: PairMemory,
     /// Scratch: whom the particle in hand already knows.
@@ -56,9 +52,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub walls: Vec<Wall>,
     pub periods: Vector,
     pub space: Space,
-    /// How neighbours are found: by species and species, the distances at which strangers meet, negative for those who never do;
-    /// the longest, also of bonds; and the one that cells alone have to reach.
-    pub search: Search,
+    /// By species and species, the distances at which strangers meet, negative for those who never do; the longest, also of bonds; and
+    /// the one that cells alone have to reach.
     pub ranges: Vec<f64>,
     pub longest: f64,
     pub reach: f64,
@@ -103,8 +98,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
                 let is_new = self.memory.set(particle, Known { partner, state, interaction });
-                if is_new && let Some(shells) = &mut self.shells {
-                    shells.lists.remove(particle, partner);
+                if is_new && let Some(lists) = self.neighbours.lists_mut() {
+                    lists.remove(particle, partner);
                 }
             }
         }
@@ -115,8 +110,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
                 self.memory.forget(particle, partner);
-                if let Some(shells) = &mut self.shells {
-                    shells.lists.add(particle, partner);
+                if let Some(lists) = self.neighbours.lists_mut() {
+                    lists.add(particle, partner);
                 }
             }
         }
@@ -184,10 +179,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.queue.pop();
             self.now = wake.time;
             if is_transition {
-                if self.shells.is_some() {
-                    self.recentre(particle, wake.time);
-                } else {
-                    self.cross(particle, wake.time);
+                match self.neighbours {
+                    Neighbours::Cells(_) => self.cross(particle, wake.time),
+                    Neighbours::Lists(_) => self.recentre(particle, wake.time),
                 }
                 continue;
             }

@@ -5,7 +5,8 @@
 
 use super::engine::Engine;
 use super::prediction::Prediction;
-use crate::neighbours::cells::NOBODY;
+use crate::neighbours::Neighbours;
+use crate::neighbours::cells::{Cells, NOBODY};
 use crate::neighbours::shells::Shells;
 use crate::prefetch::prefetch;
 
@@ -25,9 +26,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 prefetch(&self.predictions, prediction.partner);
             }
         }
-        match &self.shells {
-            Some(shells) => self.expect_listed(shells),
-            None => self.expect_in_cells(),
+        match &self.neighbours {
+            Neighbours::Lists(shells) => self.expect_listed(shells),
+            Neighbours::Cells(cells) => self.expect_in_cells(cells),
         }
     }
 
@@ -40,13 +41,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn expect_self(&self, particle: u32) {
         prefetch(&self.bodies, particle);
-        match &self.shells {
-            Some(shells) => {
+        match &self.neighbours {
+            Neighbours::Lists(shells) => {
                 shells.lists.expect_span(particle);
                 shells.cells.expect_home(particle);
                 prefetch(&shells.centres, particle);
             }
-            None => self.cells.expect_home(particle),
+            Neighbours::Cells(cells) => cells.expect_home(particle),
         }
         if TABLE {
             self.memory.expect(particle);
@@ -80,21 +81,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    fn expect_in_cells(&self) {
+    fn expect_in_cells(&self, cells: &Cells) {
         if let Some((particle, prediction)) = self.coming(WHERE) {
-            let home = self.cells.home(particle);
+            let home = cells.home(particle);
             if prediction.is_transition() {
-                self.cells.expect_transition(home, prediction.exit);
+                cells.expect_transition(home, prediction.exit);
             } else {
-                self.cells.expect_rows(home);
+                cells.expect_rows(home);
             }
         }
         if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
-            let home = self.cells.home(particle);
+            let home = cells.home(particle);
             if prediction.is_transition() {
-                self.cells.expect_new(home, prediction.exit, |other| prefetch(&self.bodies, other));
+                cells.expect_new(home, prediction.exit, |other| prefetch(&self.bodies, other));
             } else {
-                self.cells.expect_near(home, |other| prefetch(&self.bodies, other));
+                cells.expect_near(home, |other| prefetch(&self.bodies, other));
             }
         }
     }

@@ -4,11 +4,7 @@ use super::body::Body;
 use super::predict::Streamed;
 use super::prediction::Prediction;
 use crate::Vector;
-#[cfg(target_arch = "x86_64")]
-use crate::detection::many::avx2::Wide;
-#[cfg(target_arch = "x86_64")]
-use crate::detection::many::avx512::Widest;
-use crate::detection::many::{MOST, Many, Plain, Width, negative, positive};
+use crate::detection::many::{MOST, Many, Width, Work, negative, positive};
 use crate::interaction::memory::Known;
 use crate::interaction::rules::Steps;
 use crate::neighbours::cells::NOBODY;
@@ -41,158 +37,30 @@ pub(super) struct Met {
 }
 
 impl Others<'_> {
-    /// The earliest meeting of `me` with any of `others`, if there is one that comes no later than `before`.
+    /// The earliest meeting of `me` with any of `strangers`, if there is one that comes no later than `before`.
     ///
     /// Their number is a multiple of [`MOST`]; `me` itself fills it up, and only the first `length` are looked at.
     #[inline]
     pub fn first_met<const FALLING: bool, const TABLE: bool>(
         &self,
         me: &Streamed,
-        others: &[u32],
+        strangers: &[u32],
         length: usize,
         before: f64,
     ) -> Met {
-        #[cfg(target_arch = "x86_64")]
-        {
-            // SAFETY: the processor has just been asked for it.
-            unsafe {
-                // For a few others, four at a time are enough.
-                if self.width.has_avx512() && length > 4 {
-                    return self.first_met_avx512::<FALLING, TABLE>(me, others, length, before);
-                }
-                if self.width.has_avx2() {
-                    return self.first_met_avx2::<FALLING, TABLE>(me, others, length, before);
-                }
-            }
-        }
-        self.first_met_of::<Plain, FALLING, TABLE>(me, others, length, before)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq")]
-    fn first_met_avx512<const FALLING: bool, const TABLE: bool>(
-        &self,
-        me: &Streamed,
-        others: &[u32],
-        length: usize,
-        before: f64,
-    ) -> Met {
-        self.first_met_of::<Widest, FALLING, TABLE>(me, others, length, before)
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn first_met_avx2<const FALLING: bool, const TABLE: bool>(
-        &self,
-        me: &Streamed,
-        others: &[u32],
-        length: usize,
-        before: f64,
-    ) -> Met {
-        self.first_met_of::<Wide, FALLING, TABLE>(me, others, length, before)
-    }
-
-    #[inline(always)]
-    fn first_met_of<F: Many, const FALLING: bool, const TABLE: bool>(
-        &self,
-        me: &Streamed,
-        others: &[u32],
-        length: usize,
-        before: f64,
-    ) -> Met {
-        let mut first = Met { time: before, other: NOBODY };
-        let mut due = [f64::INFINITY; TOGETHER];
-        for others in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
-            let mut least = F::all(f64::INFINITY);
-            // No branch depends on what is found before all are done: the processor would guess it wrong.
-            for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(others.chunks_exact(F::COUNT)) {
-                let squared = if TABLE {
-                    let squared: [f64; MOST] =
-                        std::array::from_fn(|k| self.squared[usize::from(self.species[ids[k % F::COUNT] as usize])]);
-                    F::each(&squared)
-                } else {
-                    F::all(self.squared[0])
-                };
-                let (r, v) = self.seen_from::<F, FALLING>(me, ids);
-                let dt = positive(dot(&r, &r).sub(squared), dot(&v, &r), dot(&v, &v));
-                let times = F::all(me.time).add(dt);
-                times.write(due);
-                least = times.least(least);
-            }
-            let least = least.smallest();
-            if least <= first.time && least < f64::INFINITY {
-                // Nor does one depend on where it is.
-                let mut bits = 0;
-                for (at, due) in due.chunks_exact(F::COUNT).take(others.len() / F::COUNT).enumerate() {
-                    bits |= F::each(due).at_most(least) << (at * F::COUNT);
-                }
-                while bits != 0 {
-                    let other = others[bits.trailing_zeros() as usize];
-                    if least < first.time || first.other == NOBODY || self.name(other) < self.name(first.other) {
-                        first = Met { time: least, other };
-                    }
-                    bits &= bits - 1;
-                }
-            }
-        }
-        first
-    }
-
-    /// The user's id of a particle.
-    fn name(&self, particle: u32) -> u32 {
-        self.bodies[particle as usize].name
+        let width = if length > 4 { self.width } else { self.width.at_most_four() };
+        width.run(FirstMet::<FALLING, TABLE> { others: self, me, strangers, length, before })
     }
 
     /// Keeps the earliest event of `me` with any of those that it knows, none of which accelerates relative to it.
     #[inline]
     pub fn first_known(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
-        #[cfg(target_arch = "x86_64")]
-        {
-            // SAFETY: the processor has just been asked for it.
-            unsafe {
-                if self.width.has_avx512() {
-                    return self.first_known_avx512(me, known, steps, prediction);
-                }
-                if self.width.has_avx2() {
-                    return self.first_known_avx2(me, known, steps, prediction);
-                }
-            }
-        }
-        self.first_known_of::<Plain>(me, known, steps, prediction);
+        self.width.run(FirstKnown { others: self, me, known, steps, prediction });
     }
 
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx512f,avx512dq")]
-    fn first_known_avx512(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
-        self.first_known_of::<Widest>(me, known, steps, prediction);
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    fn first_known_avx2(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
-        self.first_known_of::<Wide>(me, known, steps, prediction);
-    }
-
-    #[inline(always)]
-    fn first_known_of<F: Many>(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
-        for some in known.chunks(F::COUNT) {
-            let mut ids = [me.id; MOST];
-            let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST], [f64::INFINITY; MOST]);
-            for (k, known) in some.iter().enumerate() {
-                ids[k] = known.partner;
-                let edges = steps[usize::from(known.interaction)].edges(known.state);
-                (inner[k], outer[k]) = (edges.inner, edges.outer);
-            }
-            let ids = &ids[..F::COUNT];
-            let (r, v) = self.seen_from::<F, false>(me, ids);
-            let (squared, b, v2) = (dot(&r, &r), dot(&v, &r), dot(&v, &v));
-            let dt = positive(squared.sub(F::each(&inner)), b, v2);
-            self.offer_all(me, ids, F::all(me.time).add(dt), Side::Positive, prediction);
-            let distance = F::each(&outer);
-            let dt = negative(squared.sub(distance), b, v2);
-            let dt = distance.if_less(F::all(f64::INFINITY), dt, F::all(f64::INFINITY));
-            self.offer_all(me, ids, F::all(me.time).add(dt), Side::Negative, prediction);
-        }
+    /// The user's id of a particle.
+    fn name(&self, particle: u32) -> u32 {
+        self.bodies[particle as usize].name
     }
 
     #[inline(always)]
@@ -237,6 +105,97 @@ impl Others<'_> {
     fn offer(&self, me: &Streamed, other: u32, time: f64, side: Side, prediction: &mut Prediction) {
         if time < f64::INFINITY && prediction.is_before(me.id, other, time, self.bodies) {
             prediction.meet(me.id, other, side, time, self.bodies);
+        }
+    }
+}
+
+/// The search of [`Others::first_met`].
+struct FirstMet<'a, const FALLING: bool, const TABLE: bool> {
+    others: &'a Others<'a>,
+    me: &'a Streamed,
+    strangers: &'a [u32],
+    length: usize,
+    before: f64,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Work for FirstMet<'_, FALLING, TABLE> {
+    type Output = Met;
+
+    #[inline(always)]
+    fn run<F: Many>(self) -> Met {
+        let Self { others, me, strangers, length, before } = self;
+        let mut first = Met { time: before, other: NOBODY };
+        let mut due = [f64::INFINITY; TOGETHER];
+        for some in strangers[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
+            let mut least = F::all(f64::INFINITY);
+            // No branch depends on what is found before all are done: the processor would guess it wrong.
+            for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
+                let squared = if TABLE {
+                    let squared: [f64; MOST] = std::array::from_fn(|k| {
+                        others.squared[usize::from(others.species[ids[k % F::COUNT] as usize])]
+                    });
+                    F::each(&squared)
+                } else {
+                    F::all(others.squared[0])
+                };
+                let (r, v) = others.seen_from::<F, FALLING>(me, ids);
+                let dt = positive(dot(&r, &r).sub(squared), dot(&v, &r), dot(&v, &v));
+                let times = F::all(me.time).add(dt);
+                times.write(due);
+                least = times.least(least);
+            }
+            let least = least.smallest();
+            if least <= first.time && least < f64::INFINITY {
+                // Nor does one depend on where it is.
+                let mut bits = 0;
+                for (at, due) in due.chunks_exact(F::COUNT).take(some.len() / F::COUNT).enumerate() {
+                    bits |= F::each(due).at_most(least) << (at * F::COUNT);
+                }
+                while bits != 0 {
+                    let other = some[bits.trailing_zeros() as usize];
+                    if least < first.time || first.other == NOBODY || others.name(other) < others.name(first.other) {
+                        first = Met { time: least, other };
+                    }
+                    bits &= bits - 1;
+                }
+            }
+        }
+        first
+    }
+}
+
+/// The search of [`Others::first_known`].
+struct FirstKnown<'a> {
+    others: &'a Others<'a>,
+    me: &'a Streamed,
+    known: &'a [Known],
+    steps: &'a [Steps],
+    prediction: &'a mut Prediction,
+}
+
+impl Work for FirstKnown<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<F: Many>(self) {
+        let Self { others, me, known, steps, prediction } = self;
+        for some in known.chunks(F::COUNT) {
+            let mut ids = [me.id; MOST];
+            let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST], [f64::INFINITY; MOST]);
+            for (k, known) in some.iter().enumerate() {
+                ids[k] = known.partner;
+                let edges = steps[usize::from(known.interaction)].edges(known.state);
+                (inner[k], outer[k]) = (edges.inner, edges.outer);
+            }
+            let ids = &ids[..F::COUNT];
+            let (r, v) = others.seen_from::<F, false>(me, ids);
+            let (squared, b, v2) = (dot(&r, &r), dot(&v, &r), dot(&v, &v));
+            let dt = positive(squared.sub(F::each(&inner)), b, v2);
+            others.offer_all(me, ids, F::all(me.time).add(dt), Side::Positive, prediction);
+            let distance = F::each(&outer);
+            let dt = negative(squared.sub(distance), b, v2);
+            let dt = distance.if_less(F::all(f64::INFINITY), dt, F::all(f64::INFINITY));
+            others.offer_all(me, ids, F::all(me.time).add(dt), Side::Negative, prediction);
         }
     }
 }

@@ -7,9 +7,9 @@ use super::prediction::Prediction;
 use crate::Vector;
 use crate::detection::{accelerated, inertial, plane};
 use crate::motion::{RelativeState, stream_position};
+use crate::neighbours::Neighbours;
 use crate::neighbours::cells::NOBODY;
 use crate::neighbours::grid::Face;
-use crate::neighbours::near::Near;
 use crate::overlap::{Quadratic, Quartic, Side};
 use crate::space::minimum_image;
 
@@ -41,93 +41,33 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if TABLE {
             self.predict_known(&me, &mut prediction);
         }
-        if let Some(shells) = &self.shells {
-            self.predict_listed(&me, shells, &mut prediction);
-            if !self.walls.is_empty() {
-                self.predict_walls(&me, None, &mut prediction);
-            }
-            prediction.transition_time = self.leaves_shell(&me, shells);
-            self.predictions[particle as usize] = prediction;
-            return;
+        match &self.neighbours {
+            Neighbours::Lists(shells) => self.predict_in_shell(&me, shells, &mut prediction),
+            Neighbours::Cells(_) => self.predict_in_cell(&me, &mut prediction),
         }
-        let cell = self.cells.home(particle);
-        let mut near = std::mem::take(&mut self.near);
-        self.cells.find_near(cell, &mut near);
-        self.predict_near(&me, near, &mut prediction);
-        if !self.walls.is_empty() {
-            self.predict_walls(&me, Some(cell), &mut prediction);
-        }
-        self.predict_transition(&me, cell, &mut prediction);
         self.predictions[particle as usize] = prediction;
     }
 
-    /// The strangers of the scratch list, which is given back; those that the particle knows are unmarked.
-    fn predict_near(&mut self, me: &Streamed, mut near: Near, prediction: &mut Prediction) {
-        if TABLE {
-            near.retain(|other| !self.is_known[other as usize]);
-            for known in self.memory.of(me.id) {
-                self.is_known[known.partner as usize] = false;
-            }
-        }
-        if self.further_images.is_empty() {
-            let (strangers, length) = near.filled_up(me.id);
-            self.predict_strangers(me, true, strangers, length, prediction);
-        } else {
-            near.found().iter().for_each(|&other| self.predict_stranger(me, other, prediction));
-        }
-        self.near = near;
-    }
-
-    /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
-    /// particles that are new to it comes first.
-    pub(super) fn cross(&mut self, particle: u32, time: f64) {
-        self.tally.transition += 1;
-        let mut prediction = self.predictions[particle as usize];
-        let face = prediction.exit;
-        let body = &mut self.bodies[particle as usize];
-        let transition = self.cells.cross(particle, face);
-        if transition.wrap != 0 {
-            let axis = usize::from(face.axis);
-            body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
-            self.images[particle as usize][axis] -= transition.wrap;
-        }
-        if !self.further_images.is_empty() {
-            self.predict(particle, time);
-            self.schedule(particle);
-            return;
-        }
-        let me = self.streamed(particle, time);
-        if TABLE {
-            for known in self.memory.of(particle) {
-                self.is_known[known.partner as usize] = true;
-            }
-        }
-        let mut near = std::mem::take(&mut self.near);
-        self.cells.find_new(transition.cell, face, &mut near);
-        self.predict_near(&me, near, &mut prediction);
-        if !self.walls.is_empty() {
-            self.predict_walls(&me, Some(transition.cell), &mut prediction);
-        }
-        self.predict_transition(&me, transition.cell, &mut prediction);
-        self.predictions[particle as usize] = prediction;
-        self.schedule(particle);
+    /// Whether those that a particle knows have to be told from strangers: lists hold strangers only.
+    fn marks_known(&self) -> bool {
+        matches!(self.neighbours, Neighbours::Cells(_))
     }
 
     /// Partners that the particle knows: both sides of the pair's state.
     fn predict_known(&mut self, me: &Streamed, prediction: &mut Prediction) {
         if !FALLING {
-            if self.shells.is_none() {
+            if self.marks_known() {
                 for known in self.memory.of(me.id) {
                     self.is_known[known.partner as usize] = true;
                 }
             }
-            let wraps = self.shells.as_ref().is_none_or(|shells| shells.wraps(&me.position));
+            let wraps = self.neighbours.shells().is_none_or(|shells| shells.wraps(&me.position));
             self.others(me, wraps).first_known(me, self.memory.of(me.id), &self.rules.steps, prediction);
             return;
         }
         for at in 0..self.memory.of(me.id).len() {
             let known = self.memory.of(me.id)[at];
-            if self.shells.is_none() {
+            if self.marks_known() {
                 self.is_known[known.partner as usize] = true;
             }
             let state = self.relative(me, known.partner);
@@ -184,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// A particle near by that is not known: it can only come in from outside.
     #[inline]
-    fn predict_stranger(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
+    pub(super) fn predict_stranger(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
         if other == me.id {
             return;
         }
@@ -252,16 +192,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Walls; those of other cells than `cell` are too far away to be met.
-    fn predict_walls(&self, me: &Streamed, cell: Option<u32>, prediction: &mut Prediction) {
-        for wall in &self.walls {
+    /// Walls, but for those that `is_near` leaves out.
+    pub(super) fn predict_walls(&self, me: &Streamed, is_near: impl Fn(Face) -> bool, prediction: &mut Prediction) {
+        for wall in self.walls.iter().filter(|wall| is_near(wall.face)) {
             let axis = usize::from(wall.face.axis);
-            if let Some(cell) = cell {
-                let [is_first, is_last] = self.cells.grid.is_outermost(cell, axis);
-                if !(if wall.face.is_upper { is_last } else { is_first }) {
-                    continue;
-                }
-            }
             let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
             let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - wall.at) - radius;
@@ -271,32 +205,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 prediction.reach(wall.face, me.time + dt, self.bodies[me.id as usize].name);
             }
         }
-    }
-
-    fn predict_transition(&self, me: &Streamed, cell: u32, prediction: &mut Prediction) {
-        prediction.transition_time = f64::INFINITY;
-        if !FALLING {
-            self.cells.grid.for_each_face_ahead(cell, &me.velocity, |face: Face, at| {
-                let axis = usize::from(face.axis);
-                // Rounding may have put it beyond the face already.
-                let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
-                if time < prediction.transition_time {
-                    (prediction.transition_time, prediction.exit) = (time, face);
-                }
-            });
-            return;
-        }
-        self.cells.grid.for_each_face(cell, |face: Face, at| {
-            let axis = usize::from(face.axis);
-            let inwards = if face.is_upper { -1.0 } else { 1.0 };
-            let height = inwards * (me.position[axis] - at);
-            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
-                && me.time + dt < prediction.transition_time
-            {
-                prediction.transition_time = me.time + dt;
-                prediction.exit = face;
-            }
-        });
     }
 }
 

@@ -6,15 +6,20 @@ use super::prediction::Prediction;
 use crate::Vector;
 use crate::detection::inertial;
 use crate::motion::RelativeState;
+use crate::neighbours::Neighbours;
 use crate::neighbours::shells::Shells;
 use crate::overlap::{Quadratic, Side};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first meeting with those in the particle's list.
+    /// The first meeting with those in the particle's list, and when it leaves its shell.
     #[inline]
-    pub(super) fn predict_listed(&self, me: &Streamed, shells: &Shells, prediction: &mut Prediction) {
+    pub(super) fn predict_in_shell(&self, me: &Streamed, shells: &Shells, prediction: &mut Prediction) {
         let (strangers, length) = shells.lists.filled_up(me.id);
         self.predict_strangers(me, shells.wraps(&me.position), strangers, length, prediction);
+        if !self.walls.is_empty() {
+            self.predict_walls(me, |_| true, prediction);
+        }
+        prediction.transition_time = self.leaves_shell(me, shells);
     }
 
     /// When the particle leaves its shell: like a bond to the centre that reaches its length.
@@ -22,7 +27,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// A falling particle is taken to fly straight away from the centre and to be accelerated that way too, so that it leaves no
     /// earlier than this: `|v| t + |a| t^2 / 2 = delta - |r|`.
     #[inline]
-    pub(super) fn leaves_shell(&self, me: &Streamed, shells: &Shells) -> f64 {
+    fn leaves_shell(&self, me: &Streamed, shells: &Shells) -> f64 {
         let position = me.position - shells.centres[me.id as usize];
         let squared = shells.radius * shells.radius;
         if FALLING && me.acceleration != Vector::zeros() {
@@ -39,7 +44,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn recentre(&mut self, particle: u32, time: f64) {
         self.tally.transition += 1;
         let me = self.streamed(particle, time);
-        let Some(shells) = &self.shells else { return };
+        let Neighbours::Lists(shells) = &self.neighbours else { return };
         if FALLING {
             // The bound came true without the particle having gone far.
             let gone = (me.position - shells.centres[particle as usize]).norm_squared();
@@ -53,7 +58,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.relist(particle, time);
         // Its motion stays as it is, and so does its predicted contact, unless one of those who are new to it comes first.
         let me = self.streamed(particle, time);
-        let Some(shells) = &self.shells else { return };
+        let Neighbours::Lists(shells) = &self.neighbours else { return };
         let mut prediction = self.predictions[particle as usize];
         let (newcomers, count) = shells.lists.newcomers();
         self.predict_strangers(&me, shells.wraps(&me.position), newcomers, count, &mut prediction);
@@ -84,13 +89,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.
     fn relist(&mut self, particle: u32, time: f64) {
         let (to, _) = self.state_at(particle, time);
-        let Self { shells: Some(shells), near, memory, species, rules, .. } = self else { return };
+        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else { return };
         shells.centres[particle as usize] = to;
         shells.cells.lift(particle);
-        let cell = shells.cells.grid.cell_at(&to);
         let all: &[u16] = if TABLE { species } else { &[] };
-        shells.find_within_reach(&to, cell, all, mine(all, particle), to.amax(), &self.periods, near);
-        shells.cells.put(particle, cell, &to);
+        shells.find_within_reach(&to, mine(all, particle), all, to.amax(), near);
+        shells.cells.put(particle, &to);
         if TABLE {
             near.retain(|other| memory.get(particle, other).is_none());
         }
@@ -100,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Fills the lists of all, once the pairs that know each other are known.
     pub(super) fn fill_lists(&mut self) {
-        let Self { shells: Some(shells), near, memory, species, rules, .. } = self else { return };
+        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else { return };
         // One bound for all, so that whoever finds another is found by it.
         let largest = shells.centres.iter().map(Vector::amax).fold(0.0, f64::max);
         let all: &[u16] = if TABLE { species } else { &[] };
@@ -109,8 +113,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 continue;
             }
             let centre = shells.centres[particle as usize];
-            let cell = shells.cells.home(particle);
-            shells.find_within_reach(&centre, cell, all, mine(all, particle), largest, &self.periods, near);
+            shells.find_within_reach(&centre, mine(all, particle), all, largest, near);
             near.retain(|other| other != particle && !(TABLE && memory.get(particle, other).is_some()));
             shells.lists.set(particle, near.found());
         }
@@ -136,7 +139,7 @@ mod tests {
         let mut engine = Engine::<FALLING, TABLE>::new(scene);
         for part in 1..=10 {
             engine.advance(Until::events(events * part / 10), |_| {}).unwrap();
-            let Some(shells) = &engine.shells else { continue };
+            let Some(shells) = engine.neighbours.shells() else { continue };
             let count = engine.bodies.len() as u32;
             for particle in (0..count).filter(|&p| !engine.is_static(p)) {
                 let (position, _) = engine.state_at(particle, engine.now);
@@ -160,7 +163,7 @@ mod tests {
                 }
             }
         }
-        assert!(engine.shells.is_some(), "dense enough for lists in the end");
+        assert!(engine.neighbours.shells().is_some(), "dense enough for lists in the end");
         assert!(engine.tally.transition > 100, "only {} lists were made anew", engine.tally.transition);
     }
 

@@ -1,4 +1,4 @@
-//! Four numbers for processors with AVX2; the code that makes them has asked for it.
+//! Four numbers for processors with AVX2; only code for them is given any, by [`super::Width::run`].
 
 use super::Many;
 use std::arch::x86_64::*;
@@ -7,8 +7,8 @@ use std::arch::x86_64::*;
 #[derive(Debug, Clone, Copy)]
 pub struct Wide(__m256d);
 
-// SAFETY, of all that follows: only functions compiled for AVX2 call these, as the module says; loads and stores are of 4 numbers
-// within slices of at least as many.
+// SAFETY, of all that follows: only functions compiled for AVX2 call these, because nothing else can name the type; loads and stores
+// are of 4 numbers within slices of at least as many.
 impl Many for Wide {
     const COUNT: usize = 4;
     #[inline(always)]

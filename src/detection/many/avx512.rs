@@ -1,4 +1,4 @@
-//! Eight numbers for processors with AVX-512 (its parts F and DQ); the code that makes them has asked for it.
+//! Eight numbers for processors with AVX-512 (its parts F and DQ); only code for them is given any, by [`super::Width::run`].
 
 use super::Many;
 use std::arch::x86_64::*;
@@ -7,8 +7,8 @@ use std::arch::x86_64::*;
 #[derive(Debug, Clone, Copy)]
 pub struct Widest(__m512d);
 
-// SAFETY, of all that follows: only functions compiled for AVX-512 call these, as the module says; loads and stores are of 8 numbers
-// within slices of at least as many.
+// SAFETY, of all that follows: only functions compiled for AVX-512 call these, because nothing else can name the type; loads and stores
+// are of 8 numbers within slices of at least as many.
 impl Many for Widest {
     const COUNT: usize = 8;
     #[inline(always)]

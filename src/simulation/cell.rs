@@ -1,0 +1,114 @@
+//! Cells in the event loop: who is near a particle, and when it goes into the next cell.
+
+use super::engine::Engine;
+use super::predict::Streamed;
+use super::prediction::Prediction;
+use crate::detection::plane;
+use crate::neighbours::Neighbours;
+use crate::neighbours::grid::{Face, Grid};
+use crate::neighbours::near::Near;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The first meeting with those in the cells around the particle, and when it leaves its own.
+    #[inline]
+    pub(super) fn predict_in_cell(&mut self, me: &Streamed, prediction: &mut Prediction) {
+        let mut near = std::mem::take(&mut self.near);
+        self.neighbours.find_near(me.id, &mut near);
+        self.predict_near(me, near, prediction);
+        self.predict_bounds(me, prediction);
+    }
+
+    /// What is fixed in space: walls near the particle's cell, and the cell's faces.
+    #[inline]
+    fn predict_bounds(&self, me: &Streamed, prediction: &mut Prediction) {
+        let Neighbours::Cells(cells) = &self.neighbours else { return };
+        let cell = cells.home(me.id);
+        if !self.walls.is_empty() {
+            // Those of other cells are too far away to be met.
+            let is_near = |face: Face| {
+                let [is_first, is_last] = cells.grid.is_outermost(cell, usize::from(face.axis));
+                if face.is_upper { is_last } else { is_first }
+            };
+            self.predict_walls(me, is_near, prediction);
+        }
+        self.predict_transition(me, &cells.grid, cell, prediction);
+    }
+
+    /// The strangers of the scratch list, which is given back; those that the particle knows are unmarked.
+    fn predict_near(&mut self, me: &Streamed, mut near: Near, prediction: &mut Prediction) {
+        if TABLE {
+            near.retain(|other| !self.is_known[other as usize]);
+            for known in self.memory.of(me.id) {
+                self.is_known[known.partner as usize] = false;
+            }
+        }
+        if self.further_images.is_empty() {
+            let (strangers, length) = near.filled_up(me.id);
+            self.predict_strangers(me, true, strangers, length, prediction);
+        } else {
+            near.found().iter().for_each(|&other| self.predict_stranger(me, other, prediction));
+        }
+        self.near = near;
+    }
+
+    /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
+    /// particles that are new to it comes first.
+    pub(super) fn cross(&mut self, particle: u32, time: f64) {
+        self.tally.transition += 1;
+        let mut prediction = self.predictions[particle as usize];
+        let face = prediction.exit;
+        let body = &mut self.bodies[particle as usize];
+        let Neighbours::Cells(cells) = &mut self.neighbours else { return };
+        let transition = cells.cross(particle, face);
+        if transition.wrap != 0 {
+            let axis = usize::from(face.axis);
+            body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
+            self.images[particle as usize][axis] -= transition.wrap;
+        }
+        if !self.further_images.is_empty() {
+            self.predict(particle, time);
+            self.schedule(particle);
+            return;
+        }
+        let me = self.streamed(particle, time);
+        if TABLE {
+            for known in self.memory.of(particle) {
+                self.is_known[known.partner as usize] = true;
+            }
+        }
+        let mut near = std::mem::take(&mut self.near);
+        if let Neighbours::Cells(cells) = &self.neighbours {
+            cells.find_new(transition.cell, face, &mut near);
+        }
+        self.predict_near(&me, near, &mut prediction);
+        self.predict_bounds(&me, &mut prediction);
+        self.predictions[particle as usize] = prediction;
+        self.schedule(particle);
+    }
+
+    fn predict_transition(&self, me: &Streamed, grid: &Grid, cell: u32, prediction: &mut Prediction) {
+        prediction.transition_time = f64::INFINITY;
+        if !FALLING {
+            grid.for_each_face_ahead(cell, &me.velocity, |face: Face, at| {
+                let axis = usize::from(face.axis);
+                // Rounding may have put it beyond the face already.
+                let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
+                if time < prediction.transition_time {
+                    (prediction.transition_time, prediction.exit) = (time, face);
+                }
+            });
+            return;
+        }
+        grid.for_each_face(cell, |face: Face, at| {
+            let axis = usize::from(face.axis);
+            let inwards = if face.is_upper { -1.0 } else { 1.0 };
+            let height = inwards * (me.position[axis] - at);
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
+                && me.time + dt < prediction.transition_time
+            {
+                prediction.transition_time = me.time + dt;
+                prediction.exit = face;
+            }
+        });
+    }
+}
