@@ -3,6 +3,7 @@
 //! Energy and momentum are compared with the exact ledger: what restitution dissipated is counted at every contact, so that
 //! kinetic and potential energy and the dissipated energy add up to the same sum, but for round-off.
 
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::Vector;
@@ -48,7 +49,7 @@ impl Limits {
 }
 
 /// What became of the overlaps that a scene started with.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Initial {
     /// How many there were, deeper than round-off.
     pub overlaps: usize,
@@ -165,7 +166,7 @@ impl Audit {
 }
 
 /// The books of a run while it goes on.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     initial_energy: f64,
     /// The total momentum at the start, if it is conserved.
@@ -205,20 +206,21 @@ impl Ledger {
     pub fn see(&mut self, row: &Row) {
         let energy = row.kinetic + row.potential;
         let dissipated = row.ledger - energy;
-        self.scale = self.scale.max(energy.abs()).max(row.kinetic).max(dissipated);
+        self.scale = self.scale.max(energy.abs()).max(row.kinetic).max(dissipated.abs());
     }
 
     pub fn close(mut self, simulation: &Simulation) -> Audit {
         self.see_overlaps(simulation);
         let (energy, tally) = (simulation.energy(), *simulation.tally());
         let (total, dissipated) = (energy.kinetic + energy.potential, tally.dissipated.total());
-        self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(dissipated);
+        let supplied = tally.supplied.total();
+        self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(dissipated).max(supplied.abs());
         let relative = |error: f64, scale: f64| if error == 0.0 { 0.0 } else { error / scale };
         Audit {
             initial_energy: self.initial_energy,
             energy,
             dissipated,
-            ledger_error: relative((total + dissipated - self.initial_energy).abs(), self.scale),
+            ledger_error: relative((total + dissipated - supplied - self.initial_energy).abs(), self.scale),
             momentum_drift: self
                 .initial_momentum
                 .map(|initial| relative((energy.momentum - initial).norm(), momentum_scale(simulation))),

@@ -4,6 +4,7 @@ use crate::Vector;
 use crate::response::Outcome;
 use crate::scene::ParticleId;
 use crate::statistics::Sum;
+use serde::{Deserialize, Serialize};
 
 /// What kind of physical event took place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -17,6 +18,8 @@ pub enum EventKind {
         /// Whether it is the wall at the upper corner.
         is_upper: bool,
     },
+    /// A thermostat gives a particle a new velocity: it comes from outside, and is not counted among the physical events.
+    Thermostat,
 }
 
 /// A physical event, as it happened.
@@ -40,10 +43,17 @@ pub struct Event {
     pub energy_step: f64,
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: f64,
+    /// Positions of the particle and of its partner `[length]`, within the box along periodic axes but for round-off; zero for a
+    /// partner that is a wall.
+    pub positions: [Vector; 2],
+    /// Their velocities before the event `[length / time]`.
+    pub before: [Vector; 2],
+    /// Their velocities after the event `[length / time]`.
+    pub after: [Vector; 2],
 }
 
 /// How often what has happened since the start, and the sums that pressure and the audit need.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Core events.
     pub core: u64,
@@ -72,6 +82,10 @@ pub struct Tally {
     pub virial: f64,
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: Sum,
+    /// Velocities that a thermostat has given.
+    pub kick: u64,
+    /// Energy from outside: of thermostats, growing diameters and sheared boxes `[energy]`.
+    pub supplied: Sum,
 }
 
 impl Tally {
@@ -95,11 +109,13 @@ impl Tally {
             (&mut since.in_invalid_state, earlier.in_invalid_state),
             (&mut since.tc_contacts, earlier.tc_contacts),
             (&mut since.tc_altered, earlier.tc_altered),
+            (&mut since.kick, earlier.kick),
         ] {
             *count -= before;
         }
         since.virial -= earlier.virial;
         since.dissipated.add(-earlier.dissipated.total());
+        since.supplied.add(-earlier.supplied.total());
         since
     }
 

@@ -48,7 +48,9 @@
 //! | The paper, word for word, for checking | [`mod@reference`] | Algorithm 1 |
 //! | What is measured, and how well did it go? | [`observe`], [`statistics`], [`audit`] | |
 //! | Is a run right, event by event? | [`mod@verify`] | Algorithm 1 |
+//! | What does a scene ask to be measured? | [`measure`] | |
 //! | A whole run, its files, its picture | [`run`], [`output`], [`picture`] | figure 6 |
+//! | Stopping and going on | [`checkpoint`] | |
 //!
 //! # Notation and units
 //!
@@ -61,10 +63,12 @@
 //! whoever looks on.
 
 pub mod audit;
+pub mod checkpoint;
 pub mod detection;
 pub mod error;
 pub mod event;
 pub mod interaction;
+pub mod measure;
 pub mod motion;
 pub mod neighbours;
 pub mod observe;

@@ -17,12 +17,13 @@ use crate::space::{Boundary, Space};
 use cells::Cells;
 use lists::Lists;
 use near::Near;
+use serde::{Deserialize, Serialize};
 use shells::Shells;
 use std::collections::HashMap;
 use std::fmt;
 
 /// How neighbours are found.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
     /// Those in the cells around the particle's.
     Cells,
@@ -34,7 +35,7 @@ pub enum Search {
 }
 
 /// Who is near whom, in one of the two ways.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub enum Neighbours {
     /// Particles by the cell that they are in.
     Cells(Cells),
@@ -129,6 +130,10 @@ impl Search {
     /// The search for the start of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
+        if scene.shear_rate.is_some() {
+            // Lists do not slide.
+            return Self::Cells;
+        }
         let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
         let range = scene.ranges().into_iter().fold(0.0, f64::max);
         Self::choose(&scene.space, range, &positions, None)

@@ -11,6 +11,7 @@ use crate::event::Tally;
 use crate::scene::Scene;
 use crate::simulation::{Energy, Simulation};
 use crate::statistics::{BlockAverage, Estimate};
+use serde::{Deserialize, Serialize};
 
 /// The state of a simulation at one time, and what happened since the row before.
 ///
@@ -27,7 +28,7 @@ pub struct Row {
     pub kinetic: f64,
     /// Potential energy now, of pairs and of weight `[energy]`.
     pub potential: f64,
-    /// Kinetic and potential energy, and what was dissipated so far: constant but for round-off `[energy]`.
+    /// Kinetic and potential energy, and what was dissipated so far, less what was supplied: constant but for round-off `[energy]`.
     pub ledger: f64,
     /// Pressure since the row before `[energy / length^D]`.
     pub pressure: Option<f64>,
@@ -60,14 +61,14 @@ pub const OBSERVABLES: [(&str, &str); 5] = [
 ///
 /// `N` counts the particles that move, `D` is the number of axes that are not flat. `T` in `Z` is the mean of its values at
 /// both ends of the interval, as are the means of `T` and of the potential energy over it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Observer {
     meaning: Meaning,
     before: Option<Reading>,
     averages: Vec<BlockAverage>,
 }
 
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
     time: f64,
     tally: Tally,
@@ -114,7 +115,8 @@ impl Observer {
             temperature: reading.temperature,
             kinetic: energy.kinetic,
             potential: energy.potential,
-            ledger: energy.kinetic + energy.potential + reading.tally.dissipated.total(),
+            ledger: energy.kinetic + energy.potential + reading.tally.dissipated.total()
+                - reading.tally.supplied.total(),
             pressure: interval.and_then(|interval| interval.pressure),
             collision_rate: interval.and_then(|interval| interval.collision_rate),
             height,
@@ -133,7 +135,7 @@ impl Observer {
         Reading {
             time: simulation.time(),
             tally: *simulation.tally(),
-            temperature: self.meaning.temperature(energy.kinetic, &energy.momentum),
+            temperature: self.meaning.temperature(energy.thermal, &energy.momentum),
             pair_energy: energy.pair,
         }
     }

@@ -1,10 +1,12 @@
 //! What a run leaves behind.
 
+mod checkpoints;
 mod contacts;
 mod error;
 pub mod extended_xyz;
 mod folder;
 pub mod frame;
+mod measurements;
 mod number;
 mod partial;
 pub mod summary;

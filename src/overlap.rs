@@ -7,9 +7,10 @@
 
 use crate::Vector;
 use crate::motion::RelativeState;
+use serde::{Deserialize, Serialize};
 
 /// From which side a pair sees a discontinuity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Side {
     /// The pair is valid outside: the overlap function is `f+` (Core, Capture).
     Positive,

@@ -1,6 +1,7 @@
 //! Pair potentials: steps at a list of radii, with an energy between each two.
 
 use crate::error::PotentialError;
+use serde::{Deserialize, Serialize};
 
 /// A spherically symmetric potential that is constant between discontinuities.
 ///
@@ -10,7 +11,7 @@ use crate::error::PotentialError;
 ///
 /// The *pair state* `k` counts the radii that a pair has been captured through. In state `k` the pair can reach the
 /// outer discontinuity `s_k` from inside, and the inner one `s_{k+1}` from outside.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Potential {
     radii: Vec<f64>,
     energies: Vec<f64>,
@@ -52,6 +53,11 @@ impl Potential {
             return Err(PotentialError::Outside { energy: energies[0] });
         }
         Ok(Self { radii, energies })
+    }
+
+    /// Makes all radii larger by a positive factor.
+    pub(crate) fn grow(&mut self, factor: f64) {
+        self.radii.iter_mut().for_each(|radius| *radius *= factor);
     }
 
     /// Hard spheres that touch at `diameter`: radius `sigma`, energies `0, +inf`.

@@ -9,9 +9,10 @@
 mod buckets;
 
 use buckets::Buckets;
+use serde::{Deserialize, Serialize};
 
 /// A particle wakes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Wake {
     /// Time since the epoch.
     pub time: f64,
@@ -52,7 +53,7 @@ const CROWDED: u64 = 4;
 const AHEAD: usize = 8;
 
 /// What the queue holds between the epoch and its horizon; later entries wait outside.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct EventQueue {
     /// The bucket that time has reached, latest first.
     front: Vec<Wake>,

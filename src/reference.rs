@@ -293,6 +293,7 @@ impl Reference {
         let normal = apart.try_normalize(0.0).unwrap_or(Vector::x());
         let velocity = self.velocities[i as usize] - self.velocities[j as usize];
         let vn = velocity.dot(&normal);
+        let before = [i, j].map(|p| self.velocities[p as usize]);
         let weight = |p: u32| self.rules.species[self.species[p as usize]].inverse_mass;
         let (wi, wj) = (weight(i), weight(j));
         let mu = 1.0 / (wi + wj);
@@ -330,6 +331,9 @@ impl Reference {
             distance: s,
             energy_step: if steps_over { energy_step } else { 0.0 },
             dissipated: if steps_over { 0.0 } else { 0.5 * mu * (velocity.norm_squared() - after.norm_squared()) },
+            positions: [i, j].map(|p| self.positions[p as usize]),
+            before,
+            after: [i, j].map(|p| self.velocities[p as usize]),
         })
     }
 
@@ -370,6 +374,9 @@ impl Reference {
             distance: species.radius,
             energy_step: 0.0,
             dissipated: 0.5 * mass * (before.norm_squared() - after.norm_squared()),
+            positions: [self.positions[i as usize], Vector::zeros()],
+            before: [before, Vector::zeros()],
+            after: [after, Vector::zeros()],
         }
     }
 

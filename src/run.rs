@@ -11,7 +11,7 @@
 //!     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
 //!     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
 //!     .temperature(1.0)
-//!     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000) })
+//!     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000), ..RunPlan::default() })
 //!     .build()?;
 //! let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(()))?;
 //! let (name, temperature) = finished.observables[0];
@@ -20,17 +20,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod course;
 mod driver;
 mod progress;
 mod ticks;
 
-pub use driver::run;
+pub use course::Course;
+pub use driver::{resume, run};
 pub use progress::{Progress, Stage};
 
 use std::convert::Infallible;
 
 use crate::audit::Audit;
 use crate::event::{Event, Tally};
+use crate::measure::Measured;
 use crate::observe::Row;
 use crate::simulation::{Arrest, Simulation, Snapshot};
 use crate::statistics::Estimate;
@@ -62,6 +65,19 @@ pub trait Recorder {
     /// # Errors
     /// If it cannot be kept.
     fn event(&mut self, _event: &Event) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
+    /// Whether it is time for a checkpoint.
+    fn is_checkpoint_due(&self) -> bool {
+        false
+    }
+
+    /// Keeps all that is needed to [`resume`] the run from here. Asked for when due, and at the end of the run before its last row and frame.
+    ///
+    /// # Errors
+    /// If it cannot be kept.
+    fn checkpoint(&mut self, _simulation: &Simulation, _course: &Course) -> Result<(), Self::Error> {
         Ok(())
     }
 }
@@ -121,6 +137,8 @@ pub struct Finished {
     pub stretch: Stretch,
     /// Means and standard errors, by name; only those that mean something for the scene.
     pub observables: Vec<(&'static str, Estimate)>,
+    /// What the scene asked to be measured.
+    pub measured: Measured,
     /// What the run found out about its own correctness.
     pub audit: Audit,
 }

@@ -22,14 +22,18 @@ mod mesh;
 mod occupancy;
 mod place;
 mod placement;
+mod planning;
+mod plans;
 mod random;
 mod reading;
 mod record;
 mod source;
+mod stage;
 mod start;
 mod surface;
 mod velocity;
 
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 pub use builder::SceneBuilder;
@@ -37,6 +41,9 @@ pub use diagnostic::{SceneError, SceneErrorKind};
 pub use draft::{Amount, Arrangement, Chain, Fill, Lattice, MeshDraft, Model, Region, Surface};
 pub use mesh::{Gap, Leak, Mesh};
 pub use place::{Place, Step};
+pub(crate) use random::{Purpose, Random};
+pub(crate) use record::with_limit;
+pub use stage::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 pub use surface::Side;
 
 use crate::Vector;
@@ -44,20 +51,20 @@ use crate::potential::Potential;
 use crate::space::Space;
 
 /// Index into [`Scene::species`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct SpeciesId(pub u32);
 
 /// Index into [`Scene::interactions`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct InteractionId(pub u32);
 
 /// Index into [`Scene::particles`], and the particle's name in every output.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct ParticleId(pub u32);
 
 /// What particles of one kind have in common.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Species {
     /// Name, unique in the scene.
     pub name: String,
@@ -84,7 +91,7 @@ impl Species {
 }
 
 /// What two particles do to each other: a potential, and how much speed its infinite barriers give back.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Interaction {
     /// The steps.
     pub potential: Potential,
@@ -93,7 +100,7 @@ pub struct Interaction {
 }
 
 /// A pair with an interaction of its own, which replaces the one of its species.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bond {
     /// The two particles, in ascending order.
     pub pair: [ParticleId; 2],
@@ -102,7 +109,7 @@ pub struct Bond {
 }
 
 /// One particle at the start.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Particle {
     /// What kind it is.
     pub species: SpeciesId,
@@ -112,31 +119,8 @@ pub struct Particle {
     pub velocity: Vector,
 }
 
-/// When to stop: at a time, after a number of physical events, or at whichever comes first.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Limit {
-    /// Simulated time from the start of the stretch `[time]`.
-    pub time: Option<f64>,
-    /// Number of physical events (Core, Capture, Release, Bounce, wall) from the start of the stretch.
-    pub events: Option<u64>,
-}
-
-impl Limit {
-    /// Up to a simulated time.
-    #[must_use]
-    pub fn time(time: f64) -> Self {
-        Self { time: Some(time), events: None }
-    }
-
-    /// Up to a number of physical events.
-    #[must_use]
-    pub fn events(events: u64) -> Self {
-        Self { time: None, events: Some(events) }
-    }
-}
-
 /// When the audit of a run fails, where the limits that follow from round-off do not fit. All are relative.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct AuditPlan {
     /// Largest error of the energy ledger.
     pub energy: Option<f64>,
@@ -146,17 +130,8 @@ pub struct AuditPlan {
     pub overlap: Option<f64>,
 }
 
-/// How long to run, and what to do first.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct RunPlan {
-    /// Simulated first, without measuring.
-    pub equilibration: Limit,
-    /// The measured stretch, after the equilibration.
-    pub limit: Limit,
-}
-
 /// A box in which a run counts particles as time goes on: a container that fills, a half of the space.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CountRegion {
     /// Name of the column, unique in the scene.
     pub name: String,
@@ -175,7 +150,7 @@ impl CountRegion {
 }
 
 /// What to write, in intervals of simulated time `[time]`.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct OutputPlan {
     /// Between two rows of `thermo.csv`; `None` lets the run choose some 200 rows.
     pub thermo_interval: Option<f64>,
@@ -188,7 +163,7 @@ pub struct OutputPlan {
 }
 
 /// A validated scene. The fields are public to read; [`SceneBuilder`] makes one.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// Name: the folder of a run.
     pub name: String,
@@ -211,6 +186,8 @@ pub struct Scene {
     pub particles: Vec<Particle>,
     /// The surfaces among the particles; empty if there are none.
     pub meshes: Vec<Mesh>,
+    /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
+    pub shear_rate: Option<f64>,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     pub contact_time: Option<f64>,
     /// Whether overlaps at the start are left to the stable rule instead of being an error.
@@ -221,6 +198,8 @@ pub struct Scene {
     pub run: RunPlan,
     /// What to write.
     pub output: OutputPlan,
+    /// What to measure.
+    pub measure: crate::measure::Plan,
 }
 
 impl Scene {
@@ -273,6 +252,23 @@ impl Scene {
         let directory = path.parent().unwrap_or(Path::new(""));
         let builder = reading::parts(file, name, directory);
         builder.and_then(|builder| builder.build()).map_err(|error| source.located(error))
+    }
+
+    /// Makes all diameters and hard cores larger by a factor.
+    pub(crate) fn grow(&mut self, factor: f64) {
+        self.species.iter_mut().for_each(|species| species.diameter *= factor);
+        self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
+    }
+
+    /// The fraction of the box that the particles fill.
+    #[must_use]
+    pub fn packing_fraction(&self) -> f64 {
+        let dimensions = self.space.dimensions();
+        let volume = |particle: &Particle| {
+            let diameter = self.species[particle.species.0 as usize].diameter;
+            filling::own_volume(diameter, dimensions)
+        };
+        self.particles.iter().map(volume).sum::<f64>() / self.space.volume()
     }
 
     /// The interaction of two species, if they have one.

@@ -1,28 +1,45 @@
 //! A simulation: a scene in motion.
 
+/// Runs an expression with the chosen engine, whatever its type.
+macro_rules! with_engine {
+    ($simulation:expr, $engine:ident => $body:expr) => {
+        match $simulation {
+            Chosen::FreeHard($engine) => $body,
+            Chosen::FreeTable($engine) => $body,
+            Chosen::FallingHard($engine) => $body,
+            Chosen::FallingTable($engine) => $body,
+        }
+    };
+}
+
 mod arrange;
 mod audit;
 mod body;
 mod build;
 mod cell;
 mod clock;
+mod drive;
 mod engine;
 mod execute;
 mod expect;
+mod growth;
 mod order;
 mod others;
 mod predict;
 mod prediction;
+mod shear;
 mod shell;
 mod snapshot;
 mod states;
+mod thermostat;
 mod wall;
 
 use crate::event::{Event, Tally};
 use crate::neighbours::Search;
-use crate::scene::{ParticleId, Scene};
+use crate::scene::{Limit, ParticleId, Scene};
 use crate::space::Boundary;
 use engine::Engine;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use thiserror::Error;
 
@@ -120,7 +137,7 @@ impl Arrest {
 }
 
 /// The engine that was chosen for a scene, once and at the start.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct EngineChoice {
     /// Whether particles accelerate, so that flights are parabolas.
     pub is_falling: bool,
@@ -155,7 +172,7 @@ impl fmt::Display for EngineChoice {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 enum Chosen {
     FreeHard(Engine<false, false>),
     FreeTable(Engine<false, true>),
@@ -163,24 +180,14 @@ enum Chosen {
     FallingTable(Engine<true, true>),
 }
 
-/// Runs an expression with the chosen engine, whatever its type.
-macro_rules! with_engine {
-    ($simulation:expr, $engine:ident => $body:expr) => {
-        match $simulation {
-            Chosen::FreeHard($engine) => $body,
-            Chosen::FreeTable($engine) => $body,
-            Chosen::FallingHard($engine) => $body,
-            Chosen::FallingTable($engine) => $body,
-        }
-    };
-}
-
 /// A scene in motion.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Simulation {
     scene: Scene,
     choice: EngineChoice,
     engine: Chosen,
+    /// How much larger the diameters of the scene are than at the start.
+    scale: f64,
 }
 
 impl Simulation {
@@ -194,10 +201,10 @@ impl Simulation {
             (true, false) => Chosen::FallingHard(Engine::new(&scene)),
             (true, true) => Chosen::FallingTable(Engine::new(&scene)),
         };
-        Self { scene, choice, engine }
+        Self { scene, choice, engine, scale: 1.0 }
     }
 
-    /// The scene that it started from.
+    /// The scene that it started from; after a growth with the diameters and the state at its end.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -279,7 +286,8 @@ impl Simulation {
     /// Where everything is now.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        with_engine!(&self.engine, engine => engine.snapshot())
+        let snapshot = with_engine!(&self.engine, engine => engine.snapshot());
+        Snapshot { scale: self.scale(), ..snapshot }
     }
 
     /// The energies now.
@@ -304,6 +312,16 @@ impl Simulation {
     #[must_use]
     pub fn pair_state(&self, a: ParticleId, b: ParticleId) -> u16 {
         with_engine!(&self.engine, engine => engine.state_of_pair(a, b))
+    }
+
+    /// Asks for large pages, after it was read from a checkpoint.
+    pub(crate) fn enlarge(&self) {
+        with_engine!(&self.engine, engine => engine.enlarge());
+    }
+
+    /// Gives the measured stretch another end.
+    pub(crate) fn set_limit(&mut self, limit: Limit) {
+        self.scene.run.limit = limit;
     }
 
     /// Number of particles that move.

@@ -1,9 +1,10 @@
 //! The region that holds the particles: a box whose axes are periodic, bounded or flat.
 
 use crate::Vector;
+use serde::{Deserialize, Serialize};
 
 /// What one side of a bounded axis does to a particle that reaches it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Face {
     /// Nothing: the particle flies on and is still simulated.
     Open,
@@ -15,7 +16,7 @@ pub enum Face {
 }
 
 /// How space continues along one axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Boundary {
     /// What leaves on one side enters on the other; pairs use the minimum image.
     Periodic,
@@ -43,7 +44,7 @@ impl Boundary {
 }
 
 /// A box, aligned with the axes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Space {
     /// Lower corner `[length]`.
     pub lower: Vector,

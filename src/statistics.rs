@@ -1,5 +1,7 @@
 //! Means of correlated series, with their standard errors, in bounded memory.
 
+use serde::{Deserialize, Serialize};
+
 /// Bins are merged pairwise when there are this many.
 const MOST_BINS: usize = 1024;
 
@@ -8,7 +10,7 @@ const MOST_BINS: usize = 1024;
 const FEWEST_BLOCKS: usize = 8;
 
 /// A mean with its uncertainty.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The mean over the whole series.
     pub mean: f64,
@@ -17,7 +19,7 @@ pub struct Estimate {
 }
 
 /// A sum that keeps what rounding cuts off (Neumaier), so that ledgers measure the dynamics and not the adding up.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sum {
     sum: f64,
     correction: f64,
@@ -44,7 +46,7 @@ impl Sum {
 ///
 /// Values come with a weight, the time that they stand for. They are gathered in bins of equal weight; when there are too
 /// many bins, neighbours merge and the weight doubles, so that memory stays bounded for any length of the series.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BlockAverage {
     bin_weight: f64,
     bins: Vec<f64>,

@@ -120,7 +120,7 @@ fn a_run_leaves_its_files_and_a_table() {
     let files = fs::read_dir(place.path().join("runs/scene")).unwrap();
     let mut names: Vec<String> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
-    assert_eq!(names, ["report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"]);
+    assert_eq!(names, ["checkpoint", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"]);
 
     let thermo = place.read("runs/scene/thermo.csv");
     let mut lines = thermo.lines();

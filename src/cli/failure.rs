@@ -68,7 +68,11 @@ impl From<SceneError> for Failure {
 impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let code = match error {
-            OutputError::Occupied(_) | OutputError::NotFolder(_) | OutputError::Folder { .. } => BAD_INPUT,
+            OutputError::Occupied(_)
+            | OutputError::NotFolder(_)
+            | OutputError::Folder { .. }
+            | OutputError::Unfinished(_)
+            | OutputError::Checkpoint(_) => BAD_INPUT,
             _ => FAILED,
         };
         let help = error.cure();

@@ -36,6 +36,7 @@ pub struct State {
 impl From<&run::Progress> for State {
     fn from(progress: &run::Progress) -> Self {
         let stage = match progress.stage {
+            Stage::Preparation(_) => "preparing",
             Stage::Equilibration => "equilibrating",
             Stage::Measurement => "measuring",
         };

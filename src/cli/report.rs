@@ -50,7 +50,7 @@ pub fn kinds(core: u64, capture: u64, release: u64, bounce: u64, wall: u64) -> S
 
 fn ending(finished: &Finished) -> String {
     let time = digits(finished.simulation.time());
-    let stage = if finished.stage == Stage::Equilibration { " while equilibrating" } else { "" };
+    let stage = if finished.stage == Stage::Measurement { "" } else { " before the measured stretch" };
     match &finished.ending {
         Ending::Time => format!("at t = {time}, the time asked for"),
         Ending::Events => format!("at t = {time}, after the number of events asked for"),

@@ -1,14 +1,16 @@
 //! `carom run`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
-use carom::output::{Folder, Summary};
+use carom::checkpoint::Checkpoint;
+use carom::output::{Folder, OutputError, Summary};
 use carom::run::{self, Ending, Finished};
-use carom::scene::{Limit, Scene};
+use carom::scene::Limit;
 use carom::simulation::Arrest;
 use clap::Args;
 
-use super::SceneArgs;
+use super::Changes;
 use super::failure::Failure;
 use super::progress::Display;
 use super::{report, signals};
@@ -16,15 +18,24 @@ use super::{report, signals};
 /// Simulates a scene
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Ctrl-C or SIGTERM end the run early, with complete files up to there; a second one ends it at once.
+Ctrl-C or SIGTERM end the run early, with complete files up to there; a second one ends it at once. Either way, and after a
+crash or a power cut, it can be resumed from its last checkpoint, to the same bits.
 
 Examples:
   carom run configs/hopper.toml
   carom run configs/hard_sphere_fluid.toml --seed 7 --until-events 1e6 --out runs/seven
-  carom run configs/bouncing_ball.toml --set space.z.restitution=0.9 --set output.contacts=true")]
+  carom run configs/bouncing_ball.toml --set space.z.restitution=0.9 --set output.contacts=true
+  carom run --resume runs/hopper                        goes on to the end that was planned
+  carom run --resume runs/hopper --until-time 160       goes on to another end, also if it was over")]
 pub struct Run {
+    /// The scene, a TOML file
+    #[arg(required_unless_present = "resume", conflicts_with = "resume")]
+    scene: Option<PathBuf>,
     #[command(flatten)]
-    scene: SceneArgs,
+    changes: Changes,
+    /// Goes on with the run in this folder, from its last checkpoint
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "seed", "overrides"])]
+    resume: Option<PathBuf>,
     /// The folder of the results; runs/NAME if not given, where NAME is that of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -34,9 +45,19 @@ pub struct Run {
     /// Measures for this many physical events, whatever the scene says; with --until-time, whichever comes first
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     until_events: Option<u64>,
+    /// Time on the clock between two checkpoints, in seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
+    checkpoint_every: Duration,
     /// No progress, only the final table
     #[arg(long, short)]
     quiet: bool,
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (1e-3..=1e9).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
+        _ => Err("expected a time of at least 0.001 seconds".to_owned()),
+    }
 }
 
 fn duration(text: &str) -> Result<f64, String> {
@@ -59,10 +80,23 @@ pub fn count(text: &str) -> Result<u64, String> {
 
 impl Run {
     pub fn execute(&self) -> Result<(), Failure> {
-        let scene = self.load()?;
+        match (&self.resume, &self.scene) {
+            (Some(path), _) => self.go_on(path),
+            (None, Some(scene)) => self.begin(scene),
+            // The command line does not let this through.
+            (None, None) => Err(Failure::bad_input("expected a scene, or --resume with a folder", None, None)),
+        }
+    }
+
+    /// A run from its start.
+    fn begin(&self, file: &Path) -> Result<(), Failure> {
+        let mut scene = self.changes.load(file)?;
+        if let Some(limit) = self.limit() {
+            scene.run.limit = limit;
+        }
         let path = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&scene.name));
-        let record = self.scene.changes.record(&scene, &self.scene.scene)?;
-        let mut folder = Folder::create(&path, &scene)?;
+        let record = self.changes.record(&scene, file)?;
+        let mut folder = Folder::create(&path, &scene)?.checkpoint_every(self.checkpoint_every);
         folder.keep_scene(&record)?;
         signals::watch();
         let mut display = Display::new(&scene, self.quiet);
@@ -71,20 +105,41 @@ impl Run {
             signals::flow()
         });
         display.clear();
-        let finished = result?;
-        let report = report::text(&finished);
-        folder.complete(&Summary::of(&finished), &report)?;
-        super::print(&format!("{report}\nThe files are in {}\n", path.display()))?;
-        verdict(&finished)
+        end(&result?, folder, &path)
     }
 
-    fn load(&self) -> Result<Scene, Failure> {
-        let mut scene = self.scene.load()?;
-        if self.until_time.is_some() || self.until_events.is_some() {
-            scene.run.limit = Limit { time: self.until_time, events: self.until_events };
+    /// A run from its last checkpoint.
+    fn go_on(&self, path: &Path) -> Result<(), Failure> {
+        let mut checkpoint = Checkpoint::read(&Folder::checkpoint_of(path)).map_err(OutputError::from)?;
+        let mut folder = Folder::resume(path, &checkpoint)?.checkpoint_every(self.checkpoint_every);
+        if let Some(limit) = self.limit() {
+            checkpoint.extend(limit);
+            folder.keep_limit(limit)?;
         }
-        Ok(scene)
+        signals::watch();
+        let mut display = Display::new(checkpoint.simulation.scene(), self.quiet);
+        let Checkpoint { simulation, course, .. } = checkpoint;
+        let result = run::resume(simulation, course, &mut folder, &mut |progress| {
+            display.show(progress);
+            signals::flow()
+        });
+        display.clear();
+        end(&result?, folder, path)
     }
+
+    /// What replaces the limit of the scene.
+    fn limit(&self) -> Option<Limit> {
+        let is_given = self.until_time.is_some() || self.until_events.is_some();
+        is_given.then_some(Limit { time: self.until_time, events: self.until_events })
+    }
+}
+
+/// Files, table and verdict.
+fn end(finished: &Finished, folder: Folder, path: &Path) -> Result<(), Failure> {
+    let report = report::text(finished);
+    folder.complete(&Summary::of(finished), &finished.measured, &report)?;
+    super::print(&format!("{report}\nThe files are in {}\n", path.display()))?;
+    verdict(finished)
 }
 
 /// Whether the run did what it was asked to, and stands its own audit.
@@ -97,7 +152,11 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
             let help = "the results cannot be trusted; carom should not do this: please report the scene";
             Err(Failure::failed(format!("the audit failed: {}", faults.join("; ")), None, Some(help)))
         }
-        Ending::Interrupted => Err(Failure::failed("interrupted; the files are complete up to there", None, None)),
+        Ending::Interrupted => Err(Failure::failed(
+            "interrupted; the files are complete up to there",
+            None,
+            Some("go on with carom run --resume and the folder"),
+        )),
         _ => Ok(()),
     }
 }

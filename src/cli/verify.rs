@@ -135,6 +135,7 @@ fn words(certificate: &Certificate) -> String {
         End::Asked => proven.to_owned(),
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
+        End::Driven => "NOTHING PROVEN: a thermostat, a growth or a sheared box acts from outside".to_owned(),
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
         End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
         End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),
@@ -149,6 +150,9 @@ fn verdict(certificate: &Certificate) -> Result<(), Failure> {
             Err(Failure::failed(violation.to_string(), None, Some(help)))
         }
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(Arrest::CURE))),
+        End::Driven => {
+            Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None, None))
+        }
         End::Interrupted => Err(Failure::failed("interrupted; what is above is proven", None, None)),
         _ => Ok(()),
     }

@@ -1,7 +1,9 @@
 //! The memory of the TC model: when each particle had its last contact.
 
+use serde::{Deserialize, Serialize};
+
 /// Times of contacts, and the model's `t_c`.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct ContactTimes {
     /// `t_c` `[time]`.
     pub contact_time: f64,

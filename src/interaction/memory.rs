@@ -5,9 +5,10 @@
 //! species' potential; bonded pairs always have one. Each moving particle keeps its own list of partners.
 
 use crate::prefetch::prefetch;
+use serde::{Deserialize, Serialize};
 
 /// What a particle remembers of a partner.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Known {
     /// The other particle.
     pub partner: u32,
@@ -18,7 +19,7 @@ pub struct Known {
 }
 
 /// Lists of known partners, in one array with the same room for each particle.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct PairMemory {
     room: usize,
     lengths: Vec<u16>,

@@ -3,9 +3,10 @@
 use crate::Vector;
 use crate::overlap::Side;
 use crate::scene::{Interaction, Scene, Species};
+use serde::{Deserialize, Serialize};
 
 /// One discontinuity, seen by a pair in some state.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Discontinuity {
     /// Its distance `s` `[length]`.
     pub distance: f64,
@@ -16,7 +17,7 @@ pub struct Discontinuity {
 }
 
 /// A potential as the event loop needs it: what lies outwards and inwards of each pair state.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Steps {
     /// By state: the outer discontinuity, absent in state 0.
     outer: Vec<Option<Discontinuity>>,
@@ -74,7 +75,7 @@ impl Steps {
 }
 
 /// The squared distances of the discontinuities that a pair in some state can reach `[length^2]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Edges {
     /// The inner one; negative infinity if there is none.
     pub inner: f64,
@@ -83,7 +84,7 @@ pub struct Edges {
 }
 
 /// What two strangers (in pair state 0) of given species do when they approach.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Meeting {
     /// The square of the potential's range `[length^2]`.
     pub squared: f64,
@@ -104,7 +105,7 @@ impl Meeting {
 }
 
 /// The constants of a species.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SpeciesRules {
     /// `1 / m`, 0 for a static species.
     pub inverse_mass: f64,
@@ -132,7 +133,7 @@ impl SpeciesRules {
 }
 
 /// Everything about species and interactions that the event loop reads.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Rules {
     /// By species.
     pub species: Vec<SpeciesRules>,

@@ -10,6 +10,7 @@ use super::grid::{Face, Grid};
 use crate::Vector;
 use crate::pages::enlarge;
 use crate::space::Space;
+use serde::{Deserialize, Serialize};
 
 /// No particle: the end of a cell's list.
 pub const NOBODY: u32 = u32::MAX;
@@ -24,7 +25,7 @@ pub struct Transition {
 }
 
 /// The grid and the particles in it.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Cells {
     /// The grid.
     pub grid: Grid,
@@ -103,6 +104,35 @@ impl Cells {
             self.remove(particle, from);
             self.insert(particle, to);
         }
+    }
+
+    /// Whether a particle goes round a periodic box when it leaves through a face of its cell.
+    #[must_use]
+    pub fn wraps_behind(&self, particle: u32, face: Face) -> bool {
+        self.grid.behind(self.home(particle), face).1 != 0
+    }
+
+    /// Whether a cell is the first or the last along an axis.
+    #[must_use]
+    pub fn is_outermost(&self, cell: u32, axis: usize) -> bool {
+        self.grid.is_outermost(cell, axis).contains(&true)
+    }
+
+    /// Moves a particle to the first or last row along the gradient, and to where `position` says along the flow.
+    pub fn slide_in(&mut self, particle: u32, position: &Vector, [flow, gradient]: [usize; 2], is_last: bool) {
+        let to = self.grid.slid(self.home(particle), self.grid.cell_at(position), [flow, gradient], is_last);
+        self.relocate(particle, to);
+    }
+
+    /// Calls `visit` for all particles across the side of the gradient that a cell is next to, along the whole flow.
+    pub fn for_each_across(&self, cell: u32, axes: [usize; 2], mut visit: impl FnMut(u32)) {
+        self.grid.for_each_across(cell, axes, |across| {
+            let mut at = self.first[across as usize];
+            while at != NOBODY {
+                visit(at);
+                at = self.next[at as usize];
+            }
+        });
     }
 
     /// Moves a particle through a face of its cell.

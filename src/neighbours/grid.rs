@@ -5,9 +5,10 @@
 use super::divisor::Divisor;
 use crate::Vector;
 use crate::space::{Boundary, Space};
+use serde::{Deserialize, Serialize};
 
 /// A face through which a particle leaves its cell.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Face {
     /// 0, 1 or 2.
     pub axis: u8,
@@ -16,7 +17,7 @@ pub struct Face {
 }
 
 /// The cells of a box.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Grid {
     counts: [u32; 3],
     /// To divide by the first two counts.
@@ -271,6 +272,35 @@ impl Grid {
             if velocity[axis] != 0.0 && (self.is_periodic[axis] || index != last) {
                 let line = f64::from(index + u32::from(is_upper));
                 visit(Face { axis: axis as u8, is_upper }, self.lower[axis] + line * self.side[axis]);
+            }
+        }
+    }
+
+    /// The cell in the first or last row along the gradient, with the index of another cell along the flow.
+    #[must_use]
+    pub fn slid(&self, cell: u32, along: u32, [flow, gradient]: [usize; 2], is_last: bool) -> u32 {
+        let mut at = self.split(cell);
+        at[flow] = self.split(along)[flow];
+        at[gradient] = if is_last { self.counts[gradient] - 1 } else { 0 };
+        self.join(at)
+    }
+
+    /// Calls `visit` for the cells across the side of the gradient that a cell is next to, along the whole flow.
+    pub fn for_each_across(&self, cell: u32, [flow, gradient]: [usize; 2], mut visit: impl FnMut(u32)) {
+        let mut at = self.split(cell);
+        let last = self.counts[gradient] - 1;
+        at[gradient] = match at[gradient] {
+            0 => last,
+            index if index == last => 0,
+            _ => return,
+        };
+        let third = 3 - flow - gradient;
+        let (around, count) = self.around(third, at[third]);
+        for &index in &around[..count] {
+            at[third] = index;
+            for index in 0..self.counts[flow] {
+                at[flow] = index;
+                visit(self.join(at));
             }
         }
     }

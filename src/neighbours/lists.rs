@@ -7,12 +7,13 @@
 
 use crate::pages::enlarge;
 use crate::prefetch::prefetch;
+use serde::{Deserialize, Serialize};
 
 /// Entries are read up to eight at a time; blocks of room hold a multiple of that.
 const BLOCK: usize = 8;
 
 /// Where the list of a particle is, in blocks, and how long it is.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     first: u32,
     blocks: u32,
@@ -20,7 +21,7 @@ struct Span {
 }
 
 /// Lists of others, in one array. Unused entries of a particle name itself, whom it never meets.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Lists {
     spans: Vec<Span>,
     entries: Vec<u32>,

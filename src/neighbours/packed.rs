@@ -11,6 +11,7 @@ use crate::detection::many::Width;
 use crate::pages::enlarge;
 use crate::prefetch::{prefetch, prefetch_both};
 use crate::space::{Boundary, Space};
+use serde::{Deserialize, Serialize};
 
 /// Centres in a block.
 const LANES: usize = 8;
@@ -29,7 +30,7 @@ const FINEST: [f64; 3] = [0.0; 3];
 const CELLS_PER_PARTICLE: f64 = 1.0;
 
 /// Eight centres of a cell; a lane without one is not a number.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 struct Block {
     at: [[f32; LANES]; 3],
@@ -41,7 +42,7 @@ impl Block {
 }
 
 /// Where a block belongs.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Link {
     cell: u32,
     /// Another block of the same cell.
@@ -49,7 +50,7 @@ struct Link {
 }
 
 /// The centres by cell.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Packed {
     /// The cells, no smaller than the reach.
     pub grid: Grid,
@@ -64,6 +65,7 @@ pub struct Packed {
     periods: [f32; 3],
     /// The largest coordinate of the box along its periodic axes.
     scale: f64,
+    #[serde(skip, default = "Width::most")]
     width: Width,
 }
 

@@ -6,13 +6,14 @@ use super::packed::Packed;
 use crate::Vector;
 use crate::pages::enlarge;
 use crate::space::{Boundary, Space, minimum_image};
+use serde::{Deserialize, Serialize};
 
 /// Shells are left this much early, so that the round-off of positions and times (below some `1e-10` of the box) never lets
 /// two particles meet that are not in each other's lists.
 const MARGIN: f64 = 1e-6;
 
 /// The centres of the particles' shells, and the lists of those within reach.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct Shells {
     /// Radius `delta` of a shell `[length]`.
     pub radius: f64,

@@ -5,9 +5,10 @@ use crate::potential::Potential;
 use crate::scene::{CountRegion, Scene};
 use crate::simulation::Simulation;
 use crate::space::{Boundary, Face};
+use serde::{Deserialize, Serialize};
 
 /// What can be measured in a scene, and the constants that it takes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Meaning {
     /// Number of particles that move.
     pub moving: usize,
@@ -44,7 +45,11 @@ impl Meaning {
         let masses: Vec<f64> = all.map(|index| if is_moving[index] { species_of(index).mass } else { 0.0 }).collect();
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_walls = scene.space.boundary.iter().any(is_walled);
-        let conserves_momentum = !is_accelerated && !has_walls && moving == scene.particles.len();
+        let conserves_momentum = !is_accelerated
+            && !has_walls
+            && moving == scene.particles.len()
+            && !scene.run.has_kicks()
+            && scene.shear_rate.is_none();
         let dimensions = scene.space.dimensions() as f64;
         let free = if conserves_momentum { moving.saturating_sub(1) } else { moving };
         let has_temperature = !is_accelerated && moving >= 2;
@@ -68,7 +73,7 @@ impl Meaning {
         }
     }
 
-    /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum.
+    /// Kinetic temperature `[energy]` from the kinetic energy, relative to what streams, and the total momentum.
     #[must_use]
     pub fn temperature(&self, kinetic: f64, momentum: &Vector) -> Option<f64> {
         let common = if self.conserves_momentum { momentum.norm_squared() / (2.0 * self.total_mass) } else { 0.0 };

@@ -20,6 +20,7 @@ pub(super) fn line(event: &Event) -> String {
             };
             (kind, event.partner.map_or_else(String::new, |partner| partner.0.to_string()))
         }
+        EventKind::Thermostat => ("thermostat", String::new()),
         EventKind::Wall { axis, is_upper } => {
             let axis = ["x", "y", "z"].get(usize::from(axis)).copied().unwrap_or_default();
             ("wall", format!("{}{axis}", if is_upper { '+' } else { '-' }))

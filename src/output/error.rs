@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use super::extended_xyz::WriteError;
+use crate::checkpoint::CheckpointError;
 
 /// Why the folder of a run could not be written.
 #[derive(Debug, Error)]
@@ -41,6 +42,12 @@ pub enum OutputError {
         /// Why.
         source: WriteError,
     },
+    /// The folder holds a run that was not finished, and can be.
+    #[error("{} holds a run that has not ended", .0.display())]
+    Unfinished(PathBuf),
+    /// The run cannot be resumed.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
 }
 
 impl OutputError {
@@ -49,6 +56,10 @@ impl OutputError {
     pub fn cure(&self) -> &'static str {
         match self {
             Self::Occupied(_) => "choose another folder with --out, or remove it",
+            Self::Unfinished(_) => {
+                "go on with it, `carom run --resume DIR`; or choose another folder with --out, or remove it"
+            }
+            Self::Checkpoint(error) => error.cure(),
             Self::NotFolder(_) => "choose another folder with --out",
             _ => "choose a folder with --out that can be written to, on a disk with space left",
         }

@@ -5,25 +5,33 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::checkpoints::Checkpoints;
 use super::contacts;
 use super::error::OutputError;
 use super::extended_xyz::write_frame;
 use super::frame::Frame;
+use super::measurements;
 use super::partial::{PartialFile, SUFFIX};
 use super::summary::Summary;
 use super::thermo::Columns;
+use crate::checkpoint::{Checkpoint, CheckpointError, KeptFile};
 use crate::event::Event;
+use crate::measure::Measured;
 use crate::observe::Row;
-use crate::run::Recorder;
-use crate::scene::Scene;
-use crate::simulation::Snapshot;
+use crate::run::{Course, Recorder};
+use crate::scene::{Limit, Scene, with_limit};
+use crate::simulation::{Simulation, Snapshot};
 
 /// The last file of a run: where it is, the others are complete and belong to it.
 const SUMMARY: &str = "summary.json";
 /// The scene as it was run.
 const SCENE: &str = "scene.toml";
+const THERMO: &str = "thermo.csv";
+const TRAJECTORY: &str = "trajectory.xyz";
+const CONTACTS: &str = "contacts.csv";
+const REPORT: &str = "report.txt";
 /// The files of a run besides the summary.
-const FILES: [&str; 5] = [SCENE, "thermo.csv", "trajectory.xyz", "contacts.csv", "report.txt"];
+const FILES: [&str; 6] = [SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
 
 /// How often a table that is being written can be looked at.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
@@ -31,7 +39,7 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 /// Writes a run to its folder.
 ///
 /// Files are written beside their final names, as `thermo.csv.partial`; when all are complete they replace those of an
-/// earlier run, `summary.json` last.
+/// earlier run, `summary.json` last. Checkpoints are written now and then; from the last one, [`Folder::resume`] goes on.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -42,22 +50,25 @@ pub struct Folder {
     contacts: Option<PartialFile>,
     frame: Frame,
     flushed: Instant,
+    checkpoints: Checkpoints,
 }
 
 impl Folder {
-    /// Makes the folder, unless it is there and empty or holds an earlier run.
+    /// Makes the folder, unless it is there and empty or holds an earlier run that has ended.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`] if the folder holds something else, [`OutputError::NotFolder`] or
-    /// [`OutputError::Folder`] if there can be none, [`OutputError::Write`] if its files cannot be made.
+    /// [`OutputError::Occupied`] if the folder holds something else, [`OutputError::Unfinished`] if it holds a run that can be
+    /// resumed, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none, [`OutputError::Write`] if its files
+    /// cannot be made.
     pub fn create(path: &Path, scene: &Scene) -> Result<Self, OutputError> {
         refuse_occupied(path)?;
         fs::create_dir_all(path).map_err(|source| OutputError::Folder { path: path.to_owned(), source })?;
         let columns = Columns::of(scene);
-        let mut thermo = PartialFile::create(path.join("thermo.csv"))?;
+        // Those of the run before do not belong to the files of this one.
+        let checkpoints = Checkpoints::begin(path)?;
+        let mut thermo = PartialFile::create(path.join(THERMO))?;
         thermo.write(&columns.header())?;
-        let mut contacts =
-            scene.output.has_contacts.then(|| PartialFile::create(path.join("contacts.csv"))).transpose()?;
+        let mut contacts = scene.output.has_contacts.then(|| PartialFile::create(path.join(CONTACTS))).transpose()?;
         if let Some(file) = &mut contacts {
             file.write(contacts::HEADER)?;
         }
@@ -65,12 +76,53 @@ impl Folder {
             scene: None,
             columns,
             thermo,
-            trajectory: PartialFile::create(path.join("trajectory.xyz"))?,
+            trajectory: PartialFile::create(path.join(TRAJECTORY))?,
             contacts,
             frame: Frame::start_of(scene),
             flushed: Instant::now(),
+            checkpoints,
             path: path.to_owned(),
         })
+    }
+
+    /// Goes on with a run from a checkpoint: what its files gained later is cut off.
+    ///
+    /// # Errors
+    /// [`OutputError::Checkpoint`] if a file is missing or too short, [`OutputError::Write`] if one cannot be changed.
+    pub fn resume(path: &Path, checkpoint: &Checkpoint) -> Result<Self, OutputError> {
+        let scene = checkpoint.simulation.scene();
+        for kept in &checkpoint.files {
+            PartialFile::check(&path.join(&kept.name), kept.length)?;
+        }
+        // Without a summary the folder is that of a run under way.
+        remove(&path.join(SUMMARY))?;
+        let file = |name: &str| {
+            let kept = checkpoint.files.iter().find(|kept| kept.name == name);
+            kept.map(|kept| PartialFile::resume(path.join(name), Some(kept.length))).transpose()
+        };
+        let need = |name: &str| {
+            let missing = || CheckpointError::File { path: path.join(name), found: 0, expected: 0 };
+            file(name)?.ok_or_else(|| OutputError::from(missing()))
+        };
+        Ok(Self {
+            // A program of the library need not have kept it.
+            scene: PartialFile::resume(path.join(SCENE), None).ok(),
+            columns: Columns::of(scene),
+            thermo: need(THERMO)?,
+            trajectory: need(TRAJECTORY)?,
+            contacts: file(CONTACTS)?,
+            frame: Frame::start_of(scene),
+            flushed: Instant::now(),
+            checkpoints: Checkpoints::go_on(path),
+            path: path.to_owned(),
+        })
+    }
+
+    /// Writes a checkpoint so often, instead of every five minutes.
+    #[must_use]
+    pub fn checkpoint_every(mut self, interval: Duration) -> Self {
+        self.checkpoints.interval = interval;
+        self
     }
 
     /// Keeps the text of the scene, from which the run can be made again: [`Scene::record`].
@@ -85,36 +137,58 @@ impl Folder {
         Ok(())
     }
 
+    /// Changes the limit in the scene that is kept, for a run that is to go on to another end.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] if it cannot be written.
+    pub fn keep_limit(&mut self, limit: Limit) -> Result<(), OutputError> {
+        let Some(file) = &mut self.scene else { return Ok(()) };
+        let text = file.text()?;
+        let changed =
+            with_limit(&text, limit).map_err(|error| OutputError::write(file.path())(io::Error::other(error)))?;
+        file.replace(&changed)
+    }
+
     /// Where the scene of a run is kept, in the folder of the run.
     #[must_use]
     pub fn scene_of(run: &Path) -> PathBuf {
         run.join(SCENE)
     }
 
-    /// Gives the files their names, and adds the summary and a report for people.
+    /// Where the last checkpoint of a run is kept, in the folder of the run.
+    #[must_use]
+    pub fn checkpoint_of(run: &Path) -> PathBuf {
+        Checkpoints::last(run)
+    }
+
+    /// Gives the files their names, and adds the measurements, the summary and a report for people.
     ///
     /// # Errors
     /// [`OutputError::Write`] if a file cannot be written; there is no `summary.json` then.
-    pub fn complete(self, summary: &Summary, report: &str) -> Result<Vec<PathBuf>, OutputError> {
-        let mut report_file = PartialFile::create(self.path.join("report.txt"))?;
+    pub fn complete(self, summary: &Summary, measured: &Measured, report: &str) -> Result<Vec<PathBuf>, OutputError> {
+        let mut report_file = PartialFile::create(self.path.join(REPORT))?;
         report_file.write(report)?;
         let mut summary_file = PartialFile::create(self.path.join(SUMMARY))?;
         let text = serde_json::to_string_pretty(summary)
             .map_err(|error| OutputError::write(summary_file.path())(io::Error::other(error)))?;
         summary_file.write(&(text + "\n"))?;
+        let measurements = measurements::prepare(&self.path, measured)?;
         // From here on the folder belongs to this run.
         for old in [SUMMARY].iter().chain(&FILES) {
-            let path = self.path.join(old);
-            match fs::remove_file(&path) {
-                Err(source) if source.kind() != io::ErrorKind::NotFound => {
-                    return Err(OutputError::Write { path, source });
-                }
-                _ => {}
-            }
+            remove(&self.path.join(old))?;
         }
+        measurements::remove_tables(&self.path)?;
         let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
-        let files = [self.scene].into_iter().chain(tables).chain([Some(report_file), Some(summary_file)]);
-        files.flatten().map(PartialFile::complete).collect()
+        let files = [self.scene].into_iter().chain(tables).flatten().chain(measurements);
+        files.chain([report_file, summary_file]).map(PartialFile::complete).collect()
+    }
+}
+
+/// Removes a file that may not be there.
+pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(OutputError::write(path)(error)),
+        _ => Ok(()),
     }
 }
 
@@ -148,6 +222,16 @@ impl Recorder for Folder {
     fn event(&mut self, event: &Event) -> Result<(), OutputError> {
         self.contacts.as_mut().map_or(Ok(()), |file| file.write(&contacts::line(event)))
     }
+
+    fn is_checkpoint_due(&self) -> bool {
+        self.checkpoints.is_due()
+    }
+
+    fn checkpoint(&mut self, simulation: &Simulation, course: &Course) -> Result<(), OutputError> {
+        let files = [Some(&mut self.thermo), Some(&mut self.trajectory), self.contacts.as_mut()];
+        let files: Vec<KeptFile> = files.into_iter().flatten().map(PartialFile::keep).collect::<Result<_, _>>()?;
+        self.checkpoints.write(simulation, course, &files)
+    }
 }
 
 /// Refuses a folder with contents that are not those of a run: one with a summary, or one that was not completed.
@@ -161,6 +245,10 @@ fn refuse_occupied(path: &Path) -> Result<(), OutputError> {
         Err(error) => return Err(folder_error(error)),
         Ok(metadata) if !metadata.is_dir() => return Err(OutputError::NotFolder(path.to_owned())),
         Ok(_) => {}
+    }
+    let is_under_way = path.join(format!("{THERMO}{SUFFIX}")).exists();
+    if Checkpoints::last(path).exists() && is_under_way {
+        return Err(OutputError::Unfinished(path.to_owned()));
     }
     let mut is_empty = true;
     for entry in fs::read_dir(path).map_err(folder_error)? {

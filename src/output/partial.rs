@@ -1,10 +1,11 @@
 //! Files that get their name when they are complete.
 
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
+use crate::checkpoint::{CheckpointError, KeptFile};
 
 /// Ends the name of a file that is not complete.
 pub(super) const SUFFIX: &str = ".partial";
@@ -20,11 +21,63 @@ pub(super) struct PartialFile {
 impl PartialFile {
     /// An empty file beside `path`.
     pub fn create(path: PathBuf) -> Result<Self, OutputError> {
-        let mut partial = path.clone().into_os_string();
-        partial.push(SUFFIX);
-        let partial = PathBuf::from(partial);
+        let partial = partial_of(&path);
         let file = File::create(&partial).map_err(OutputError::write(&partial))?;
         Ok(Self { path, partial, file: BufWriter::with_capacity(1 << 16, file) })
+    }
+
+    /// Whether a file that was `length` bytes long is still there, under either name.
+    pub fn check(path: &Path, length: u64) -> Result<(), OutputError> {
+        let partial = partial_of(path);
+        let (path, found) = match (fs::metadata(&partial), fs::metadata(path)) {
+            (Ok(metadata), _) => (partial.as_path(), metadata.len()),
+            (Err(_), Ok(metadata)) => (path, metadata.len()),
+            (Err(_), Err(_)) => (path, 0),
+        };
+        if found >= length {
+            return Ok(());
+        }
+        Err(CheckpointError::File { path: path.to_owned(), found, expected: length }.into())
+    }
+
+    /// Goes on with a file, under its name of a file that is not complete; what is behind `length` is cut off.
+    pub fn resume(path: PathBuf, length: Option<u64>) -> Result<Self, OutputError> {
+        let partial = partial_of(&path);
+        if !partial.exists() {
+            fs::rename(&path, &partial).map_err(OutputError::write(&partial))?;
+        }
+        let mut file = OpenOptions::new().write(true).open(&partial).map_err(OutputError::write(&partial))?;
+        if let Some(length) = length {
+            file.set_len(length).map_err(OutputError::write(&partial))?;
+        }
+        file.seek(SeekFrom::End(0)).map_err(OutputError::write(&partial))?;
+        Ok(Self { path, partial, file: BufWriter::with_capacity(1 << 16, file) })
+    }
+
+    /// What it contains so far.
+    pub fn text(&mut self) -> Result<String, OutputError> {
+        self.flush()?;
+        fs::read_to_string(&self.partial).map_err(OutputError::write(&self.partial))
+    }
+
+    /// Replaces all of it, at once.
+    pub fn replace(&mut self, text: &str) -> Result<(), OutputError> {
+        let mut new = Self::create(self.partial.clone())?;
+        new.write(text)?;
+        new.complete()?;
+        let file = OpenOptions::new().append(true).open(&self.partial).map_err(OutputError::write(&self.partial))?;
+        self.file = BufWriter::with_capacity(1 << 16, file);
+        Ok(())
+    }
+
+    /// Makes what was written so far safe on the disk, and says how much that is.
+    pub fn keep(&mut self) -> Result<KeptFile, OutputError> {
+        self.flush()?;
+        let file = self.file.get_ref();
+        file.sync_data().map_err(OutputError::write(&self.partial))?;
+        let length = file.metadata().map_err(OutputError::write(&self.partial))?.len();
+        let name = self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        Ok(KeptFile { name, length })
     }
 
     pub fn path(&self) -> &Path {
@@ -52,4 +105,11 @@ impl PartialFile {
         fs::rename(&self.partial, &self.path).map_err(OutputError::write(&self.path))?;
         Ok(self.path)
     }
+}
+
+/// The name of a file that is not complete.
+fn partial_of(path: &Path) -> PathBuf {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(SUFFIX);
+    PathBuf::from(partial)
 }

@@ -1,12 +1,13 @@
 //! The buckets of the calendar: lists of numbers in chunks of a cache line, from one pool.
 
 use crate::pages::{enlarge, enlarge_room};
+use serde::{Deserialize, Serialize};
 
 /// Entries of a chunk: with the number of the next one it fills a cache line.
 const ENTRIES: usize = 15;
 
 /// Part of a bucket.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 struct Chunk {
     entries: [u32; ENTRIES],
@@ -15,14 +16,14 @@ struct Chunk {
 }
 
 /// A bucket: its newest chunk, and the number of entries in all.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Bucket {
     newest: u32,
     length: u32,
 }
 
 /// Lists of particle numbers that grow and are taken as a whole.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Buckets {
     buckets: Vec<Bucket>,
     chunks: Vec<Chunk>,

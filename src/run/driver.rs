@@ -1,16 +1,19 @@
 //! The loop of a run.
 
+mod finish;
+mod measure;
 mod pace;
+mod stages;
 
 use std::ops::ControlFlow;
 use std::time::Instant;
 
+use super::course::Course;
 use super::progress::{Progress, Stage};
-use super::{Ending, Finished, Recorder, Stretch};
-use crate::audit::Ledger;
-use crate::observe::Observer;
+use super::{Ending, Finished, Recorder};
+use crate::measure::Subject;
 use crate::scene::{Limit, Scene};
-use crate::simulation::{Reason, Simulation, Until};
+use crate::simulation::{Arrest, Reason, Simulation, Until};
 
 /// Physical events between two looks at whether to go on: some hundredths of a second.
 const CHUNK: u64 = 10_000;
@@ -30,254 +33,182 @@ pub fn run<R: Recorder>(
     recorder: &mut R,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
-    let observer = Observer::new(&scene);
     let simulation = Simulation::new(scene);
-    let mut driver = Driver {
-        ledger: Ledger::open(&simulation, observer.meaning().conserves_momentum),
-        crossing: crossing_time(&simulation),
-        stage: Start::of(&simulation, Stage::Equilibration, Limit::default()),
-        quiet_since: simulation.time(),
-        quiet_transitions: 0,
-        last_row: None,
-        last_frame: None,
-        simulation,
-        observer,
-        recorder,
-        watch,
-    };
-    let plan = driver.simulation.scene().run;
-    let equilibration = plan.equilibration;
-    let mut ending = Ending::Events;
-    if equilibration != Limit::default() {
-        driver.stage = Start::of(&driver.simulation, Stage::Equilibration, equilibration);
-        let (time, events) = driver.stage.end();
-        ending = driver.advance(time, events)?.unwrap_or(Ending::Time);
-    }
-    let is_over = matches!(ending, Ending::Interrupted | Ending::Arrested(_));
-    if !is_over {
-        driver.stage = Start::of(&driver.simulation, Stage::Measurement, plan.limit);
-    }
-    let (start, started) = (driver.stage, Instant::now());
-    driver.record(true, true)?;
-    let tally = *driver.simulation.tally();
-    if !is_over {
-        ending = driver.measure()?;
-    }
-    let wall_seconds = started.elapsed().as_secs_f64();
-    driver.record(true, true)?;
-    let (now, start_time) = (driver.simulation.time(), if is_over { driver.simulation.time() } else { start.time });
-    Ok(Finished {
-        stretch: Stretch {
-            start: start_time,
-            duration: now - start_time,
-            tally: driver.simulation.tally().since(&tally),
-            wall_seconds,
-        },
-        ending,
-        stage: start.stage,
-        observables: driver.observer.estimates(),
-        audit: driver.ledger.close(&driver.simulation),
-        simulation: driver.simulation,
-    })
+    let course = Course::new(&simulation);
+    resume(simulation, course, recorder, watch)
 }
 
-/// Where a stage began.
-#[derive(Debug, Clone, Copy)]
-struct Start {
-    stage: Stage,
-    time: f64,
-    events: u64,
-    limit: Limit,
+/// Goes on with a run where it was left, to the same bits as if it had never stopped.
+///
+/// # Errors
+/// As [`run`].
+pub fn resume<R: Recorder>(
+    simulation: Simulation,
+    course: Course,
+    recorder: &mut R,
+    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Finished, R::Error> {
+    let subject = Subject::of(simulation.scene());
+    Driver { simulation, course, subject, recorder, watch, started: None }.drive()
 }
-
-impl Start {
-    fn of(simulation: &Simulation, stage: Stage, limit: Limit) -> Self {
-        Self { stage, time: simulation.time(), events: simulation.tally().physical(), limit }
-    }
-
-    /// Simulated time and physical events, since the start of the simulation, at which the stage ends.
-    fn end(&self) -> (f64, u64) {
-        let time = self.limit.time.map_or(f64::INFINITY, |time| self.time + time);
-        (time, self.limit.events.map_or(u64::MAX, |events| self.events.saturating_add(events)))
-    }
-}
-
-/// Part of the crossing time after which it is first looked whether overlaps of the start are gone.
-const SHORTEST_LOOK: f64 = 1e-4;
 
 struct Driver<'a, R> {
     simulation: Simulation,
-    observer: Observer,
-    ledger: Ledger,
+    course: Course,
+    subject: Subject,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    stage: Start,
-    /// Simulated time in which a typical particle crosses the box `[time]`.
-    crossing: f64,
-    quiet_since: f64,
-    /// Cell transitions at the last physical event.
-    quiet_transitions: u64,
-    last_row: Option<f64>,
-    last_frame: Option<f64>,
+    /// When the measured stretch began, or went on, on the clock.
+    started: Option<Instant>,
 }
 
 impl<R: Recorder> Driver<'_, R> {
-    /// The measured stretch.
-    fn measure(&mut self) -> Result<Ending, R::Error> {
-        if self.stage.limit == Limit::default() {
-            return Ok(Ending::Events);
-        }
-        let (end_time, end_events) = self.stage.end();
-        let (mut rows, mut frames) = match self.pace()? {
-            Ok(pace) => pace,
-            Err(ending) => return Ok(ending),
-        };
+    /// All stages from the one that the course is in.
+    fn drive(mut self) -> Result<Finished, R::Error> {
         loop {
-            let (row, frame) = (rows.next(), frames.next());
-            // The last tick falls on the end, but for rounding.
-            let near_end = |tick: f64| tick >= end_time - 1e-9 * (end_time - self.stage.time);
-            let tick = row.min(frame);
-            let target = if near_end(tick) { end_time } else { tick };
-            if let Some(ending) = self.advance(target, end_events)? {
-                return Ok(ending);
+            if !self.course.has_begun {
+                self.enter();
             }
-            if target == end_time {
-                return Ok(Ending::Time);
+            let stage = self.course.stage.stage;
+            let Some(next) = stage.next(&self.simulation.scene().run) else {
+                let ending = self.measure()?;
+                return self.finish(ending);
+            };
+            if self.course.stage.limit != Limit::default() || self.growth().is_some() {
+                let (time, events) = self.course.stage.end();
+                if let Some(over @ (Ending::Interrupted | Ending::Arrested(_))) = self.advance(time, events)? {
+                    return self.finish(over);
+                }
             }
-            self.record(row <= target, frame <= target)?;
-            if row <= target {
-                rows.pass(self.simulation.time());
-            }
-            if frame <= target {
-                frames.pass(self.simulation.time());
-            }
+            self.leave(next);
         }
     }
 
     /// Goes on to a time, or `None`; or to a number of events or an obstacle, and says which.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        if self.ledger.has_overlaps()
-            && let Some(ending) = self.advance_overlapped(time, events)?
-        {
-            return Ok(Some(ending));
-        }
-        let mut wait = self.crossing;
         while self.simulation.time() < time {
-            let before = *self.simulation.tally();
-            let done = before.physical();
+            let done = self.simulation.tally().physical();
             if done >= events {
                 return Ok(Some(Ending::Events));
+            }
+            if self.recorder.is_checkpoint_due() {
+                self.keep()?;
             }
             let progress = self.progress();
             if (self.watch)(&progress).is_break() {
                 return Ok(Some(Ending::Interrupted));
             }
-            let until =
-                Until { time: time.min(self.simulation.time() + wait), events: events.min(done.saturating_add(CHUNK)) };
-            match self.chunk(until)? {
-                Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
-                Ok(Reason::Time | Reason::Events) => {}
-                Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
+            if self.course.next_scaling <= self.simulation.time() {
+                self.rescale();
             }
-            let now = *self.simulation.tally();
-            let is_quiet = now.physical() == done;
-            wait = if is_quiet && now.transition == before.transition { 2.0 * wait } else { self.crossing };
-            if !is_quiet {
-                (self.quiet_since, self.quiet_transitions) = (self.simulation.time(), now.transition);
-            } else if self.stage.limit.time.is_none() && self.will_stay_quiet() {
-                return Ok(Some(Ending::Idle));
+            let until = time.min(self.course.next_scaling);
+            let ending =
+                if self.course.ledger.has_overlaps() { self.look(until, events)? } else { self.go(until, events)? };
+            if ending.is_some() {
+                return Ok(ending);
+            }
+            if self.has_grown() {
+                return Ok(None);
             }
         }
         Ok((self.simulation.tally().physical() >= events).then_some(Ending::Events))
     }
 
-    /// Goes on in small steps while overlaps of the start are left, to see when the last one goes.
-    fn advance_overlapped(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let moving = self.observer.meaning().moving as u64;
-        let (mut step, mut duration) = (moving.div_ceil(16), self.crossing * SHORTEST_LOOK);
-        while self.ledger.has_overlaps() && self.simulation.time() < time {
-            let done = self.simulation.tally().physical();
-            if done >= events {
-                return Ok(Some(Ending::Events));
-            }
-            let progress = self.progress();
-            if (self.watch)(&progress).is_break() {
-                return Ok(Some(Ending::Interrupted));
-            }
-            let until = Until { time: time.min(self.simulation.time() + duration), events: events.min(done + step) };
-            match self.chunk(until)? {
-                Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
-                Ok(Reason::Time | Reason::Events) => {}
-                Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
-            }
-            self.ledger.see_overlaps(&self.simulation);
-            // Ever longer ones, so that overlaps that stay cost little: the time is known to a tenth.
-            (step, duration) = (step + step.div_ceil(10), 1.1 * duration);
+    /// Goes on for a while.
+    fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+        let before = *self.simulation.tally();
+        let done = before.physical();
+        let until = Until {
+            time: time.min(self.simulation.time() + self.course.wait),
+            events: events.min(done.saturating_add(CHUNK)),
+        };
+        match self.chunk(until)? {
+            Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
+            Ok(Reason::Time | Reason::Events) => {}
+            Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
         }
+        let now = *self.simulation.tally();
+        let is_quiet = now.physical() == done;
+        let course = &mut self.course;
+        let is_still = is_quiet && now.transition == before.transition;
+        course.wait = if is_still { 2.0 * course.wait } else { course.crossing };
+        if !is_quiet {
+            (course.quiet_since, course.quiet_transitions) = (self.simulation.time(), now.transition);
+        } else if course.stage.limit.time.is_none() && self.will_stay_quiet() {
+            return Ok(Some(Ending::Idle));
+        }
+        Ok(None)
+    }
+
+    /// Goes on in small steps while overlaps of the start are left, to see when the last one goes.
+    fn look(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+        let (now, done, look) = (self.simulation.time(), self.simulation.tally().physical(), self.course.look);
+        let until = Until { time: time.min(now + look.time), events: events.min(done.saturating_add(look.events)) };
+        match self.chunk(until)? {
+            Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
+            Ok(Reason::Time | Reason::Events) => {}
+            Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
+        }
+        self.course.ledger.see_overlaps(&self.simulation);
+        self.course.look.grow();
         Ok(None)
     }
 
     /// Whether a run without a time limit would never end.
     fn will_stay_quiet(&mut self) -> bool {
         // A thousand crossings of a thousand cells each, per particle: nothing is there to be met.
-        let most = 10_000_000 + 10_000 * self.observer.meaning().moving as u64;
+        let most = 10_000_000 + 10_000 * self.course.observer.meaning().moving as u64;
         let (time, tally) = (self.simulation.time(), *self.simulation.tally());
-        if tally.transition - self.quiet_transitions > most {
+        if tally.transition - self.course.quiet_transitions > most {
             return true;
         }
-        if time - self.quiet_since < QUIET_CROSSINGS * self.crossing {
+        if time - self.course.quiet_since < QUIET_CROSSINGS * self.course.crossing {
             return false;
         }
-        tally.transition == self.quiet_transitions && self.simulation.is_idle() == Ok(true)
+        tally.transition == self.course.quiet_transitions && self.simulation.is_idle() == Ok(true)
     }
 
-    fn chunk(&mut self, until: Until) -> Result<Result<Reason, crate::simulation::Arrest>, R::Error> {
-        if self.stage.stage == Stage::Equilibration || !self.recorder.has_events() {
+    /// Goes on without a look at anything but events.
+    fn chunk(&mut self, until: Until) -> Result<Result<Reason, Arrest>, R::Error> {
+        let is_measuring = self.course.stage.stage == Stage::Measurement;
+        let measurement = self.course.measurement.as_mut().filter(|_| is_measuring);
+        let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
+        let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
+        if instruments.is_none() && recorder.is_none() {
             return Ok(self.simulation.advance(until));
         }
         let mut failure = None;
-        let recorder = &mut *self.recorder;
+        let subject = &self.subject;
         let reason = self.simulation.advance_with(until, |event| {
-            if failure.is_none() {
+            if let Some(instruments) = &mut instruments {
+                instruments.event(event, subject);
+            }
+            if let Some(recorder) = &mut recorder
+                && failure.is_none()
+            {
                 failure = recorder.event(event).err();
             }
         });
         failure.map_or(Ok(reason), Err)
     }
 
-    /// Hands out a row and a frame of now, unless that was done.
-    fn record(&mut self, has_row: bool, has_frame: bool) -> Result<(), R::Error> {
-        let now = Some(self.simulation.time());
-        if has_row && self.last_row != now {
-            self.last_row = now;
-            let row = self.observer.row(&self.simulation);
-            self.ledger.see(&row);
-            self.recorder.row(&row)?;
-        }
-        if has_frame && self.last_frame != now {
-            self.last_frame = now;
-            self.recorder.frame(&self.simulation.snapshot())?;
-        }
-        Ok(())
+    /// Hands out what is needed to go on from here later.
+    fn keep(&mut self) -> Result<(), R::Error> {
+        let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
+        let mut course = self.course.clone();
+        course.earlier_seconds += seconds;
+        self.recorder.checkpoint(&self.simulation, &course)
     }
 
     fn progress(&self) -> Progress {
         let (time, events) = (self.simulation.time(), self.simulation.tally().physical());
+        let stage = &self.course.stage;
         Progress {
-            stage: self.stage.stage,
+            stage: stage.stage,
             time,
-            elapsed: time - self.stage.time,
-            events: events - self.stage.events,
-            limit: self.stage.limit,
+            elapsed: time - stage.time,
+            events: events - stage.events,
+            limit: stage.limit,
         }
     }
-}
-
-/// The simulated time in which a typical particle crosses the box, by its speed or from rest; infinite if nothing moves.
-fn crossing_time(simulation: &Simulation) -> f64 {
-    let scene = simulation.scene();
-    let length = scene.space.size.max().max(scene.longest_range());
-    let fastest = scene.particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
-    let steepest = scene.species.iter().map(|species| species.acceleration.norm()).fold(0.0, f64::max);
-    (length / fastest).min((2.0 * length / steepest).sqrt())
 }

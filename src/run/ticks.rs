@@ -1,5 +1,7 @@
 //! Even times at which something is written.
 
+use serde::{Deserialize, Serialize};
+
 /// A run that chooses its interval itself aims at this many rows, and at most twice as many.
 pub(super) const ROWS: u32 = 200;
 
@@ -10,7 +12,7 @@ pub(super) const FRAMES: u32 = 20;
 ///
 /// An interval that the scene gives is kept. One that the run chose is doubled whenever there are twice as many
 /// ticks as were aimed at, because the duration that it was chosen from may be a poor guess.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Ticks {
     start: f64,
     interval: f64,

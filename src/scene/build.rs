@@ -8,8 +8,8 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{AXES, finite, finite_vector, on_flat_axes, positive, restitution};
-use crate::scene::place::Place;
-use crate::scene::{AuditPlan, CountRegion, Limit, Scene, Species, start};
+use crate::scene::place::{Place, Step};
+use crate::scene::{AuditPlan, CountRegion, Scene, Species, start};
 use crate::space::{Boundary, Face, Space};
 
 impl SceneBuilder {
@@ -23,9 +23,12 @@ impl SceneBuilder {
         let space = self.checked_space(&species)?;
         self.set_accelerations(&mut species, &space)?;
         let mut interactions = Interactions::new(&self.interactions, &species)?;
-        let groups = Groups::place(self, &species, &space, &mut interactions)?;
+        let mut groups = Groups::place(self, &species, &space, &mut interactions)?;
+        self.let_stream(&mut groups, &space);
         interactions.check_complete(&groups.counts(species.len()))?;
         start::check_ranges(&space, &species, &interactions, &groups)?;
+        self.check_drive(&space, &species, &interactions, interactions.longest_range(|_, _| true))?;
+        self.check_measure(&space, &species)?;
         let contacts = interactions.contacts();
         if !self.allow_invalid_start {
             start::check_walls(&groups, &species, &space)?;
@@ -44,12 +47,28 @@ impl SceneBuilder {
             bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
             particles: groups.particles,
             meshes: groups.meshes,
+            shear_rate: self.shear_rate,
             contact_time: self.contact_time,
             allow_invalid_start: self.allow_invalid_start,
             audit: self.audit,
-            run: self.run,
+            run: self.run.clone(),
             output: self.output.clone(),
+            measure: self.measure.clone(),
         })
+    }
+
+    /// Adds the velocity of what streams in a sheared box to velocities that were drawn; given ones are what they are.
+    fn let_stream(&self, groups: &mut Groups, space: &Space) {
+        let Some(rate) = self.shear_rate else { return };
+        let middle = space.lower.y + 0.5 * space.size.y;
+        for id in 0..groups.particles.len() {
+            let is_drawn =
+                matches!(groups.place_of(id).steps().first(), Some(Step::Key(key)) if key == "fill" || key == "chain");
+            let particle = &mut groups.particles[id];
+            if is_drawn {
+                particle.velocity.x += rate * (particle.position.y - middle);
+            }
+        }
     }
 
     fn check_header(&self) -> Result<(), SceneError> {
@@ -70,9 +89,7 @@ impl SceneBuilder {
                 positive(limit, audit.key(key))?;
             }
         }
-        let run = Place::root().key("run");
-        check_limit(self.run.equilibration, run.key("equilibration_time"), run.key("equilibration_events"))?;
-        check_limit(self.run.limit, run.key("until_time"), run.key("until_events"))?;
+        self.check_run()?;
         let output = Place::root().key("output");
         for (interval, key) in
             [(self.output.thermo_interval, "thermo_interval"), (self.output.frame_interval, "frame_interval")]
@@ -186,16 +203,6 @@ fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
             let kind = SceneErrorKind::value(region.upper[k], expected);
             return Err(SceneError::new(place.key("upper").index(k), kind));
         }
-    }
-    Ok(())
-}
-
-fn check_limit(limit: Limit, time: Place, events: Place) -> Result<(), SceneError> {
-    if let Some(value) = limit.time {
-        positive(value, time)?;
-    }
-    if limit.events == Some(0) {
-        return Err(SceneError::new(events, SceneErrorKind::value(0, "at least 1")));
     }
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! A scene built in code, with the same checks as one from a file.
 
 use crate::Vector;
+use crate::measure::Plan;
 use crate::potential::Potential;
 use crate::scene::draft::{
     Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Listed, MeshDraft, Model, PlacedGroup,
@@ -39,6 +40,7 @@ pub struct SceneBuilder {
     pub(crate) lower: Vector,
     pub(crate) boundary: [Boundary; 3],
     pub(crate) gravity: Vector,
+    pub(crate) shear_rate: Option<f64>,
     pub(crate) contact_time: Option<f64>,
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
@@ -47,6 +49,7 @@ pub struct SceneBuilder {
     pub(crate) audit: AuditPlan,
     pub(crate) run: RunPlan,
     pub(crate) output: OutputPlan,
+    pub(crate) measure: Plan,
 }
 
 impl SceneBuilder {
@@ -61,6 +64,7 @@ impl SceneBuilder {
             lower: Vector::zeros(),
             boundary: [Boundary::Periodic; 3],
             gravity: Vector::zeros(),
+            shear_rate: None,
             contact_time: None,
             species: Vec::new(),
             interactions: Vec::new(),
@@ -69,6 +73,7 @@ impl SceneBuilder {
             audit: AuditPlan::default(),
             run: RunPlan::default(),
             output: OutputPlan::default(),
+            measure: Plan::default(),
         }
     }
 
@@ -107,6 +112,12 @@ impl SceneBuilder {
     /// The acceleration of every species that moves and has none of its own `[length / time^2]`.
     pub fn gravity(mut self, gravity: Vector) -> Self {
         self.gravity = gravity;
+        self
+    }
+
+    /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
+    pub fn shear(mut self, rate: f64) -> Self {
+        self.shear_rate = Some(rate);
         self
     }
 
@@ -232,6 +243,12 @@ impl SceneBuilder {
     /// What to write.
     pub fn output(mut self, output: OutputPlan) -> Self {
         self.output = output;
+        self
+    }
+
+    /// What to measure.
+    pub fn measure(mut self, plan: Plan) -> Self {
+        self.measure = plan;
         self
     }
 

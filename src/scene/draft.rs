@@ -7,6 +7,7 @@ use crate::potential::Potential;
 pub use crate::scene::lattice::Lattice;
 use crate::scene::place::Place;
 pub use crate::scene::surface::Surface;
+use serde::{Deserialize, Serialize};
 
 /// How many particles there are in a volume.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,7 +34,7 @@ impl From<Lattice> for Arrangement {
 }
 
 /// A box, aligned with the axes `[length]`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Region {
     /// Lower corner.
     pub lower: Vector,

@@ -1,5 +1,11 @@
 //! What was typed: the TOML of a scene, key by key, before anything is made of it.
 
+mod drive;
+mod measure;
+
+pub(crate) use drive::{GrowthFile, StageFile, ThermostatFile};
+pub(crate) use measure::MeasureFile;
+
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -38,7 +44,11 @@ pub(crate) struct SceneFile {
     pub bond: Vec<BondFile>,
     #[serde(default)]
     pub audit: AuditFile,
+    #[serde(default)]
+    pub stage: Vec<StageFile>,
     pub run: Option<RunFile>,
+    #[serde(default)]
+    pub measure: MeasureFile,
     #[serde(default)]
     pub output: OutputFile,
 }
@@ -49,6 +59,7 @@ pub(crate) struct SceneFile {
 pub(crate) struct SpaceFile {
     pub size: Option<[f64; 3]>,
     pub lower: Option<[f64; 3]>,
+    pub shear_rate: Option<f64>,
     pub x: Option<AxisFile>,
     pub y: Option<AxisFile>,
     pub z: Option<AxisFile>,
@@ -237,6 +248,7 @@ pub(crate) struct RunFile {
     pub equilibration_events: Option<u64>,
     pub until_time: Option<f64>,
     pub until_events: Option<u64>,
+    pub thermostat: Option<ThermostatFile>,
 }
 
 /// `[output]`

@@ -173,7 +173,7 @@ fn key_of(amount: Amount) -> &'static str {
 }
 
 /// Volume of a sphere, area of a disk, length of a rod `[length^D]`.
-fn own_volume(diameter: f64, dimensions: usize) -> f64 {
+pub(super) fn own_volume(diameter: f64, dimensions: usize) -> f64 {
     match dimensions {
         3 => PI / 6.0 * diameter * diameter * diameter,
         2 => PI / 4.0 * diameter * diameter,

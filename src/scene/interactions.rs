@@ -144,6 +144,11 @@ impl<'a> Interactions<'a> {
             .fold(0.0, f64::max)
     }
 
+    /// Whether all of them are hard spheres, and none is a bond.
+    pub(crate) fn are_hard_spheres(&self) -> bool {
+        self.list.iter().all(|it| it.potential.is_hard_sphere() && !it.potential.is_bond())
+    }
+
     /// Refuses two species that can meet without an interaction: `counts` are the particles of each.
     pub(crate) fn check_complete(&self, counts: &[usize]) -> Result<(), SceneError> {
         for (a, first) in self.species.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Whether the meshes of a scene hold what moves in it.
 
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -10,7 +11,7 @@ use crate::scene::surface::Layout;
 use crate::scene::{ParticleId, Scene, SpeciesId};
 
 /// A surface of static spheres.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Its name, or its number among the meshes.
     pub name: String,
@@ -38,7 +39,7 @@ impl Mesh {
 }
 
 /// A mesh that a species passes through.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Leak {
     /// The mesh, by name.
     pub mesh: String,
@@ -51,7 +52,7 @@ pub struct Leak {
 }
 
 /// An open end of a mesh that runs along another mesh and leaves a gap: a joint that leaks.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
     /// The mesh whose open end it is, by name.
     pub mesh: String,

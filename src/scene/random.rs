@@ -2,6 +2,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
 
 use crate::Vector;
 use crate::space::{Boundary, Space};
@@ -13,9 +14,11 @@ pub(crate) enum Purpose {
     Placement,
     Velocities,
     Composition,
+    Thermostat,
 }
 
 /// A ChaCha8 generator with the distributions that a start needs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Random(ChaCha8Rng);
 
 impl Random {
@@ -34,6 +37,11 @@ impl Random {
     /// Uniform in `0..count`; the bias is below `count / 2^64`.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize
+    }
+
+    /// Exponential with mean 1; never infinite, because what `uniform` gives stays below 1.
+    pub(crate) fn exponential(&mut self) -> f64 {
+        -libm::log1p(-self.uniform())
     }
 
     /// Normal with mean 0 and variance 1, by Marsaglia's polar method. The logarithm is `libm`'s, because the

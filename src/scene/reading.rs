@@ -12,12 +12,11 @@ use crate::scene::draft::{
     PlacedGroup, Region, SpeciesDraft,
 };
 use crate::scene::file::{
-    AxisFile, ChainFile, CountFile, FillFile, InteractionFile, MeshFile, OutputFile, RunFile, SceneFile, SpaceFile,
-    SpeciesFile,
+    AxisFile, ChainFile, CountFile, FillFile, InteractionFile, MeshFile, OutputFile, SceneFile, SpaceFile, SpeciesFile,
 };
 use crate::scene::place::Place;
 use crate::scene::surface::{Side, Surface};
-use crate::scene::{AuditPlan, CountRegion, Limit, OutputPlan, RunPlan};
+use crate::scene::{AuditPlan, CountRegion, OutputPlan, planning};
 use crate::space::{Boundary, Face};
 
 /// The keys of an entry that depend on its kind, and which of them are given.
@@ -99,7 +98,8 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     for bond in file.bond {
         scene.bonds.push(BondDraft { pair: bond.particles, interaction: bond.interaction });
     }
-    scene.run = read_run(file.run)?;
+    scene.run = planning::read_run(file.run, file.stage)?;
+    scene.measure = planning::read_measure(file.measure);
     scene.output = read_output(file.output);
     Ok(scene)
 }
@@ -117,22 +117,10 @@ fn read_output(output: OutputFile) -> OutputPlan {
     }
 }
 
-fn read_run(run: Option<RunFile>) -> Result<RunPlan, SceneError> {
-    let Some(run) = run else {
-        return Err(missing(&Place::root(), "run", "a scene needs [run] with until_time or until_events"));
-    };
-    if run.until_time.is_none() && run.until_events.is_none() {
-        return Err(missing(&Place::root().key("run"), "until_time", "or until_events, or both"));
-    }
-    Ok(RunPlan {
-        equilibration: Limit { time: run.equilibration_time, events: run.equilibration_events },
-        limit: Limit { time: run.until_time, events: run.until_events },
-    })
-}
-
 fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     scene.size = space.size.map(vector);
     scene.lower = vector(space.lower.unwrap_or_default());
+    scene.shear_rate = space.shear_rate;
     for (k, (name, axis)) in [("x", &space.x), ("y", &space.y), ("z", &space.z)].into_iter().enumerate() {
         let place = Place::root().key("space").key(name);
         scene.boundary[k] = match axis {

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::place::Place;
 use crate::scene::source::Source;
-use crate::scene::{Scene, read_text};
+use crate::scene::{Limit, Scene, read_text};
 
 const HEADER: &str = "\
 # The scene of this run as it was run: with the values of the command line, and with absolute paths.
@@ -30,7 +30,7 @@ impl Scene {
         let tree = source.tree()?;
         let mut table = Table::deserialize(Deserializer::from(tree)).map_err(|error| failed(error.to_string()))?;
         table.insert("name".to_owned(), Value::String(self.name.clone()));
-        self.record_limits(&mut table);
+        record_limit(self.run.limit, &mut table);
         let directory = path.parent().unwrap_or(Path::new(""));
         for file in table.get_mut("file").and_then(Value::as_array_mut).into_iter().flatten() {
             if let Some(Value::String(name)) = file.get_mut("path")
@@ -43,25 +43,31 @@ impl Scene {
         let text = toml::to_string(&table).map_err(|error| failed(error.to_string()))?;
         Ok(format!("{HEADER}{text}"))
     }
+}
 
-    fn record_limits(&self, table: &mut Table) {
-        let run = table.entry("run").or_insert_with(|| Value::Table(Table::new()));
-        let Some(run) = run.as_table_mut() else { return };
-        run.remove("until_time");
-        run.remove("until_events");
-        if let Some(time) = self.run.limit.time {
-            run.insert("until_time".to_owned(), Value::Float(time));
-        }
-        if let Some(events) = self.run.limit.events {
-            run.insert("until_events".to_owned(), Value::Integer(i64::try_from(events).unwrap_or(i64::MAX)));
-        }
+/// The record of a scene with another limit of the measured stretch.
+pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de::Error> {
+    let mut table: Table = record.parse()?;
+    record_limit(limit, &mut table);
+    Ok(format!("{HEADER}{table}"))
+}
+
+fn record_limit(limit: Limit, table: &mut Table) {
+    let run = table.entry("run").or_insert_with(|| Value::Table(Table::new()));
+    let Some(run) = run.as_table_mut() else { return };
+    run.remove("until_time");
+    run.remove("until_events");
+    if let Some(time) = limit.time {
+        run.insert("until_time".to_owned(), Value::Float(time));
+    }
+    if let Some(events) = limit.events {
+        run.insert("until_events".to_owned(), Value::Integer(i64::try_from(events).unwrap_or(i64::MAX)));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Limit;
 
     #[test]
     fn a_record_makes_the_same_scene_elsewhere() {

@@ -1,10 +1,10 @@
 //! The engine's own check of its state: who overlaps, and how much of it is round-off.
 
 use super::engine::Engine;
+use crate::Vector;
 use crate::neighbours::near::Near;
 use crate::overlap::Side;
 use crate::scene::ParticleId;
-use crate::space::minimum_image;
 
 /// A pair, or a particle and a wall, in an invalid state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -101,7 +101,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn distance(&self, i: u32, j: u32) -> f64 {
-        minimum_image(self.state_at(i, self.now).0 - self.state_at(j, self.now).0, &self.periods).norm()
+        let apart = self.state_at(i, self.now).0 - self.state_at(j, self.now).0;
+        self.nearest(apart, Vector::zeros(), self.now).0.position.norm()
     }
 
     fn overlaps_with_known(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
@@ -127,7 +128,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for &other in near.found() {
             let meeting = self.rules.meeting(species(particle), species(other));
             if other != particle && meeting.exists && !(TABLE && self.memory.get(particle, other).is_some()) {
-                let range = meeting.squared.sqrt();
+                let range = meeting.squared.sqrt() * self.scale();
                 self.offer_pair(particle, other, range - self.distance(particle, other), range, found);
             }
         }

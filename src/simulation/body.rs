@@ -1,9 +1,10 @@
 //! A moving particle as the engine keeps it.
 
 use crate::Vector;
+use serde::{Deserialize, Serialize};
 
 /// A particle where an event last touched it: a *delayed state*, one cache line.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 #[repr(C, align(64))]
 pub(super) struct Body {
     /// Position at the local time.

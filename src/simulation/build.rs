@@ -5,6 +5,7 @@ use super::clock::Clock;
 use super::engine::{Engine, Wall};
 use super::order::along_curve;
 use super::prediction::Prediction;
+use super::shear::Shear;
 use crate::Vector;
 use crate::detection::many::Width;
 use crate::event::Tally;
@@ -74,6 +75,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             epochs: 0,
             now: 0.0,
             last_reached: 0.0,
+            kicks: None,
+            growing: None,
+            shear: scene.shear_rate.map(|rate| Shear::new(rate, &scene.space)),
+            interlude: f64::INFINITY,
             lost_speed: None,
             clock: Clock {
                 since: 0.0,
@@ -84,6 +89,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             rules,
         };
         drop(names);
+        engine.find_interlude();
         engine.sort_in(Search::of(scene));
         if TABLE {
             engine.remember_pairs(scene);

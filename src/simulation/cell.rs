@@ -3,6 +3,7 @@
 use super::engine::Engine;
 use super::predict::Streamed;
 use super::prediction::Prediction;
+use super::shear::GRADIENT;
 use crate::detection::plane;
 use crate::neighbours::Neighbours;
 use crate::neighbours::grid::{Face, Grid};
@@ -42,11 +43,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.is_known[known.partner as usize] = false;
             }
         }
-        if self.further_images.is_empty() {
+        if !self.is_one_by_one() {
             let (strangers, length) = near.filled_up(me.id);
             self.predict_strangers(me, true, strangers, length, prediction);
         } else {
             near.found().iter().for_each(|&other| self.predict_stranger(me, other, prediction));
+            self.predict_across(me, prediction);
         }
         self.near = near;
     }
@@ -59,13 +61,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let face = prediction.exit;
         let body = &mut self.bodies[particle as usize];
         let Neighbours::Cells(cells) = &mut self.neighbours else { return };
+        if self.shear.is_some() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face) {
+            return self.slide(particle, face, time);
+        }
         let transition = cells.cross(particle, face);
         if transition.wrap != 0 {
             let axis = usize::from(face.axis);
             body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
             self.images[particle as usize][axis] -= transition.wrap;
         }
-        if !self.further_images.is_empty() {
+        if self.is_one_by_one() {
             self.predict(particle, time);
             self.schedule(particle);
             return;

@@ -2,14 +2,16 @@
 
 use super::engine::Engine;
 use super::prediction::{Contact, Prediction};
+use super::shear::FLOW;
 use super::{Arrest, Standstill};
+use serde::{Deserialize, Serialize};
 
 /// Time that advances by less than this part of the queue's span stands still: some thousand times the spacing of the
 /// floats that count it. An epoch sees of the order of ten events per particle, so a working system is far away from it.
 const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Counts events without time.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Clock {
     /// Time at which the count began.
     pub since: f64,
@@ -51,7 +53,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
     /// multiple of a power of two, which most times lose without rounding.
     pub(super) fn move_epoch(&mut self) -> bool {
-        let next = self.predictions.iter().map(Prediction::wake_time).fold(f64::INFINITY, f64::min);
+        let next = self.predictions.iter().map(Prediction::wake_time).fold(self.interlude, f64::min);
         if next == f64::INFINITY {
             return false;
         }
@@ -61,6 +63,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.epoch += shift;
         self.now -= shift;
         self.clock.since -= shift;
+        if let Some(kicks) = &mut self.kicks {
+            kicks.next -= shift;
+        }
+        if let Some(growing) = &mut self.growing {
+            growing.start -= shift;
+        }
+        if let Some(shear) = &mut self.shear {
+            shear.shift(shift, self.periods[FLOW]);
+        }
+        self.find_interlude();
         for body in &mut self.bodies {
             body.time -= shift;
         }
@@ -74,7 +86,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.epochs += 1;
         // Densities change slowly, but for the start.
         let is_looked_at = self.epochs.is_power_of_two() || self.epochs.is_multiple_of(16);
-        if !(is_looked_at && self.rearrange_if_due()) {
+        let may_rearrange = self.growing.is_none() && self.shear.is_none();
+        if !(is_looked_at && may_rearrange && self.rearrange_if_due()) {
             self.refresh(-2.0 * shift);
         }
         self.queue.restart();

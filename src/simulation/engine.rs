@@ -2,7 +2,10 @@
 
 use super::body::Body;
 use super::clock::Clock;
+use super::growth::Growing;
 use super::prediction::{Contact, Prediction};
+use super::shear::Shear;
+use super::thermostat::Kicks;
 use super::{Arrest, Reason, Until};
 use crate::Vector;
 use crate::detection::many::Width;
@@ -16,9 +19,10 @@ use crate::neighbours::near::Near;
 use crate::queue::{EventQueue, Sleepers};
 use crate::scene::ParticleId;
 use crate::space::Space;
+use serde::{Deserialize, Serialize};
 
 /// A wall of the box.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Wall {
     pub face: Face,
     /// Coordinate along its axis.
@@ -28,10 +32,11 @@ pub(super) struct Wall {
 
 /// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or remember a state; otherwise there is one
 /// species of hard spheres, and nothing about pairs is stored or looked up.
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub bodies: Vec<Body>,
     /// How many pairs are looked at with one instruction.
+    #[serde(skip, default = "Width::most")]
     pub width: Width,
     /// Whether they are too many for the caches next to the processor.
     pub is_large: bool,
@@ -48,6 +53,7 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     /// Scratch: whom the particle in hand already knows.
     pub is_known: Vec<bool>,
     /// Scratch: whom the particle in hand finds in the cells around it.
+    #[serde(skip)]
     pub near: Near,
     pub walls: Vec<Wall>,
     pub periods: Vector,
@@ -76,6 +82,14 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     /// How long the epoch before this one was.
     pub last_reached: f64,
     pub clock: Clock,
+    /// What gives particles new velocities from outside.
+    pub kicks: Option<Kicks>,
+    /// How the diameters grow.
+    pub growing: Option<Growing>,
+    /// How the box is sheared.
+    pub shear: Option<Shear>,
+    /// When a kick, or a look across the sides of a sheared box, comes next, since the epoch; infinite for never.
+    pub interlude: f64,
     /// Approach speed of an inelastic contact that lost it in rounding.
     pub lost_speed: Option<f64>,
 }
@@ -146,6 +160,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut stop = self.since_epoch(until.time);
         loop {
             let Some(wake) = self.queue.peek(&self.predictions) else {
+                if self.interlude <= stop.min(self.queue.reached()) {
+                    self.intervene(&mut observe);
+                    continue;
+                }
                 if self.move_epoch() {
                     stop = self.since_epoch(until.time);
                     continue;
@@ -165,7 +183,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if self.is_large {
                 self.expect_coming();
             }
-            if wake.time > stop {
+            if wake.time > stop.min(self.interlude) {
+                if self.interlude <= stop {
+                    self.intervene(&mut observe);
+                    continue;
+                }
                 self.now = stop;
                 return Ok(Reason::Time);
             }
@@ -216,6 +238,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 return Ok(Reason::Events);
             }
         }
+    }
+
+    /// Does what is due between two wakes.
+    fn intervene(&mut self, observe: &mut impl FnMut(&Event)) {
+        if self.next_kick() <= self.next_look() {
+            self.kick().iter().for_each(observe);
+        } else {
+            self.look_across();
+        }
+        self.find_interlude();
+    }
+
+    /// Finds the next time of that.
+    pub(super) fn find_interlude(&mut self) {
+        self.interlude = self.next_kick().min(self.next_look());
+    }
+
+    /// Whether pairs have to be looked at one by one.
+    #[inline]
+    pub(super) fn is_one_by_one(&self) -> bool {
+        !self.further_images.is_empty() || self.growing.is_some() || self.shear.is_some()
     }
 
     /// Whether particles have only crossed cells for so long that they will never meet again, as far as anyone can wait.

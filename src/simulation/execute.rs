@@ -4,10 +4,10 @@ use super::engine::Engine;
 use crate::Vector;
 use crate::event::{Event, EventKind};
 use crate::interaction::rules::Discontinuity;
+use crate::motion::RelativeState;
 use crate::overlap::Side;
 use crate::response::{Approach, Leaving, Outcome, Response, respond, tc_contact};
 use crate::scene::ParticleId;
-use crate::space::minimum_image;
 
 /// Relative to the speeds of two particles, what the velocities of both leave uncertain of their difference: two roundings
 /// of each, of the last event and the one before.
@@ -24,6 +24,8 @@ struct Encounter {
     line: Vector,
     /// `v_ij`.
     velocity: Vector,
+    /// How fast the discontinuity moves outwards.
+    surface: f64,
     /// Along `line`.
     approach: Approach,
 }
@@ -50,8 +52,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.stream(i, time);
         self.stream(j, time);
         let (state, interaction) = self.pair_state(i, j);
-        let (seen, restitution) = self.discontinuity(state, interaction, side);
-        let pair = self.encounter(i, j, side);
+        let (seen, restitution, surface) = self.discontinuity(state, interaction, side, time);
+        let pair = self.encounter(i, j, side, surface);
+        let before = self.velocities(i, j);
         self.note_state(&pair, &seen, flown);
         let (response, tangential_scale) = self.leave(&pair, &seen, restitution, time);
 
@@ -81,7 +84,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if dissipated != 0.0 {
             self.tally.dissipated.add(dissipated);
         }
+        if self.shear.is_some() {
+            // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
+            let faster = (before[0] - before[1]) - pair.velocity;
+            let gained = (self.bodies[i as usize].velocity - before[0]) / self.inverse_mass(i);
+            self.tally.supplied.add(faster.dot(&gained));
+        }
+        if surface != 0.0 {
+            self.tally.supplied.add(impulse * surface * squared.sqrt());
+        }
         self.remember_outcome(i, j, response.outcome, state, interaction);
+        let positions = [i, j].map(|particle| self.bodies[particle as usize].position);
         let length = squared.sqrt();
         Event {
             time: self.time(),
@@ -93,22 +106,31 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             distance: seen.distance,
             energy_step,
             dissipated,
+            positions,
+            before,
+            after: self.velocities(i, j),
         }
+    }
+
+    #[inline]
+    fn velocities(&self, i: u32, j: u32) -> [Vector; 2] {
+        [i, j].map(|particle| self.bodies[particle as usize].velocity)
     }
 
     /// A pair as it is now, both particles streamed to the same time.
     #[inline]
-    fn encounter(&self, i: u32, j: u32, side: Side) -> Encounter {
+    fn encounter(&self, i: u32, j: u32, side: Side, surface: f64) -> Encounter {
         let (a, b) = (&self.bodies[i as usize], &self.bodies[j as usize]);
-        let apart = minimum_image(a.position - b.position, &self.periods);
-        let velocity = a.velocity - b.velocity;
+        let (state, _) = self.nearest(a.position - b.position, a.velocity - b.velocity, a.time);
+        let RelativeState { position: apart, velocity } = state;
         let mut line = apart * OFF_UNITY;
         if line.norm_squared() < f64::MIN_POSITIVE {
             line = any_normal(&velocity) * OFF_UNITY;
         }
         let reduced_mass = 1.0 / (self.inverse_mass(i) + self.inverse_mass(j));
-        let approach = Approach { radial: velocity.dot(&line), squared: line.norm_squared(), reduced_mass };
-        Encounter { i, j, side, apart, line, velocity, approach }
+        let squared = line.norm_squared();
+        let radial = velocity.dot(&line) - opening(surface, squared);
+        Encounter { i, j, side, apart, line, velocity, surface, approach: Approach { radial, squared, reduced_mass } }
     }
 
     /// Takes note of an overlap or a turning point, of a pair that has flown freely for at least the time `flown`.
@@ -123,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let round_off = self.round_off_of_pair(pair.i, pair.j, seen.distance, path, flown);
             self.note_overlap(depth, seen.distance, round_off);
         }
-        if pair.velocity.dot(&pair.apart) * sign >= 0.0 {
+        if (pair.velocity.dot(&pair.apart) - opening(pair.surface, squared)) * sign >= 0.0 {
             self.tally.turning_point += 1;
         }
     }
@@ -199,12 +221,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Impulses of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
     /// outside of its core stays where it is, but one at the end of its bond must come inside.
     fn separate(&mut self, pair: &Encounter) {
-        let &Encounter { i, j, side, ref apart, ref line, ref approach, .. } = pair;
+        let &Encounter { i, j, side, ref apart, ref line, surface, ref approach, .. } = pair;
+        let opening = opening(surface, apart.norm_squared());
         let closing = |engine: &Self| {
+            let between = engine.bodies[i as usize].position - engine.bodies[j as usize].position;
             let velocity = engine.bodies[i as usize].velocity - engine.bodies[j as usize].velocity;
+            let velocity = if engine.shear.is_some() {
+                engine.nearest(between, velocity, engine.bodies[i as usize].time).0.velocity
+            } else {
+                velocity
+            };
             match side {
-                Side::Positive => velocity.dot(apart) < 0.0,
-                Side::Negative => velocity.dot(apart) >= 0.0,
+                Side::Positive => velocity.dot(apart) < opening,
+                Side::Negative => velocity.dot(apart) >= opening,
             }
         };
         if !closing(self) {
@@ -240,16 +269,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    fn discontinuity(&self, state: u16, interaction: u16, side: Side) -> (Discontinuity, f64) {
+    /// The discontinuity that a pair is at, its restitution, and how fast it moves outwards.
+    #[inline]
+    fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> (Discontinuity, f64, f64) {
         let interaction = if TABLE { interaction } else { self.rules.meeting(0, 0).interaction };
         let steps = &self.rules.steps[usize::from(interaction)];
         // A prediction is only ever made for a discontinuity that the pair's state has.
-        let seen = steps.seen_from(state, side).unwrap_or(Discontinuity {
+        let mut seen = steps.seen_from(state, side).unwrap_or(Discontinuity {
             distance: 0.0,
             squared: 0.0,
             energy_step: f64::INFINITY,
         });
-        (seen, steps.restitution)
+        let surface = self.growth_of(seen.distance);
+        if self.growing.is_some() {
+            seen.distance *= self.scale_at(time);
+            seen.squared = seen.distance * seen.distance;
+        }
+        (seen, steps.restitution, surface)
     }
 
     /// A pair in state 0 again: strangers, unless a bond of its own keeps its interaction.
@@ -295,6 +331,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.tally.tc_altered += u64::from(leaving.speed != restitution * approach || leaving.tangential_scale != 1.0);
         leaving
     }
+}
+
+/// `r . u` of a discontinuity that moves outwards at the speed `u`.
+#[inline]
+fn opening(surface: f64, squared: f64) -> f64 {
+    if surface == 0.0 { 0.0 } else { surface * squared.sqrt() }
 }
 
 /// A direction for two particles at the same point: the one in which they approach.

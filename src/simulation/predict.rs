@@ -2,8 +2,10 @@
 
 use super::body::Body;
 use super::engine::Engine;
+use super::growth;
 use super::others::Others;
 use super::prediction::Prediction;
+use super::shear::FLOW;
 use crate::Vector;
 use crate::detection::{accelerated, inertial, plane};
 use crate::motion::{RelativeState, stream_position};
@@ -55,7 +57,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Partners that the particle knows: both sides of the pair's state.
     fn predict_known(&mut self, me: &Streamed, prediction: &mut Prediction) {
-        if !FALLING {
+        if !FALLING && self.shear.is_none() {
             if self.marks_known() {
                 for known in self.memory.of(me.id) {
                     self.is_known[known.partner as usize] = true;
@@ -70,7 +72,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if self.marks_known() {
                 self.is_known[known.partner as usize] = true;
             }
-            let state = self.relative(me, known.partner);
+            let (state, _) = self.relative(me, known.partner);
             let steps = &self.rules.steps[usize::from(known.interaction)];
             for side in [Side::Positive, Side::Negative] {
                 let Some(seen) = steps.seen_from(known.state, side) else { continue };
@@ -137,10 +139,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         } else {
             self.rules.meeting(0, 0).squared
         };
-        let state = self.relative(me, other);
+        let (state, is_across) = self.relative(me, other);
         let horizon = prediction.contact_time - me.time;
         if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, horizon) {
             self.offer(me, other, Side::Positive, dt, prediction);
+        }
+        if is_across {
+            for beside in [-self.periods[FLOW], self.periods[FLOW]] {
+                let mut state = state;
+                state.position[FLOW] += beside;
+                if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+                    self.offer(me, other, Side::Positive, dt, prediction);
+                }
+            }
         }
         for image in &self.further_images {
             let state = RelativeState { position: state.position + image, ..state };
@@ -150,14 +161,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The particle as seen from another one.
+    /// The particle as seen from another one, and whether that is an image across the sides of a sheared box.
     #[inline]
-    fn relative(&self, me: &Streamed, other: u32) -> RelativeState {
+    fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
         let (position, velocity) = self.state_at(other, me.time);
-        RelativeState {
-            position: minimum_image(me.position - position, &self.periods),
-            velocity: me.velocity - velocity,
-        }
+        self.nearest(me.position - position, me.velocity - velocity, me.time)
+    }
+
+    /// The nearest image of a relative state at a time since the epoch, and whether it is one across the sides of a sheared box.
+    #[inline]
+    pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
+        let Some(shear) = &self.shear else {
+            return (RelativeState { position: minimum_image(position, &self.periods), velocity }, false);
+        };
+        let mut state = RelativeState { position, velocity };
+        let is_across = self.nearest_sheared(&mut state, shear, time);
+        (state, is_across)
     }
 
     /// Time from now to the pair's next event at one discontinuity; may leave out one later than `horizon`.
@@ -179,6 +198,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 return accelerated::next_event(&Quartic::new(state, &acceleration, squared), side);
             }
+        }
+        if let Some(growing) = &self.growing {
+            let distance = squared.sqrt();
+            return growth::next_contact(state, distance * growing.scale(me.time), self.growth_of(distance));
         }
         inertial::next_event(&Quadratic::new(state, squared), side)
     }

@@ -6,9 +6,10 @@ use crate::neighbours::grid::Face;
 use crate::overlap::Side;
 use crate::prefetch::prefetch;
 use crate::queue::{Sleepers, Wake};
+use serde::{Deserialize, Serialize};
 
 /// What a particle is predicted to run into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Contact {
     /// A discontinuity of its potential with the partner.
     Pair(Side),
@@ -17,7 +18,7 @@ pub(super) enum Contact {
 }
 
 /// The one pending prediction of a particle: its earliest contact, and when it leaves its cell.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Prediction {
     /// Time of the contact since the epoch; infinite if there is none.
     pub contact_time: f64,

@@ -15,6 +15,8 @@ pub struct Snapshot {
     pub velocities: Vec<Vector>,
     /// Periods travelled along each axis: position + image * period is the unwrapped position.
     pub images: Vec<[i32; 3]>,
+    /// Factor by which diameters have grown since the start of the scene.
+    pub scale: f64,
 }
 
 /// Energies of all particles at one time `[energy]`.
@@ -22,6 +24,8 @@ pub struct Snapshot {
 pub struct Energy {
     /// `sum m/2 |v|^2`.
     pub kinetic: f64,
+    /// `sum m/2 |v - u|^2`, with the velocity `u` of what streams in a sheared box; elsewhere the kinetic energy.
+    pub thermal: f64,
     /// Pair energies by pair state, and `- m a . r` of accelerated particles (unwrapped positions).
     pub potential: f64,
     /// The part of `potential` that comes from pairs.
@@ -34,11 +38,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn snapshot(&self) -> Snapshot {
         let (positions, velocities) = self.numbers.iter().map(|&particle| self.state_at(particle, self.now)).unzip();
         let images = self.numbers.iter().map(|&particle| self.images[particle as usize]).collect();
-        Snapshot { time: self.time(), positions, velocities, images }
+        Snapshot { time: self.time(), positions, velocities, images, scale: self.scale() }
     }
 
     pub(super) fn energy(&self) -> Energy {
         let mut kinetic = Sum::default();
+        let mut thermal = Sum::default();
         let mut external = Sum::default();
         let mut pair = Sum::default();
         let mut momentum = [Sum::default(); 3];
@@ -47,6 +52,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.now);
             kinetic.add(0.5 * mass * velocity.norm_squared());
+            if self.shear.is_some() {
+                thermal.add(0.5 * mass * (velocity - self.streaming_velocity(&position)).norm_squared());
+            }
             for (sum, component) in momentum.iter_mut().zip(velocity.iter()) {
                 sum.add(mass * component);
             }
@@ -70,6 +78,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let pair = pair.total();
         Energy {
             kinetic: kinetic.total(),
+            thermal: if self.shear.is_some() { thermal.total() } else { kinetic.total() },
             potential: pair + external.total(),
             pair,
             momentum: Vector::from_fn(|k, _| momentum[k].total()),

@@ -35,6 +35,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let leaving = self.tc_model(&[i], restitution, (-vn).max(0.0), tangential, closing, time);
             (after, tangential_scale) = (leaving.speed, leaving.tangential_scale);
         }
+        let before = body.velocity;
         let body = &mut self.bodies[i as usize];
         if tangential_scale != 1.0 {
             body.velocity *= tangential_scale;
@@ -45,6 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let dissipated =
             if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
         self.tally.dissipated.add(dissipated);
+        let (position, velocity) = (body.position, body.velocity);
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
         Event {
@@ -57,6 +59,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             distance: species.radius,
             energy_step: 0.0,
             dissipated,
+            positions: [position, Vector::zeros()],
+            before: [before, Vector::zeros()],
+            after: [velocity, Vector::zeros()],
         }
     }
 }

@@ -42,6 +42,8 @@ pub enum End {
     Idle,
     /// The caller wanted no more.
     Interrupted,
+    /// Something acts from outside: a thermostat, a growth, a sheared box. The rule that is proven knows none of that.
+    Driven,
     /// An event is wrong.
     Violated(Violation),
     /// The simulation could not go on.
@@ -122,6 +124,6 @@ impl Certificate {
     /// Whether every event that was looked at is proven, and the simulation could go on.
     #[must_use]
     pub fn is_proven(&self) -> bool {
-        !matches!(self.end, End::Violated(_) | End::Arrested(_))
+        !matches!(self.end, End::Violated(_) | End::Arrested(_) | End::Driven)
     }
 }

@@ -27,7 +27,9 @@ impl Contact {
     pub fn of(event: &Event) -> Self {
         match (event.kind, event.partner) {
             (EventKind::Wall { axis, is_upper }, _) => Self::Wall { particle: event.particle, axis, is_upper },
-            (EventKind::Pair(_), partner) => Self::pair(event.particle, partner.unwrap_or(event.particle)),
+            (EventKind::Pair(_) | EventKind::Thermostat, partner) => {
+                Self::pair(event.particle, partner.unwrap_or(event.particle))
+            }
         }
     }
 

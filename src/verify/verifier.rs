@@ -95,6 +95,8 @@ impl Verifier {
         match event.kind {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
             EventKind::Wall { .. } => self.check_wall(event, contact, after)?,
+            // Nothing that two particles do.
+            EventKind::Thermostat => return Err(Fault::Unknown { contact, distance: event.distance, state: 0 }),
         }
         self.check_flights(&contact, after)?;
         self.states.clone_from(after);

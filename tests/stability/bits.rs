@@ -136,7 +136,7 @@ fn who_looks_on_changes_nothing() {
 
         // A whole run with its rows and frames.
         let mut scene = named(name);
-        scene.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000) };
+        scene.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000), ..RunPlan::default() };
         scene.output = OutputPlan {
             thermo_interval: Some(expected.time / 300.0),
             frame_interval: Some(expected.time / 70.0),

@@ -1,0 +1,83 @@
+//! What an instrument is shown: the constants of a scene, and its particles at one time.
+
+use crate::Vector;
+use crate::scene::Scene;
+use crate::simulation::Snapshot;
+use crate::space::Space;
+
+/// What stays the same while a scene is measured, by particle id.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// The box.
+    pub space: Space,
+    /// Names of the species.
+    pub species_names: Vec<String>,
+    /// Diameters of the species `[length]`.
+    pub diameters: Vec<f64>,
+    /// Species of each particle, an index into the names.
+    pub species: Vec<u32>,
+    /// Masses `[mass]`; infinite for static particles.
+    pub masses: Vec<f64>,
+    /// Ids of the particles that move, ascending.
+    pub moving: Vec<u32>,
+    /// The two ends of each bond.
+    pub bonds: Vec<[u32; 2]>,
+    /// Whether nothing from outside changes the total momentum.
+    pub conserves_momentum: bool,
+    /// The seed of the scene, for what is measured on a random choice of particles.
+    pub seed: u64,
+}
+
+impl Subject {
+    /// The constants of a scene.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let species: Vec<u32> = scene.particles.iter().map(|particle| particle.species.0).collect();
+        let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
+        Self {
+            space: scene.space.clone(),
+            species_names: scene.species.iter().map(|species| species.name.clone()).collect(),
+            diameters: scene.species.iter().map(|species| species.diameter).collect(),
+            moving: (0..).zip(&masses).filter(|(_, mass)| mass.is_finite()).map(|(id, _)| id).collect(),
+            species,
+            masses,
+            bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
+            conserves_momentum: crate::observe::Meaning::of(scene).conserves_momentum,
+            seed: scene.seed,
+        }
+    }
+}
+
+/// All particles at one time, in the order of their ids.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample<'a> {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Positions `[length]`, `N x 3`; within the box along periodic axes but for round-off.
+    pub positions: &'a [Vector],
+    /// Velocities `[length / time]`, `N x 3`.
+    pub velocities: &'a [Vector],
+    /// Periods travelled since the start along each axis.
+    pub images: &'a [[i32; 3]],
+}
+
+impl<'a> Sample<'a> {
+    /// A snapshot.
+    #[must_use]
+    pub fn of(snapshot: &'a Snapshot) -> Self {
+        Self {
+            time: snapshot.time,
+            positions: &snapshot.positions,
+            velocities: &snapshot.velocities,
+            images: &snapshot.images,
+        }
+    }
+
+    /// Where a particle would be if it had never been wrapped: position + image * period `[length]`.
+    #[must_use]
+    pub fn unwrapped(&self, id: usize, space: &Space) -> Vector {
+        let (position, image) = (self.positions[id], self.images[id]);
+        // The period of an axis that is not periodic is infinite, and its image 0.
+        Vector::from_fn(|k, _| position[k] + if image[k] == 0 { 0.0 } else { f64::from(image[k]) * space.size[k] })
+    }
+}

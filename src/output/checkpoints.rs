@@ -1,0 +1,78 @@
+//! The checkpoints of a run in its folder: the last one, and the one before.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::error::OutputError;
+use super::folder::remove;
+use crate::checkpoint::{self, KeptFile};
+use crate::run::Course;
+use crate::simulation::Simulation;
+
+const LAST: &str = "checkpoint";
+const PREVIOUS: &str = "checkpoint.previous";
+const PARTIAL: &str = "checkpoint.partial";
+
+/// Between two checkpoints, where nobody says.
+const INTERVAL: Duration = Duration::from_secs(300);
+
+/// A run that is over sooner needs none on the way.
+const FIRST: Duration = Duration::from_secs(1);
+
+/// When and where checkpoints are written.
+#[derive(Debug)]
+pub(super) struct Checkpoints {
+    folder: PathBuf,
+    pub interval: Duration,
+    since: Instant,
+    is_first: bool,
+}
+
+impl Checkpoints {
+    /// For a new run: removes those of an earlier one.
+    pub fn begin(folder: &Path) -> Result<Self, OutputError> {
+        for name in [LAST, PREVIOUS, PARTIAL] {
+            remove(&folder.join(name))?;
+        }
+        Ok(Self { is_first: true, ..Self::go_on(folder) })
+    }
+
+    /// For a run that is resumed.
+    pub fn go_on(folder: &Path) -> Self {
+        Self { folder: folder.to_owned(), interval: INTERVAL, since: Instant::now(), is_first: false }
+    }
+
+    /// Where the last one is.
+    pub fn last(folder: &Path) -> PathBuf {
+        folder.join(LAST)
+    }
+
+    /// Whether it is time for the next one.
+    pub fn is_due(&self) -> bool {
+        let interval = if self.is_first { self.interval.min(FIRST) } else { self.interval };
+        self.since.elapsed() >= interval
+    }
+
+    /// Writes one beside the last one, which becomes the one before when the new one is safe on the disk.
+    pub fn write(&mut self, simulation: &Simulation, course: &Course, files: &[KeptFile]) -> Result<(), OutputError> {
+        let [last, previous, partial] = [LAST, PREVIOUS, PARTIAL].map(|name| self.folder.join(name));
+        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
+        if let Err(error) = checkpoint::write(&file, simulation, course, files) {
+            // Half of one is of no use; what it took on a full disk may be.
+            drop(file);
+            let _ = fs::remove_file(&partial);
+            return Err(OutputError::write(&partial)(error));
+        }
+        if last.exists() {
+            fs::rename(&last, &previous).map_err(OutputError::write(&previous))?;
+        }
+        fs::rename(&partial, &last).map_err(OutputError::write(&last))?;
+        // The new names, too, are to survive a power cut; not every system can open a folder for that.
+        if let Ok(folder) = File::open(&self.folder) {
+            let _ = folder.sync_all();
+        }
+        (self.since, self.is_first) = (Instant::now(), false);
+        Ok(())
+    }
+}

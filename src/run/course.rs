@@ -1,0 +1,141 @@
+//! How far a run has come: everything besides the simulation that decides what it does next.
+
+use serde::{Deserialize, Serialize};
+
+use super::progress::Stage;
+use super::ticks::Ticks;
+use crate::audit::Ledger;
+use crate::event::Tally;
+use crate::measure::{Instruments, Subject};
+use crate::observe::Observer;
+use crate::scene::Limit;
+use crate::simulation::Simulation;
+
+/// Where a stage began.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Start {
+    pub stage: Stage,
+    pub time: f64,
+    pub events: u64,
+    pub limit: Limit,
+}
+
+impl Start {
+    pub fn of(simulation: &Simulation, stage: Stage, limit: Limit) -> Self {
+        Self { stage, time: simulation.time(), events: simulation.tally().physical(), limit }
+    }
+
+    /// Simulated time and physical events, since the start of the simulation, at which the stage ends.
+    pub fn end(&self) -> (f64, u64) {
+        let time = self.limit.time.map_or(f64::INFINITY, |time| self.time + time);
+        (time, self.limit.events.map_or(u64::MAX, |events| self.events.saturating_add(events)))
+    }
+}
+
+/// Part of the crossing time after which it is first looked whether overlaps of the start are gone.
+const SHORTEST_LOOK: f64 = 1e-4;
+
+/// The next look whether overlaps of the start are gone.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Look {
+    /// After so many events.
+    pub events: u64,
+    /// Or so much time.
+    pub time: f64,
+}
+
+impl Look {
+    /// Ever later, so that overlaps that stay cost little: the time is known to a tenth.
+    pub fn grow(&mut self) {
+        self.events += self.events.div_ceil(10);
+        self.time *= 1.1;
+    }
+}
+
+/// What the measured stretch has so far.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Measurement {
+    pub rows: Ticks,
+    pub frames: Ticks,
+    pub instruments: Instruments,
+}
+
+/// How far a run has come. With the simulation it is all that a run needs to go on.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Course {
+    pub(super) stage: Start,
+    pub(super) observer: Observer,
+    pub(super) ledger: Ledger,
+    /// Simulated time in which a typical particle crosses the box `[time]`.
+    pub(super) crossing: f64,
+    /// Longest step in time; longer ones where nothing happens.
+    pub(super) wait: f64,
+    pub(super) look: Look,
+    pub(super) quiet_since: f64,
+    /// Cell transitions at the last physical event.
+    pub(super) quiet_transitions: u64,
+    pub(super) last_row: Option<f64>,
+    pub(super) last_frame: Option<f64>,
+    /// Events after which the pace of the measurement is looked at, while it is not known.
+    pub(super) pilot: Option<u64>,
+    pub(super) measurement: Option<Measurement>,
+    /// What had happened before the measured stretch.
+    pub(super) before: Tally,
+    /// What the measured stretch took on the clock in earlier sittings `[seconds]`.
+    pub(super) earlier_seconds: f64,
+    /// Whether what acts on the present stage has been set up.
+    pub(super) has_begun: bool,
+    /// Simulated time of the next scaling of velocities; infinite for none.
+    pub(super) next_scaling: f64,
+    /// Where the pressure of growing spheres was last looked at: time, virial and contacts.
+    pub(super) growth_look: Option<(f64, f64, u64)>,
+}
+
+impl Course {
+    /// At the start of a scene.
+    pub(super) fn new(simulation: &Simulation) -> Self {
+        let observer = Observer::new(simulation.scene());
+        let crossing = crossing_time(simulation);
+        let moving = observer.meaning().moving as u64;
+        Self {
+            ledger: Ledger::open(simulation, observer.meaning().conserves_momentum),
+            stage: Start::of(simulation, Stage::first(&simulation.scene().run), Limit::default()),
+            observer,
+            crossing,
+            wait: crossing,
+            look: Look { events: moving.div_ceil(16), time: crossing * SHORTEST_LOOK },
+            quiet_since: simulation.time(),
+            quiet_transitions: 0,
+            last_row: None,
+            last_frame: None,
+            pilot: None,
+            measurement: None,
+            before: Tally::default(),
+            earlier_seconds: 0.0,
+            has_begun: false,
+            next_scaling: f64::INFINITY,
+            growth_look: None,
+        }
+    }
+
+    /// Gives the measured stretch another end, be it running, planned or over.
+    pub(crate) fn extend(&mut self, limit: Limit) {
+        if self.stage.stage == Stage::Measurement {
+            self.stage.limit = limit;
+        }
+    }
+
+    /// What was measured so far.
+    pub(super) fn measured(&self, subject: &Subject) -> crate::measure::Measured {
+        self.measurement.as_ref().map(|measurement| measurement.instruments.report(subject)).unwrap_or_default()
+    }
+}
+
+/// The simulated time in which a typical particle crosses the box, by its speed or from rest; infinite if nothing moves.
+fn crossing_time(simulation: &Simulation) -> f64 {
+    let scene = simulation.scene();
+    let length = scene.space.size.max().max(scene.longest_range());
+    let fastest = scene.particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
+    let steepest = scene.species.iter().map(|species| species.acceleration.norm()).fold(0.0, f64::max);
+    (length / fastest).min((2.0 * length / steepest).sqrt())
+}

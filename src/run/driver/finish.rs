@@ -1,0 +1,35 @@
+//! The end of a run.
+
+use super::Driver;
+use crate::run::progress::Stage;
+use crate::run::{Ending, Finished, Recorder, Stretch};
+
+impl<R: Recorder> Driver<'_, R> {
+    /// The last row and frame, and the audit.
+    pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, R::Error> {
+        let is_measured = self.course.stage.stage == Stage::Measurement;
+        let wall_seconds =
+            self.course.earlier_seconds + self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
+        if !is_measured {
+            self.course.before = *self.simulation.tally();
+            self.keep()?;
+        }
+        self.record(true, true)?;
+        let now = self.simulation.time();
+        let start = if is_measured { self.course.stage.time } else { now };
+        Ok(Finished {
+            stretch: Stretch {
+                start,
+                duration: now - start,
+                tally: self.simulation.tally().since(&self.course.before),
+                wall_seconds,
+            },
+            ending,
+            stage: self.course.stage.stage,
+            observables: self.course.observer.estimates(),
+            measured: self.course.measured(&self.subject),
+            audit: self.course.ledger.close(&self.simulation),
+            simulation: self.simulation,
+        })
+    }
+}

@@ -1,0 +1,99 @@
+//! The measured stretch: rows, frames and instruments at their times.
+
+use std::time::Instant;
+
+use super::Driver;
+use crate::measure::{Instruments, Sample, Setup};
+use crate::run::course::Measurement;
+use crate::run::{Ending, Recorder};
+use crate::scene::Limit;
+
+/// A tick so close to the end, of the whole stretch, falls on it but for rounding.
+const NEAR: f64 = 1e-9;
+
+impl<R: Recorder> Driver<'_, R> {
+    /// The measured stretch, from where it is.
+    pub(super) fn measure(&mut self) -> Result<Ending, R::Error> {
+        if self.course.measurement.is_none() && self.course.pilot.is_none() {
+            self.record(true, true)?;
+            self.course.before = *self.simulation.tally();
+        }
+        self.started = Some(Instant::now());
+        if self.course.stage.limit == Limit::default() {
+            return Ok(Ending::Events);
+        }
+        if self.course.measurement.is_none() {
+            match self.pace()? {
+                Ok((rows, frames, duration)) => self.set_up(rows, frames, duration),
+                Err(ending) => return Ok(ending),
+            }
+        }
+        let ending = self.tick()?;
+        // From before the last row and frame, so that the run can be continued as if it had not ended here.
+        self.keep()?;
+        if ending == Ending::Time
+            && let Some(ending) = self.advance(self.course.stage.end().0, u64::MAX)?
+        {
+            return Ok(ending);
+        }
+        Ok(ending)
+    }
+
+    fn set_up(&mut self, rows: crate::run::ticks::Ticks, frames: crate::run::ticks::Ticks, duration: f64) {
+        let plan = &self.simulation.scene().measure;
+        let instruments = if plan.is_empty() {
+            Instruments::default()
+        } else {
+            let snapshot = self.simulation.snapshot();
+            let setup = Setup { subject: &self.subject, sample: Sample::of(&snapshot), duration };
+            Instruments::new(plan, &setup)
+        };
+        self.course.measurement = Some(Measurement { rows, frames, instruments });
+    }
+
+    /// Goes from tick to tick, up to the last one before the end.
+    fn tick(&mut self) -> Result<Ending, R::Error> {
+        let (end_time, end_events) = self.course.stage.end();
+        loop {
+            let Some(measurement) = &self.course.measurement else { return Ok(Ending::Time) };
+            let (row, frame) = (measurement.rows.next(), measurement.frames.next());
+            let sample = measurement.instruments.next_sample();
+            let tick = row.min(frame).min(sample);
+            if let Some(ending) = self.advance(tick.min(end_time), end_events)? {
+                return Ok(ending);
+            }
+            if tick >= end_time - NEAR * (end_time - self.course.stage.time) {
+                return Ok(Ending::Time);
+            }
+            self.record(row <= tick, frame <= tick)?;
+            let now = self.simulation.time();
+            let Some(measurement) = &mut self.course.measurement else { return Ok(Ending::Time) };
+            if sample <= tick {
+                let snapshot = self.simulation.snapshot();
+                measurement.instruments.sample(&Sample::of(&snapshot), &self.subject);
+            }
+            if row <= tick {
+                measurement.rows.pass(now);
+            }
+            if frame <= tick {
+                measurement.frames.pass(now);
+            }
+        }
+    }
+
+    /// Hands out a row and a frame of now, unless that was done.
+    pub(super) fn record(&mut self, has_row: bool, has_frame: bool) -> Result<(), R::Error> {
+        let now = Some(self.simulation.time());
+        if has_row && self.course.last_row != now {
+            self.course.last_row = now;
+            let row = self.course.observer.row(&self.simulation);
+            self.course.ledger.see(&row);
+            self.recorder.row(&row)?;
+        }
+        if has_frame && self.course.last_frame != now {
+            self.course.last_frame = now;
+            self.recorder.frame(&self.simulation.snapshot())?;
+        }
+        Ok(())
+    }
+}

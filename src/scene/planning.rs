@@ -1,0 +1,110 @@
+//! From what was typed about stages, thermostats and measurements to plans.
+
+use crate::measure::Plan;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::file::{GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
+use crate::scene::place::Place;
+use crate::scene::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+
+fn missing(place: &Place, key: &'static str, why: impl Into<String>) -> SceneError {
+    SceneError::new(place.clone(), SceneErrorKind::Missing { key, why: why.into() })
+}
+
+/// How long to run, and what to do first.
+pub(crate) fn read_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
+    let Some(run) = run else {
+        return Err(missing(&Place::root(), "run", "a scene needs [run] with until_time or until_events"));
+    };
+    let place = Place::root().key("run");
+    if run.until_time.is_none() && run.until_events.is_none() {
+        return Err(missing(&place, "until_time", "or until_events, or both"));
+    }
+    let stage = |(index, stage)| read_stage(stage, &Place::entry("stage", index));
+    Ok(RunPlan {
+        stages: stages.into_iter().enumerate().map(stage).collect::<Result<_, _>>()?,
+        equilibration: Limit { time: run.equilibration_time, events: run.equilibration_events },
+        limit: Limit { time: run.until_time, events: run.until_events },
+        thermostat: run.thermostat.map(|file| read_thermostat(file, &place.key("thermostat"))).transpose()?,
+    })
+}
+
+fn read_stage(stage: StageFile, place: &Place) -> Result<StagePlan, SceneError> {
+    let limit = Limit { time: stage.until_time, events: stage.until_events };
+    if limit == Limit::default() && stage.grow.is_none() {
+        return Err(missing(place, "until_time", "or until_events, or grow, so that the stage ends"));
+    }
+    Ok(StagePlan {
+        name: stage.name,
+        limit,
+        thermostat: stage.thermostat.map(|file| read_thermostat(file, &place.key("thermostat"))).transpose()?,
+        growth: stage.grow.map(|file| read_growth(&file, &place.key("grow"))).transpose()?,
+    })
+}
+
+fn read_growth(file: &GrowthFile, place: &Place) -> Result<Growth, SceneError> {
+    let until = match (file.packing_fraction, file.compressibility_factor) {
+        (Some(fraction), None) => GrowthTarget::PackingFraction(fraction),
+        (None, Some(factor)) => GrowthTarget::CompressibilityFactor(factor),
+        (None, None) => return Err(missing(place, "packing_fraction", "or compressibility_factor, where it ends")),
+        (Some(_), Some(_)) => {
+            let kind = SceneErrorKind::value("given as well", "either it or packing_fraction");
+            return Err(SceneError::new(place.key("compressibility_factor"), kind));
+        }
+    };
+    Ok(Growth { rate: file.rate, until })
+}
+
+/// The words for axes.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+fn read_thermostat(file: ThermostatFile, place: &Place) -> Result<Thermostat, SceneError> {
+    let misplaced = |key: &'static str, known: &[&'static str]| {
+        let (context, known) = (format!("kind = \"{}\"", file.kind), known.to_vec());
+        Err(SceneError::new(place.key(key), SceneErrorKind::Misplaced { key, context, known }))
+    };
+    match file.kind.as_str() {
+        "andersen" if file.interval.is_some() => misplaced("interval", &["temperature", "rate", "axes"]),
+        "rescaling" if file.rate.is_some() => misplaced("rate", &["temperature", "interval"]),
+        "rescaling" if file.axes.is_some() => misplaced("axes", &["temperature", "interval"]),
+        "andersen" => Ok(Thermostat::Andersen {
+            temperature: file.temperature,
+            rate: file.rate.ok_or_else(|| missing(place, "rate", "how often a particle gets a new velocity"))?,
+            axes: file.axes.map_or(Ok([true; 3]), |words| read_axes(&words, &place.key("axes")))?,
+        }),
+        "rescaling" => Ok(Thermostat::Rescaling {
+            temperature: file.temperature,
+            interval: file.interval.ok_or_else(|| missing(place, "interval", "the time between two scalings"))?,
+        }),
+        other => {
+            let kind = SceneErrorKind::unknown_word("kind", other, ["andersen", "rescaling"]);
+            Err(SceneError::new(place.key("kind"), kind))
+        }
+    }
+}
+
+fn read_axes(words: &[String], place: &Place) -> Result<[bool; 3], SceneError> {
+    let mut axes = [false; 3];
+    for (index, word) in words.iter().enumerate() {
+        let Some(axis) = AXES.iter().position(|known| known == word) else {
+            return Err(SceneError::new(place.index(index), SceneErrorKind::unknown_word("axis", word, AXES)));
+        };
+        axes[axis] = true;
+    }
+    Ok(axes)
+}
+
+/// What to measure.
+pub(crate) fn read_measure(file: MeasureFile) -> Plan {
+    Plan {
+        pressure_tensor: file.pressure_tensor.0,
+        radial_distribution: file.radial_distribution.0,
+        structure_factor: file.structure_factor.0,
+        diffusion: file.diffusion.0,
+        transport: file.transport.0,
+        free_paths: file.free_paths.0,
+        chains: file.chains.0,
+        bond_order: file.bond_order.0,
+        profiles: file.profile,
+        flows: file.flow,
+    }
+}

@@ -1,0 +1,236 @@
+//! Checks of what a scene plans to do and to measure.
+
+use std::collections::HashMap;
+
+use crate::measure::Plan;
+use crate::scene::builder::SceneBuilder;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::interactions::Interactions;
+use crate::scene::limits::{finite, finite_vector, positive};
+use crate::scene::place::Place;
+use crate::scene::{Growth, GrowthTarget, Limit, Species, Thermostat};
+use crate::space::{Boundary, Space};
+
+/// The most bins of a distribution or cells of a grid: more are a slip of the keyboard.
+const MOST_BINS: u64 = 1_000_000;
+
+fn refuse<T>(place: Place, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(place, SceneErrorKind::value(value, expected)))
+}
+
+pub(super) fn check_limit(limit: Limit, time: Place, events: Place) -> Result<(), SceneError> {
+    if let Some(value) = limit.time {
+        positive(value, time)?;
+    }
+    if limit.events == Some(0) {
+        return refuse(events, 0, "at least 1");
+    }
+    Ok(())
+}
+
+impl SceneBuilder {
+    /// Limits, thermostats and growth.
+    pub(super) fn check_run(&self) -> Result<(), SceneError> {
+        let place = Place::root().key("run");
+        check_limit(self.run.equilibration, place.key("equilibration_time"), place.key("equilibration_events"))?;
+        check_limit(self.run.limit, place.key("until_time"), place.key("until_events"))?;
+        check_thermostat(self.run.thermostat.as_ref(), &place.key("thermostat"))?;
+        for (index, stage) in self.run.stages.iter().enumerate() {
+            let place = Place::entry("stage", index);
+            check_limit(stage.limit, place.key("until_time"), place.key("until_events"))?;
+            check_thermostat(stage.thermostat.as_ref(), &place.key("thermostat"))?;
+            if let Some(growth) = &stage.growth {
+                check_growth(growth, &place.key("grow"))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether what is there can grow and be sheared as planned.
+    pub(super) fn check_drive(
+        &self,
+        space: &Space,
+        species: &[Species],
+        interactions: &Interactions<'_>,
+        longest: f64,
+    ) -> Result<(), SceneError> {
+        let is_falling = species.iter().any(|species| species.acceleration.amax() > 0.0);
+        let has_static = species.iter().any(Species::is_static);
+        let is_alone = space.is_fully_periodic() && !is_falling && !has_static;
+        if let Some(index) = self.run.stages.iter().position(|stage| stage.growth.is_some()) {
+            let place = Place::entry("stage", index).key("grow");
+            if !(is_alone && interactions.are_hard_spheres() && self.shear_rate.is_none()) {
+                let expected = "no growth, or only hard spheres without bonds, in a periodic box without gravity, static particles and shear";
+                return refuse(place, "given", expected);
+            }
+        }
+        let Some(rate) = self.shear_rate else { return Ok(()) };
+        let place = Place::root().key("space").key("shear_rate");
+        finite(rate, place.clone())?;
+        let is_wide = |k: usize| space.boundary[k] == Boundary::Flat || space.size[k] >= 4.0 * longest * (1.0 + 1e-5);
+        if rate == 0.0 || !is_alone || space.boundary[..2].contains(&Boundary::Flat) || !(0..3).all(is_wide) {
+            let expected = format!(
+                "no shear, or a rate other than 0 in a periodic box of at least 4 ranges ({}) along each axis, without gravity and static particles",
+                4.0 * longest
+            );
+            return refuse(place, rate, expected);
+        }
+        Ok(())
+    }
+
+    /// Intervals, bins, names and species of what is to be measured.
+    pub(super) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
+        let place = Place::root().key("measure");
+        check_numbers(&self.measure, &place)?;
+        let mut names: HashMap<&str, Place> = HashMap::new();
+        let profiles =
+            self.measure.profiles.iter().enumerate().map(|(index, it)| ("profile", index, &it.name, &it.species));
+        let flows = self.measure.flows.iter().enumerate().map(|(index, it)| ("flow", index, &it.name, &it.species));
+        for (kind, index, name, of) in profiles.chain(flows) {
+            let place = place.key(kind).index(index);
+            let is_good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+            if name.is_empty() || name.len() > 50 || !name.chars().all(is_good) {
+                return refuse(
+                    place.key("name"),
+                    format!("{name:?}"),
+                    "up to 50 letters, digits, - and _: it names a file",
+                );
+            }
+            if let Some(first) = names.insert(name, place.clone()) {
+                return Err(SceneError::new(
+                    place.key("name"),
+                    SceneErrorKind::Duplicate { name: name.clone(), first },
+                ));
+            }
+            if let Some(word) = of
+                && !species.iter().any(|species| species.name == *word)
+            {
+                let known = species.iter().map(|species| species.name.as_str()).collect::<Vec<_>>();
+                let kind = SceneErrorKind::unknown_word("species", word, known);
+                return Err(SceneError::new(place.key("species"), kind));
+            }
+        }
+        for (index, profile) in self.measure.profiles.iter().enumerate() {
+            let place = place.key("profile").index(index);
+            let cells = profile.bins.iter().try_fold(1_u64, |cells, &bins| cells.checked_mul(bins));
+            if !cells.is_some_and(|cells| (1..=MOST_BINS).contains(&cells)) {
+                return refuse(
+                    place.key("bins"),
+                    format!("{:?}", profile.bins),
+                    format!("1 to {MOST_BINS} cells in all"),
+                );
+            }
+            check_box(profile.lower, profile.upper, space, &place)?;
+        }
+        for (index, flow) in self.measure.flows.iter().enumerate() {
+            let place = place.key("flow").index(index);
+            let axis = ["x", "y", "z"].iter().position(|word| *word == flow.axis);
+            if axis.is_none() {
+                return Err(SceneError::new(
+                    place.key("axis"),
+                    SceneErrorKind::unknown_word("axis", &flow.axis, ["x", "y", "z"]),
+                ));
+            }
+            finite(flow.at, place.key("at"))?;
+            check_box(flow.lower, flow.upper, space, &place)?;
+        }
+        Ok(())
+    }
+}
+
+fn check_box(lower: Option<[f64; 3]>, upper: Option<[f64; 3]>, space: &Space, place: &Place) -> Result<(), SceneError> {
+    let lower_corner = lower.map_or(space.lower, Into::into);
+    let upper_corner: crate::Vector = upper.map_or(space.upper(), Into::into);
+    finite_vector(&lower_corner, &place.key("lower"))?;
+    finite_vector(&upper_corner, &place.key("upper"))?;
+    match (0..3).find(|&k| upper_corner[k] < lower_corner[k]) {
+        Some(k) => refuse(
+            place.key(if upper.is_some() { "upper" } else { "lower" }).index(k),
+            upper_corner[k],
+            format!("an upper corner that is not below {}, the lower one's", lower_corner[k]),
+        ),
+        None => Ok(()),
+    }
+}
+
+fn check_numbers(plan: &Plan, place: &Place) -> Result<(), SceneError> {
+    let mut positives: Vec<(Option<f64>, Place)> = Vec::new();
+    let mut bins: Vec<(Option<u64>, Place)> = Vec::new();
+    let mut note = |kind: &'static str, numbers: &[(&'static str, Option<f64>)], count: Option<u64>| {
+        positives.extend(numbers.iter().map(|(key, value)| (*value, place.key(kind).key(*key))));
+        bins.push((count, place.key(kind).key("bins")));
+    };
+    if let Some(it) = &plan.pressure_tensor {
+        note("pressure_tensor", &[("interval", it.interval)], None);
+    }
+    if let Some(it) = &plan.radial_distribution {
+        note("radial_distribution", &[("interval", it.interval), ("cutoff", it.cutoff)], it.bins);
+    }
+    if let Some(it) = &plan.structure_factor {
+        note("structure_factor", &[("interval", it.interval), ("largest", it.largest)], None);
+    }
+    if let Some(it) = &plan.diffusion {
+        note("diffusion", &[("interval", it.interval), ("span", it.span)], None);
+    }
+    if let Some(it) = &plan.transport {
+        note("transport", &[("interval", it.interval), ("span", it.span)], None);
+    }
+    if let Some(it) = &plan.free_paths {
+        note("free_paths", &[], it.bins);
+    }
+    if let Some(it) = &plan.chains {
+        note("chains", &[("interval", it.interval)], it.bins);
+    }
+    if let Some(it) = &plan.bond_order {
+        note("bond_order", &[("interval", it.interval), ("cutoff", it.cutoff)], it.bins);
+    }
+    for (value, place) in positives {
+        if let Some(value) = value {
+            positive(value, place)?;
+        }
+    }
+    for (count, place) in bins {
+        if let Some(count) = count.filter(|count| !(1..=MOST_BINS / 100).contains(count)) {
+            return refuse(place, count, format!("1 to {}", MOST_BINS / 100));
+        }
+    }
+    let intervals = plan.profiles.iter().map(|it| ("profile", it.interval)).enumerate();
+    let flows = plan.flows.iter().map(|it| ("flow", it.interval)).enumerate();
+    for (index, (kind, interval)) in intervals.chain(flows) {
+        if let Some(interval) = interval {
+            positive(interval, place.key(kind).index(index).key("interval"))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_thermostat(thermostat: Option<&Thermostat>, place: &Place) -> Result<(), SceneError> {
+    match thermostat {
+        Some(Thermostat::Andersen { temperature, rate, axes }) => {
+            positive(*temperature, place.key("temperature"))?;
+            positive(*rate, place.key("rate"))?;
+            if !axes.contains(&true) {
+                return refuse(place.key("axes"), "[]", "at least one axis");
+            }
+        }
+        Some(Thermostat::Rescaling { temperature, interval }) => {
+            positive(*temperature, place.key("temperature"))?;
+            positive(*interval, place.key("interval"))?;
+        }
+        None => {}
+    }
+    Ok(())
+}
+
+fn check_growth(growth: &Growth, place: &Place) -> Result<(), SceneError> {
+    positive(growth.rate, place.key("rate"))?;
+    match growth.until {
+        GrowthTarget::PackingFraction(fraction) if !(fraction > 0.0 && fraction < 1.0) => {
+            refuse(place.key("packing_fraction"), fraction, "a number between 0 and 1")
+        }
+        GrowthTarget::CompressibilityFactor(factor) if !(factor > 1.0 && factor <= 1e12) => {
+            refuse(place.key("compressibility_factor"), factor, "a number above 1, up to 1e12")
+        }
+        _ => Ok(()),
+    }
+}

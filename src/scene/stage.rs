@@ -1,0 +1,111 @@
+//! The stages of a run: what is done to a system before and while it is measured.
+
+use serde::{Deserialize, Serialize};
+
+/// When to stop: at a time, after a number of physical events, or at whichever comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Limit {
+    /// Simulated time from the start of the stretch `[time]`.
+    pub time: Option<f64>,
+    /// Number of physical events (Core, Capture, Release, Bounce, wall) from the start of the stretch.
+    pub events: Option<u64>,
+}
+
+impl Limit {
+    /// Up to a simulated time.
+    #[must_use]
+    pub fn time(time: f64) -> Self {
+        Self { time: Some(time), events: None }
+    }
+
+    /// Up to a number of physical events.
+    #[must_use]
+    pub fn events(events: u64) -> Self {
+        Self { time: None, events: Some(events) }
+    }
+}
+
+/// How long to run, and what to do first.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct RunPlan {
+    /// What is done first, one after the other.
+    pub stages: Vec<StagePlan>,
+    /// Simulated then, without measuring.
+    pub equilibration: Limit,
+    /// The measured stretch, at the end.
+    pub limit: Limit,
+    /// What holds the temperature in the measured stretch.
+    pub thermostat: Option<Thermostat>,
+}
+
+impl RunPlan {
+    /// Whether anything acts from outside.
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        let is_driven = |stage: &StagePlan| stage.thermostat.is_some() || stage.growth.is_some();
+        self.thermostat.is_some() || self.stages.iter().any(is_driven)
+    }
+
+    /// Whether some thermostat gives single particles new velocities, so that momentum is not conserved.
+    #[must_use]
+    pub fn has_kicks(&self) -> bool {
+        let thermostats = self.stages.iter().map(|stage| &stage.thermostat).chain([&self.thermostat]);
+        thermostats.into_iter().any(|thermostat| matches!(thermostat, Some(Thermostat::Andersen { .. })))
+    }
+}
+
+/// One stage before the measured stretch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StagePlan {
+    /// Its name in progress and reports.
+    pub name: String,
+    /// When it ends at the latest.
+    pub limit: Limit,
+    /// What holds the temperature.
+    pub thermostat: Option<Thermostat>,
+    /// How the diameters grow.
+    pub growth: Option<Growth>,
+}
+
+/// What holds the temperature.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Thermostat {
+    /// Particles get velocities from the Maxwell distribution, each at random times: H. C. Andersen, J. Chem. Phys. 72, 2384 (1980),
+    /// [doi:10.1063/1.439486](https://doi.org/10.1063/1.439486).
+    Andersen {
+        /// Temperature `[energy]`.
+        temperature: f64,
+        /// How often each particle gets one, in the mean `[1 / time]`.
+        rate: f64,
+        /// The components that are drawn anew.
+        axes: [bool; 3],
+    },
+    /// All velocities are scaled to the temperature at even times.
+    Rescaling {
+        /// Temperature `[energy]`.
+        temperature: f64,
+        /// Between two scalings `[time]`.
+        interval: f64,
+    },
+}
+
+/// Diameters that grow: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990),
+/// [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
+///
+/// All grow by the same factor, `1 + rate (t - t_0)` of what they were at the start `t_0` of the stage.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Growth {
+    /// Growth of the diameters in a unit of time, relative to those at the start of the stage `[1 / time]`.
+    pub rate: f64,
+    /// When they have grown enough.
+    pub until: GrowthTarget,
+}
+
+/// How far diameters grow.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum GrowthTarget {
+    /// The fraction of the box that the particles fill.
+    PackingFraction(f64),
+    /// The compressibility factor `p V / (N k T)`; it diverges where the particles jam.
+    CompressibilityFactor(f64),
+}

@@ -1,0 +1,179 @@
+//! What acts from outside: thermostats, growing diameters, sheared boxes.
+
+use std::ops::ControlFlow;
+
+use carom::Vector;
+use carom::event::EventKind;
+use carom::potential::Potential;
+use carom::run::{self, Finished};
+use carom::scene::{
+    Amount, Arrangement, Fill, Growth, GrowthTarget, Lattice, Limit, RunPlan, Scene, SceneBuilder, StagePlan,
+    Thermostat,
+};
+use carom::simulation::{Simulation, Snapshot, Until};
+
+fn hard() -> Potential {
+    Potential::hard_sphere(1.0).unwrap()
+}
+
+fn finish(scene: Scene) -> Finished {
+    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    finished
+}
+
+fn fluid(name: &str, count: u64, fraction: f64) -> SceneBuilder {
+    SceneBuilder::new(name)
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", hard(), 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(fraction))
+        .temperature(1.0)
+}
+
+#[test]
+fn a_heat_bath_brings_a_fluid_to_its_temperature() {
+    let bath = Thermostat::Andersen { temperature: 2.5, rate: 1.0, axes: [true; 3] };
+    let run = RunPlan {
+        equilibration: Limit::time(10.0),
+        limit: Limit::time(100.0),
+        thermostat: Some(bath),
+        ..RunPlan::default()
+    };
+    let finished = finish(fluid("bath", 256, 0.3).run(run).build().unwrap());
+    let (name, temperature) = finished.observables[0];
+    assert_eq!(name, "temperature");
+    let error = temperature.standard_error.unwrap();
+    assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
+    // Kicks come at random: 256 of them in a unit of time, with the standard deviation of a Poisson process.
+    let expected = 256.0 * 100.0;
+    let kicks = finished.stretch.tally.kick as f64;
+    assert!((kicks - expected).abs() < 4.0 * expected.sqrt(), "{kicks}");
+}
+
+#[test]
+fn kicks_change_only_the_chosen_axes_of_one_particle() {
+    let mut simulation = Simulation::new(fluid("kicks", 108, 0.2).build().unwrap());
+    let bath = Thermostat::Andersen { temperature: 4.0, rate: 2.0, axes: [false, true, false] };
+    simulation.set_thermostat(Some(&bath), 0);
+    let (mut kicks, mut squares) = (0, 0.0);
+    simulation
+        .advance_with(Until::time(20.0), |event| {
+            if event.kind == EventKind::Thermostat {
+                kicks += 1;
+                let (before, after) = (event.before[0], event.after[0]);
+                assert_eq!((before.x, before.z), (after.x, after.z));
+                assert_ne!(before.y, after.y);
+                squares += after.y * after.y;
+            }
+        })
+        .unwrap();
+    assert_eq!(simulation.tally().kick, kicks);
+    // The variance of a square is twice the square of its mean.
+    let mean = squares / kicks as f64;
+    assert!((mean / 4.0 - 1.0).abs() < 4.0 * (2.0 / kicks as f64).sqrt(), "{mean}");
+}
+
+#[test]
+fn scaling_holds_the_temperature_and_its_energy_is_counted() {
+    let scaling = Thermostat::Rescaling { temperature: 3.0, interval: 0.7 };
+    let run = RunPlan { limit: Limit::time(5.0), thermostat: Some(scaling), ..RunPlan::default() };
+    let finished = finish(fluid("scaling", 256, 0.4).run(run).build().unwrap());
+    assert!((finished.audit.tally.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
+}
+
+/// No two spheres of a snapshot overlap deeper than round-off; `shift` is how far the image one period up has slid.
+fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diameters: &dyn Fn(usize) -> f64) {
+    let size = scene.space.size;
+    for (i, a) in snapshot.positions.iter().enumerate() {
+        for (j, b) in snapshot.positions.iter().enumerate().skip(i + 1) {
+            let mut apart: Vector = a - b;
+            let up = (apart.y / size.y).round();
+            apart.y -= up * size.y;
+            apart.x -= up * shift;
+            apart.x -= size.x * (apart.x / size.x).round();
+            apart.z -= size.z * (apart.z / size.z).round();
+            let contact = 0.5 * (diameters(i) + diameters(j));
+            assert!(apart.norm() > contact * (1.0 - 1e-12), "{i} {j}: {} at {}", apart.norm(), snapshot.time);
+        }
+    }
+}
+
+#[test]
+fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap() {
+    let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
+    let growth = Growth { rate: 0.05, until: GrowthTarget::PackingFraction(0.6) };
+    let stage =
+        StagePlan { name: "compress".into(), limit: Limit::default(), thermostat: Some(scaling), growth: Some(growth) };
+    let between = |a: f64, b: f64| Potential::hard_sphere(0.5 * (a + b)).unwrap();
+    let mixture = Fill {
+        composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
+        temperature: Some(1.0),
+        ..Fill::new(Arrangement::Random, "A").count(400).amount(Amount::PackingFraction(0.2))
+    };
+    let scene = SceneBuilder::new("mixture")
+        .species("A", 1.0, 1.0)
+        .species("B", 2.0, 1.4)
+        .interaction("A", "A", between(1.0, 1.0), 1.0)
+        .interaction("A", "B", between(1.0, 1.4), 1.0)
+        .interaction("B", "B", between(1.4, 1.4), 1.0)
+        .add_fill(mixture)
+        .run(RunPlan { stages: vec![stage], limit: Limit::events(20_000), ..RunPlan::default() })
+        .build()
+        .unwrap();
+    let finished = finish(scene);
+    let scene = finished.simulation.scene();
+    assert!((scene.packing_fraction() / 0.6 - 1.0).abs() < 1e-11, "{}", scene.packing_fraction());
+    assert!((scene.species[1].diameter / scene.species[0].diameter - 1.4).abs() < 1e-14);
+    let snapshot = finished.simulation.snapshot();
+    let ratio = scene.species[0].diameter;
+    assert!((snapshot.scale - ratio).abs() < 1e-14);
+    assert_no_overlap(scene, &snapshot, 0.0, &|id| scene.species[scene.particles[id].species.0 as usize].diameter);
+    assert!(finished.stretch.tally.core >= 20_000);
+    assert_eq!(finished.observables[0].0, "temperature");
+    assert!((finished.observables[0].1.mean - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn growth_to_a_pressure_ends_near_the_jammed_state() {
+    let growth = Growth { rate: 0.1, until: GrowthTarget::CompressibilityFactor(200.0) };
+    let stage = StagePlan {
+        name: "jam".into(),
+        limit: Limit::default(),
+        thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
+        growth: Some(growth),
+    };
+    let fill = Fill::new(Arrangement::Random, "A").count(500).amount(Amount::PackingFraction(0.2));
+    let scene = SceneBuilder::new("jam")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", hard(), 1.0)
+        .add_fill(fill)
+        .temperature(1.0)
+        .run(RunPlan { stages: vec![stage], limit: Limit::events(50_000), ..RunPlan::default() })
+        .build()
+        .unwrap();
+    let finished = finish(scene);
+    let fraction = finished.simulation.scene().packing_fraction();
+    // Fast compression jams at random close packing, 0.64 for large systems; a finite pressure is a little below.
+    assert!((0.60..0.66).contains(&fraction), "{fraction}");
+}
+
+#[test]
+fn in_a_sheared_box_nothing_is_ever_missed() {
+    // Slow, and so fast that images slide by a diameter between two contacts.
+    for rate in [0.1, 3.0] {
+        let mut simulation = Simulation::new(fluid("shear", 256, 0.35).shear(rate).build().unwrap());
+        let scene = simulation.scene().clone();
+        for part in 1..=40 {
+            simulation.advance(Until::time(0.1 * f64::from(part))).unwrap();
+            let snapshot = simulation.snapshot();
+            assert_no_overlap(&scene, &snapshot, rate * scene.space.size.y * snapshot.time, &|_| 1.0);
+        }
+        assert!(simulation.tally().core > 5_000);
+        // Shear only heats.
+        let energy = simulation.energy();
+        let supplied = simulation.tally().supplied.total();
+        assert!(energy.thermal > 1.5 * 255.0 && supplied > 0.0);
+        let start: f64 = scene.particles.iter().map(|particle| 0.5 * particle.velocity.norm_squared()).sum();
+        assert!(((energy.kinetic - start) / supplied - 1.0).abs() < 1e-11, "{} {supplied}", energy.kinetic - start);
+    }
+}

@@ -1,0 +1,177 @@
+//! Runs that are stopped and resumed: the same bits as those that are not, whatever stopped them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+/// Scenes of every kind of engine, and as many events as take some tenths of a second.
+const SCENES: [(&str, &str); 5] = [
+    ("hard_sphere_fluid", "300000"),
+    ("polymer", "150000"),
+    ("pendulum", "400000"),
+    ("hopper", "60000"),
+    ("granular_cooling", "150000"),
+];
+
+/// Times that each of them is stopped.
+const STOPS: usize = 10;
+
+fn carom(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+fn finish(mut command: Command) -> Output {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+fn start(scene: &str, events: &str, folder: &Path) -> Command {
+    let scene = format!("{}/configs/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
+    let mut command = carom(&["run", &scene, "--quiet", "--until-events", events, "--checkpoint-every", "0.01"]);
+    let equilibration = if scene.contains("hard_sphere") { "100000" } else { "1000" };
+    command.arg("--set").arg(format!("run.equilibration_events={equilibration}"));
+    command.arg("--set").arg("output.contacts=true").arg("--out").arg(folder);
+    command
+}
+
+fn resume(folder: &Path) -> Command {
+    let mut command = carom(&["run", "--quiet", "--checkpoint-every", "0.01", "--resume"]);
+    command.arg(folder);
+    command
+}
+
+/// Stops a run in one of three ways; whether it was still running.
+fn stop(child: &mut Child, way: u32) -> bool {
+    if child.try_wait().unwrap().is_some() {
+        return false;
+    }
+    match way {
+        0 => child.kill().unwrap(),
+        _ => {
+            let signal = if way == 1 { "-TERM" } else { "-INT" };
+            let _ = Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap();
+        }
+    }
+    !child.wait().unwrap().success()
+}
+
+/// What a run leaves that depends on nothing but its scene and seed.
+fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut results = Vec::new();
+    for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml"] {
+        results.push((name.to_owned(), fs::read(folder.join(name)).unwrap()));
+    }
+    let summary = fs::read(folder.join("summary.json")).unwrap();
+    let mut summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    summary.as_object_mut().unwrap().remove("speed");
+    results.push(("summary.json".to_owned(), summary.to_string().into_bytes()));
+    results
+}
+
+fn assert_same(one: &Path, other: &Path, what: &str) {
+    for ((name, one), (_, other)) in results(one).into_iter().zip(results(other)) {
+        assert!(!one.is_empty(), "{what}: {name} is empty");
+        assert!(one == other, "{what}: {name} differs");
+    }
+}
+
+fn files_of(folder: &Path) -> Vec<PathBuf> {
+    fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+}
+
+#[test]
+fn fifty_random_stops_change_no_bit() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let (mut stopped, mut killed) = (0, 0);
+    for (scene, events) in SCENES {
+        let whole = directory.path().join(format!("{scene}_whole"));
+        let begun = std::time::Instant::now();
+        finish(start(scene, events, &whole));
+        // Only how often a stop falls into the run depends on this, not whether the test passes.
+        let whole_time = begun.elapsed().as_millis() as u64 + 20;
+        let parts = directory.path().join(format!("{scene}_parts"));
+        let mut command = start(scene, events, &parts);
+        for _ in 0..STOPS {
+            let mut child = command.spawn().unwrap();
+            std::thread::sleep(Duration::from_millis(1 + random.next_u64() % (whole_time / 3)));
+            let way = random.next_u32() % 3;
+            if stop(&mut child, way) {
+                stopped += 1;
+                killed += usize::from(way == 0);
+            }
+            let has_checkpoint = files_of(&parts).iter().any(|file| file.ends_with("checkpoint"));
+            command = if has_checkpoint { resume(&parts) } else { start(scene, events, &parts) };
+        }
+        finish(command);
+        assert_same(&whole, &parts, scene);
+        let is_left = |file: &&PathBuf| file.to_string_lossy().ends_with(".partial");
+        assert_eq!(files_of(&parts).iter().find(is_left), None, "{scene}");
+    }
+    println!("{stopped} stops, {killed} of them by SIGKILL");
+    assert!(stopped > 0 && killed > 0);
+}
+
+#[test]
+fn a_run_that_is_over_goes_on_as_if_it_had_been_longer() {
+    let directory = tempfile::tempdir().unwrap();
+    let [whole, parts] = ["whole", "parts"].map(|name| directory.path().join(name));
+    let scene = format!("{}/configs/square_well_fluid.toml", env!("CARGO_MANIFEST_DIR"));
+    let run = |time: &str, folder: &Path| {
+        let mut command = carom(&["run", &scene, "--quiet", "--until-time", time]);
+        command.args(["--set", "run.equilibration_events=5000", "--set", "output.contacts=true"]);
+        // A tenth is no binary fraction: the tick before the end is not at the end.
+        command.args(["--set", "output.thermo_interval=0.1", "--set", "output.frame_interval=0.3"]);
+        command.arg("--out").arg(folder);
+        command
+    };
+    finish(run("1.2", &whole));
+    finish(run("0.6", &parts));
+    let mut longer = resume(&parts);
+    longer.args(["--until-time", "1.2"]);
+    finish(longer);
+    assert_same(&whole, &parts, "square wells");
+}
+
+#[test]
+fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
+    let directory = tempfile::tempdir().unwrap();
+    let folder = directory.path().join("run");
+    finish(start("pendulum", "20000", &folder));
+    let checkpoint = folder.join("checkpoint");
+    let good = fs::read(&checkpoint).unwrap();
+    let refused = |expected: &str| {
+        let output = resume(&folder).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains(expected), "{message}");
+        assert!(folder.join("summary.json").exists(), "{expected}");
+    };
+    let mut random = ChaCha8Rng::seed_from_u64(6);
+    for _ in 0..20 {
+        let mut bad = good.clone();
+        let at = random.next_u64() as usize % bad.len();
+        bad[at] ^= 1 << (random.next_u32() % 8);
+        fs::write(&checkpoint, &bad).unwrap();
+        refused("damaged");
+    }
+    fs::write(&checkpoint, &good[..good.len() / 2]).unwrap();
+    refused("its end is");
+    fs::write(&checkpoint, "").unwrap();
+    refused("damaged");
+    fs::remove_file(&checkpoint).unwrap();
+    refused("no checkpoint");
+    fs::write(&checkpoint, &good).unwrap();
+    let thermo = fs::read(folder.join("thermo.csv")).unwrap();
+    fs::write(folder.join("thermo.csv"), &thermo[..100]).unwrap();
+    refused("has 100 bytes");
+    fs::write(folder.join("thermo.csv"), &thermo).unwrap();
+    finish(resume(&folder));
+}
