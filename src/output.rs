@@ -1,15 +1,22 @@
 //! What a run leaves behind.
 
 mod contacts;
+pub mod convert;
+mod csv;
 mod error;
 pub mod extended_xyz;
 mod folder;
 pub mod frame;
+mod gsd;
+mod lammps;
+mod npy;
 mod number;
 mod partial;
 pub mod summary;
 mod thermo;
+mod vtk;
 
+pub use convert::Format;
 pub use error::OutputError;
 pub use folder::Folder;
 pub use frame::Frame;

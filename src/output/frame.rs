@@ -81,6 +81,21 @@ impl Frame {
         self.size[axis] == 0.0
     }
 
+    /// What readers that refuse a box without volume get for the extent of flat axes: the largest diameter, or 1.
+    pub(super) fn thickness(&self) -> f64 {
+        let widest = self.particles.iter().map(|particle| 2.0 * particle.radius).fold(0.0, f64::max);
+        if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }
+    }
+
+    /// Lower and upper corner of the box `[length]`; flat axes extend by half the largest diameter to either side.
+    pub(super) fn thickened(&self) -> (Vector, Vector) {
+        let half = 0.5 * self.thickness();
+        let extent = |axis: usize| if self.is_flat(axis) { (-half, half) } else { (0.0, self.size[axis]) };
+        let corner = |offset: [f64; 3]| self.lower + Vector::from(offset);
+        let extents = [extent(0), extent(1), extent(2)];
+        (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
+    }
+
     /// Whether a particle never moves; also false where its species is not in the table.
     #[must_use]
     pub fn is_static(&self, particle: &FrameParticle) -> bool {

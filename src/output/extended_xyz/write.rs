@@ -46,8 +46,7 @@ pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteEr
 
 /// The number of particles and the comment line.
 fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
-    let widest = frame.particles.iter().map(|particle| 2.0 * particle.radius).fold(0.0, f64::max);
-    let thickness = if widest > 0.0 && widest.is_finite() { widest } else { 1.0 };
+    let thickness = frame.thickness();
     write!(text, "{}\nLattice=\"", frame.particles.len())?;
     for entry in 0..9 {
         let (row, column) = (entry / 3, entry % 3);
