@@ -70,14 +70,15 @@ mod tests {
     #[test]
     fn a_line_per_particle_and_frame() {
         let mut frame = chain();
-        frame.species[1].name = "a,\"b\"".into();
+        frame.species[1].name = "a,b".into();
         frame.particles.truncate(2);
         frame.bonds.clear();
         let text = String::from_utf8(converted(&[frame], Format::Csv)).unwrap();
         let expected = "frame,time,id,species,x,y,z,vx,vy,vz,radius\n\
             0,0.25,0,bead,-1.5,0.1,2,1,0.30000000000000004,-2e-9,0.5\n\
-            0,0.25,1,\"a,\"\"b\"\"\",-0.5,0.1,2,0,0,0,0.75\n";
+            0,0.25,1,\"a,b\",-0.5,0.1,2,0,0,0,0.75\n";
         assert_eq!(text, expected);
+        assert_eq!([quoted("ab"), quoted("a\"b")], ["ab", "\"a\"\"b\""]);
     }
 
     #[test]
