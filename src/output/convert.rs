@@ -3,8 +3,8 @@
 //! | format | file | precision | carries |
 //! |---|---|---|---|
 //! | [`Format::Lammps`] | text dump | exact | box and its flags, time, id, species, position, velocity, radius |
-//! | [`Format::Gsd`] | GSD 2.0, schema `hoomd` 1.4 | `f32` | box, time, species, position, velocity, diameter, bonds |
-//! | [`Format::Vtk`] | a folder: `.vtp` per frame, `.pvd` with the times, the box | exact | all of it, and who is static |
+//! | [`Format::Gsd`] | GSD 2.0, schema `hoomd` 1.4 | `f32` | box, time, species, position, velocity, diameter, mass, bonds |
+//! | [`Format::Vtk`] | a folder: `.vtp` per frame, `.pvd` with the times, the box | exact | all of it but masses |
 //! | [`Format::Npy`] | a folder of NumPy arrays | exact | all of it |
 //! | [`Format::Csv`] | one table | exact | time, id, species, position, velocity, radius |
 //! | [`Format::Xyz`] | extended XYZ | exact | all of it |

@@ -5,12 +5,14 @@ use crate::scene::{ParticleId, Scene, SpeciesId};
 use crate::space::Boundary;
 
 /// What particles of one kind have in common, as far as an output shows it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FrameSpecies {
     /// Name, unique in the frame.
     pub name: String,
     /// Whether particles of this species never move: a mesh, a pivot.
     pub is_static: bool,
+    /// Mass `[mass]`, infinite where the species is static; `None` where a file does not say.
+    pub mass: Option<f64>,
 }
 
 /// One particle at the time of its frame.
@@ -68,7 +70,11 @@ impl Frame {
             species: scene
                 .species
                 .iter()
-                .map(|species| FrameSpecies { name: species.name.clone(), is_static: species.is_static() })
+                .map(|species| FrameSpecies {
+                    name: species.name.clone(),
+                    is_static: species.is_static(),
+                    mass: Some(species.mass),
+                })
                 .collect(),
             particles: (0..).zip(&scene.particles).map(particle).collect(),
             bonds: scene.bonds.iter().map(|bond| bond.pair).collect(),

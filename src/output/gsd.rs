@@ -24,6 +24,7 @@ use std::borrow::Cow;
 
 use super::Frame;
 use super::convert::{Draft, FrameError, Moment, Writer, bond_ends};
+use super::frame::FrameParticle;
 use crate::Vector;
 use chunks::{Chunks, Kind};
 
@@ -82,6 +83,9 @@ impl Trajectory {
         self.lasting("particles/typeid", Kind::Uint32, 1, species)?;
         let diameters: Vec<f64> = particles.iter().map(|particle| 2.0 * particle.radius).collect();
         self.lasting("particles/diameter", Kind::Float, 1, singles(&diameters)?)?;
+        if let Some(masses) = masses(frame) {
+            self.lasting("particles/mass", Kind::Float, 1, singles(&masses)?)?;
+        }
         let shifted: Vec<f64> =
             particles.iter().flat_map(|particle| <[f64; 3]>::from(particle.position - centre)).collect();
         self.chunks.write("particles/position", Kind::Float, 3, &singles(&shifted)?)?;
@@ -131,6 +135,13 @@ fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
     let mut sorted = frame.clone();
     sorted.particles.sort_by_key(|particle| particle.id);
     Cow::Owned(sorted)
+}
+
+/// The mass of each particle, if all are known; 0 for those that never move, with which sums stay finite.
+fn masses(frame: &Frame) -> Option<Vec<f64>> {
+    let mass = |particle: &FrameParticle| frame.species.get(particle.species.0 as usize)?.mass;
+    let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };
+    frame.particles.iter().map(|particle| mass(particle).map(finite)).collect()
 }
 
 fn count(number: usize) -> Result<u32, FrameError> {

@@ -9,6 +9,7 @@
 //! | `ids.npy`, `radius.npy` | N | |
 //! | `species.npy` | N | index into the two below |
 //! | `species_names.npy`, `species_static.npy` | species | name, and whether it never moves |
+//! | `species_mass.npy` | species | infinite for those that never move; no file if one is not known |
 //! | `bonds.npy` | bonds x 2 | the ids of the ends; no file if there are none |
 //!
 //! Numbers are `f64`, ids and indices `u32`, little-endian. Every frame must have the same particles in the same order.
@@ -58,6 +59,11 @@ impl Arrays {
         Array::whole(&file("species_static.npy"), "|b1", frame.species.len(), &[], is_static)?;
         let names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
         Array::words(&file("species_names.npy"), &names)?;
+        let masses: Option<Vec<f64>> = frame.species.iter().map(|species| species.mass).collect();
+        if let Some(masses) = masses {
+            let bytes = masses.iter().flat_map(|mass| mass.to_le_bytes());
+            Array::whole(&file("species_mass.npy"), "<f8", masses.len(), &[], bytes)?;
+        }
         if !frame.bonds.is_empty() {
             let ends = frame.bonds.iter().flatten().flat_map(|id| id.0.to_le_bytes());
             Array::whole(&file("bonds.npy"), "<u4", frame.bonds.len(), &[2], ends)?;

@@ -114,6 +114,7 @@ def ase_xyz(path, frames):
         same("time", atoms.info["Time"], frame.time)
         same("ids", atoms.arrays["id"], frame.ids)
         same("species", atoms.arrays["type"], frame.particle_names)
+        same("masses", np.nan_to_num(np.ravel(atoms.info["species_mass"])), np.nan_to_num(frame.masses))
         same("positions", atoms.positions, frame.positions)
         same("velocities", atoms.arrays["velo"], frame.velocities)
         same("radii", atoms.arrays["radius"], frame.radii)
@@ -155,6 +156,8 @@ def gsd_hoomd(path, frames):
             same("types", particles.types, frame.names)
             same("species", particles.typeid, frame.species)
             same("diameters", particles.diameter, (2 * frame.radii).astype(np.float32))
+            masses = np.where(frame.static, 0, frame.masses)[frame.species]
+            same("masses", particles.mass, masses.astype(np.float32))
             same("positions", particles.position, (frame.positions - centre).astype(np.float32))
             same("velocities", particles.velocity, frame.velocities.astype(np.float32))
             bonds = snapshot.bonds.group
@@ -213,6 +216,7 @@ def numpy_npy(path, frames):
     same("radii", array("radius"), first.radii)
     same("species", array("species_names")[array("species")], first.particle_names)
     same("static", array("species_static"), first.static)
+    same("masses", np.nan_to_num(array("species_mass")), np.nan_to_num(first.masses))
     same("bonds", array("bonds") if len(first.bonds) else first.bonds, first.bonds)
 
 

@@ -15,6 +15,7 @@ class Frame:
     periodic: np.ndarray
     names: list  # of species, in the order of the scene
     static: np.ndarray  # by species
+    masses: np.ndarray  # by species, infinite for static ones
     species: np.ndarray  # index into names, by particle
     ids: np.ndarray
     positions: np.ndarray
@@ -59,6 +60,7 @@ def _frame(comment, rows):
         periodic=flags("pbc", ""),
         names=names,
         static=flags("static", ""),
+        masses=np.array(comment["species_mass"].split(), float),
         species=np.array([names.index(row[0]) for row in rows]),
         ids=np.array([int(row[8]) for row in rows]),
         positions=numbers[:, 0:3],

@@ -23,8 +23,8 @@ pub(in crate::output) fn chain() -> Frame {
         size: Vector::new(4.0, 6.0, 10.0),
         periodic: [true, false, true],
         species: vec![
-            FrameSpecies { name: "bead".into(), is_static: false },
-            FrameSpecies { name: "bob".into(), is_static: true },
+            FrameSpecies { name: "bead".into(), is_static: false, mass: Some(2.5) },
+            FrameSpecies { name: "bob".into(), is_static: true, mass: Some(f64::INFINITY) },
         ],
         particles: vec![bead(0, 0, 0.5), bead(1, 1, 0.75), bead(2, 0, 0.5), bead(3, 0, 0.5)],
         bonds: [[0, 1], [2, 1], [2, 3], [3, 0]].map(|ends| ends.map(ParticleId)).to_vec(),

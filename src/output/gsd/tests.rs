@@ -85,6 +85,7 @@ fn a_frame_read_back() {
     assert_eq!(get("particles/types"), &(5, 2, 5, b"bead\0bob\0\0".to_vec()));
     assert_eq!(whole(get("particles/typeid")), [0, 1, 0, 0]);
     assert_eq!(floats(get("particles/diameter")), [1.0, 1.5, 1.0, 1.0]);
+    assert_eq!(floats(get("particles/mass")), [2.5, 0.0, 2.5, 2.5]);
     let positions: Vec<f32> = (0..4).flat_map(|id| [id as f32 - 1.5, -1.9, -3.0]).collect();
     assert_eq!((get("particles/position").1, get("particles/position").2), (4, 3));
     assert_eq!(floats(get("particles/position")), positions);
@@ -162,6 +163,7 @@ fn velocities_of_the_first_frame_are_not_taken_for_those_of_a_later_one() {
         let chunks = parse(&std::fs::read(&target).unwrap());
         for (frame, expected) in (0..).zip(expected) {
             assert_eq!(chunks.get(&(frame, "particles/velocity".to_owned())).map(floats), expected);
+            assert!(!chunks.contains_key(&(frame, "particles/mass".to_owned())));
         }
     }
 }

@@ -46,6 +46,7 @@ fn arrays_read_back() {
     let (shape, edges) = floats(&file("box.npy"));
     assert_eq!((shape.as_str(), &edges[6..]), ("2, 2, 3,", &[-2.0, -1.0, 0.0, 4.0, 6.0, 10.0][..]));
     assert_eq!(floats(&file("radius.npy")), ("4,".to_owned(), vec![0.5, 0.75, 0.5, 0.5]));
+    assert_eq!(floats(&file("species_mass.npy")), ("2,".to_owned(), vec![2.5, f64::INFINITY]));
     let bytes = |numbers: &[u32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
     let whole = |numbers: &[u32], shape: &str| ("<u4".to_owned(), shape.to_owned(), bytes(numbers));
     assert_eq!(read(&file("ids.npy")), whole(&[0, 1, 2, 3], "4,"));
@@ -63,7 +64,9 @@ fn what_is_not_known_has_no_file() {
     let (source, target) = (folder.path().join("a.xyz"), folder.path().join("npy"));
     fs::write(&source, "1\n\n\u{e9} 1 2 3\n").unwrap();
     convert(&source, Format::Npy, &target, &Default::default()).unwrap();
-    assert!(!target.join("velocities.npy").exists() && !target.join("bonds.npy").exists());
+    for absent in ["velocities.npy", "bonds.npy", "species_mass.npy"] {
+        assert!(!target.join(absent).exists());
+    }
     let (kind, _, bytes) = read(&target.join("species_names.npy"));
     assert_eq!((kind.as_str(), &bytes[..]), ("<U1", &[0xe9, 0, 0, 0][..]));
     // A frame with velocities does not go with one without.
