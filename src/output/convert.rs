@@ -119,8 +119,8 @@ pub(super) trait Writer {
 
 /// Converts a trajectory in extended XYZ, frame by frame.
 ///
-/// Nothing that exists is replaced unless the options say so, and then only a file, or a folder that holds nothing but
-/// files of the format. If a conversion fails, what it wrote is removed.
+/// Nothing that exists, finished or not, is replaced unless the options say so, and then only a file, or a folder that holds
+/// nothing but files of the format. If a conversion fails, what it wrote is removed.
 ///
 /// # Errors
 /// - [`ConvertError::Read`] if the source cannot be read, is malformed or holds no frame;

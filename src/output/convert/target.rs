@@ -25,11 +25,13 @@ impl Target {
         if [path, &partial].into_iter().any(|path| is_same(path, source)) {
             return Err(ConvertError::Source(source.to_owned()));
         }
-        if fs::symlink_metadata(path).is_ok() && !replace {
-            return Err(ConvertError::Exists(path.to_owned()));
+        // What is unfinished may belong to a run or a conversion that is still going on.
+        for path in [path, &partial] {
+            if fs::symlink_metadata(path).is_ok() && !replace {
+                return Err(ConvertError::Exists(path.to_owned()));
+            }
+            refuse_foreign(path, format)?;
         }
-        refuse_foreign(path, format)?;
-        refuse_foreign(&partial, format)?;
         if format.folder_of().is_some() {
             remove(&partial).and_then(|()| fs::create_dir(&partial)).map_err(ConvertError::write(path))?;
         }

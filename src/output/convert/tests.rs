@@ -167,6 +167,22 @@ fn only_a_former_conversion_is_replaced_and_only_by_force() {
 }
 
 #[test]
+fn what_another_run_has_not_finished_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let (source, target) = (folder.path().join("a.xyz"), folder.path().join("trajectory.xyz"));
+    let unfinished = folder.path().join("trajectory.xyz.partial");
+    trajectory(&source, &at(&[0.0]));
+    fs::write(&unfinished, "still going on").unwrap();
+    for format in Format::ALL {
+        let error = convert(&source, format, &target, &Options::default()).unwrap_err();
+        assert!(matches!(&error, ConvertError::Exists(path) if *path == unfinished), "{format:?}: {error}");
+        assert_eq!(fs::read_to_string(&unfinished).unwrap(), "still going on");
+    }
+    convert(&source, Format::Csv, &target, &Options { replace: true, ..Options::default() }).unwrap();
+    assert_eq!(names(folder.path()), ["a.xyz", "trajectory.xyz"]);
+}
+
+#[test]
 fn a_frame_that_a_format_cannot_hold_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("a.xyz"), folder.path().join("b"));
@@ -189,17 +205,17 @@ fn a_frame_that_a_format_cannot_hold_is_named() {
     }
     let error = error_of(Format::Gsd, &|frame| frame.particles[0].position.x = 1e39);
     assert!(matches!(error, FrameError::BeyondSingle(_)), "{error}");
-    let changes: [(&str, &dyn Fn(&mut Frame)); 7] = [
-        ("particles", &|frame| frame.particles.truncate(3)),
-        ("ids", &|frame| frame.particles.swap(0, 2)),
-        ("species", &|frame| frame.particles[0].species = SpeciesId(1)),
-        ("species", &|frame| frame.species[0].is_static = true),
-        ("radii", &|frame| frame.particles[0].radius = 1.0),
-        ("bonds", &|frame| frame.bonds.truncate(1)),
-        ("periodic axes", &|frame| frame.periodic[1] = true),
+    let changes: [(&str, fn(&mut Frame)); 7] = [
+        ("particles", |frame| frame.particles.truncate(3)),
+        ("ids", |frame| frame.particles.swap(0, 2)),
+        ("species", |frame| frame.particles[0].species = SpeciesId(1)),
+        ("species", |frame| frame.species[0].is_static = true),
+        ("radii", |frame| frame.particles[0].radius = 1.0),
+        ("bonds", |frame| frame.bonds.truncate(1)),
+        ("periodic axes", |frame| frame.periodic[1] = true),
     ];
     for (what, change) in changes {
-        match error_of(Format::Npy, change) {
+        match error_of(Format::Npy, &change) {
             FrameError::OtherParticles(found) => assert_eq!(found, what),
             other => panic!("{what}: {other}"),
         }
