@@ -205,7 +205,8 @@ fn a_frame_that_a_format_cannot_hold_is_named() {
     }
     let error = error_of(Format::Gsd, &|frame| frame.particles[0].position.x = 1e39);
     assert!(matches!(error, FrameError::BeyondSingle(_)), "{error}");
-    let changes: [(&str, fn(&mut Frame)); 7] = [
+    type Change = fn(&mut Frame);
+    let changes: [(&str, Change); 7] = [
         ("particles", |frame| frame.particles.truncate(3)),
         ("ids", |frame| frame.particles.swap(0, 2)),
         ("species", |frame| frame.particles[0].species = SpeciesId(1)),
