@@ -1,6 +1,7 @@
 //! The command line: what was typed, and what comes of it.
 
 mod check;
+mod convert;
 mod describe;
 mod failure;
 mod new;
@@ -29,6 +30,7 @@ Examples:
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom verify runs/fluid                   proves the first events of that run
   carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
+  carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
 
 Exit codes:
   0  done
@@ -53,6 +55,8 @@ enum Command {
     Verify(verify::Verify),
     /// Draws a frame of a run as a PNG
     Picture(picture::Picture),
+    /// Writes a trajectory in the format of another program: LAMMPS, GSD, VTK, NumPy, CSV
+    Convert(convert::Convert),
     /// Prints a commented scene to start from
     New(new::New),
 }
@@ -123,12 +127,27 @@ pub fn main() -> ExitCode {
         Command::Check(check) => check.execute(),
         Command::Verify(verify) => verify.execute(),
         Command::Picture(picture) => picture.execute(),
+        Command::Convert(convert) => convert.execute(),
         Command::New(new) => new.execute(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
     }
+}
+
+/// The trajectory of a run: `run` is its folder, or the trajectory itself.
+fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
+    if !run.is_dir() {
+        return Ok(run.to_owned());
+    }
+    let trajectory = run.join("trajectory.xyz");
+    if !trajectory.exists() {
+        let help = "carom run writes the trajectory; the folder of an unfinished run has a trajectory.xyz.partial";
+        let message = format!("{} has no trajectory.xyz", run.display());
+        return Err(Failure::bad_input(message, None, Some(help)));
+    }
+    Ok(trajectory)
 }
 
 /// Writes to standard output. Whoever closes it early, as `head` does, has read enough.

@@ -2,16 +2,23 @@
 
 mod checkpoints;
 mod contacts;
+pub mod convert;
+mod csv;
 mod error;
 pub mod extended_xyz;
 mod folder;
 pub mod frame;
+mod gsd;
+mod lammps;
 mod measurements;
+mod npy;
 mod number;
 mod partial;
 pub mod summary;
 mod thermo;
+mod vtk;
 
+pub use convert::Format;
 pub use error::OutputError;
 pub use folder::Folder;
 pub use frame::Frame;

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use carom::output::OutputError;
+use carom::output::convert::ConvertError;
 use carom::picture::PictureError;
 use carom::scene::SceneError;
 use miette::{Diagnostic, Report};
@@ -84,6 +85,13 @@ impl From<PictureError> for Failure {
     fn from(error: PictureError) -> Self {
         let code = if matches!(error, PictureError::Write { .. }) { FAILED } else { BAD_INPUT };
         Self::new(with_causes(&error), None, None, code)
+    }
+}
+
+impl From<ConvertError> for Failure {
+    fn from(error: ConvertError) -> Self {
+        let code = if matches!(error, ConvertError::Write { .. }) { FAILED } else { BAD_INPUT };
+        Self::new(with_causes(&error), None, error.cure(), code)
     }
 }
 

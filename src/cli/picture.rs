@@ -50,16 +50,9 @@ fn width_and_height(text: &str) -> Result<(u32, u32), String> {
 
 impl Picture {
     pub fn execute(&self) -> Result<(), Failure> {
-        let is_folder = self.run.is_dir();
-        let trajectory = if is_folder { self.run.join("trajectory.xyz") } else { self.run.clone() };
-        if is_folder && !trajectory.exists() {
-            let help = "carom run writes the trajectory; the folder of an unfinished run has a trajectory.xyz.partial";
-            let message = format!("{} has no trajectory.xyz", self.run.display());
-            return Err(Failure::bad_input(message, None, Some(help)));
-        }
+        let trajectory = super::trajectory_of(&self.run)?;
         let out = self.out.clone().unwrap_or_else(|| {
-            let folder = if is_folder { Some(self.run.as_path()) } else { self.run.parent() };
-            folder.map_or_else(|| PathBuf::from("picture.png"), |folder| folder.join("picture.png"))
+            trajectory.parent().map_or_else(|| PathBuf::from("picture.png"), |folder| folder.join("picture.png"))
         });
         let style = Style {
             width: self.size.0,

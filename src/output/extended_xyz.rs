@@ -4,7 +4,7 @@
 //!
 //! ```text
 //! 2
-//! Lattice="5 0 0 0 5 0 0 0 1" Origin="0 0 0" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 Time=0.5 pbc="T T F" flat="F F T" species_table="ball" static="F"
+//! Lattice="5 0 0 0 5 0 0 0 1" Origin="0 0 0" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 Time=0.5 pbc="T T F" flat="F F T" species_table="ball" static="F" species_mass="1"
 //! ball 0.5 0.5 0 1 0 0 0.5 0
 //! ball 2.5 0.5 0 -1 0 0 0.5 1
 //! ```
@@ -18,6 +18,7 @@
 //! | `pbc` | whether each axis is periodic |
 //! | `flat` | whether each axis is flat; absent where none is |
 //! | `species_table`, `static` | the names of the species in the order of the scene, and whether each never moves |
+//! | `species_mass` | the mass of each species, `inf` for those that never move; absent where one is not known |
 //! | `bonds` | the ids of the two ends of each bond, `0-1 1-2`; absent where there is none |
 //!
 //! The species is in the column `type`, because ASE takes only chemical symbols in one called `species`; the reader knows

@@ -5,12 +5,14 @@ use crate::scene::{ParticleId, Scene, SpeciesId};
 use crate::space::Boundary;
 
 /// What particles of one kind have in common, as far as an output shows it.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct FrameSpecies {
     /// Name, unique in the frame.
     pub name: String,
     /// Whether particles of this species never move: a mesh, a pivot.
     pub is_static: bool,
+    /// Mass `[mass]`, infinite where the species is static; `None` where a file does not say.
+    pub mass: Option<f64>,
 }
 
 /// One particle at the time of its frame.
@@ -68,7 +70,11 @@ impl Frame {
             species: scene
                 .species
                 .iter()
-                .map(|species| FrameSpecies { name: species.name.clone(), is_static: species.is_static() })
+                .map(|species| FrameSpecies {
+                    name: species.name.clone(),
+                    is_static: species.is_static(),
+                    mass: Some(species.mass),
+                })
                 .collect(),
             particles: (0..).zip(&scene.particles).map(particle).collect(),
             bonds: scene.bonds.iter().map(|bond| bond.pair).collect(),
@@ -79,6 +85,21 @@ impl Frame {
     #[must_use]
     pub fn is_flat(&self, axis: usize) -> bool {
         self.size[axis] == 0.0
+    }
+
+    /// What readers that refuse a box without volume get for the extent of flat axes: the largest diameter, or 1.
+    pub(super) fn thickness(&self) -> f64 {
+        let widest = self.particles.iter().map(|particle| 2.0 * particle.radius).fold(0.0, f64::max);
+        if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }
+    }
+
+    /// Lower and upper corner of the box `[length]`; flat axes extend by half the largest diameter to either side.
+    pub(super) fn thickened(&self) -> (Vector, Vector) {
+        let half = 0.5 * self.thickness();
+        let extent = |axis: usize| if self.is_flat(axis) { (-half, half) } else { (0.0, self.size[axis]) };
+        let corner = |offset: [f64; 3]| self.lower + Vector::from(offset);
+        let extents = [extent(0), extent(1), extent(2)];
+        (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
     }
 
     /// Whether a particle never moves; also false where its species is not in the table.

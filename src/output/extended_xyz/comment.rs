@@ -55,7 +55,7 @@ impl Comment {
         };
         let mut species: Vec<FrameSpecies> = Vec::new();
         if let Some(value) = value_of("species_table") {
-            species = value.species(value_of("static"))?;
+            species = value.species(value_of("static"), value_of("species_mass"))?;
         }
         let bonds = value_of("bonds").map(|value| value.bonds()).transpose()?.unwrap_or_default();
         let columns = match value_of("Properties") {
@@ -136,7 +136,7 @@ impl<'a> Value<'a> {
         flags.ok_or_else(|| self.expected("three of `T` and `F`"))
     }
 
-    fn species(&self, is_static: Option<Value>) -> Result<Vec<FrameSpecies>, ReadError> {
+    fn species(&self, is_static: Option<Value>, mass: Option<Value>) -> Result<Vec<FrameSpecies>, ReadError> {
         let names: Vec<&str> = self.value.split_whitespace().collect();
         let is_static = match is_static {
             None => vec![false; names.len()],
@@ -145,8 +145,18 @@ impl<'a> Value<'a> {
                 flags.ok_or_else(|| value.expected("as many of `T` and `F` as there are species"))?
             }
         };
-        let species = names.into_iter().zip(is_static);
-        Ok(species.map(|(name, is_static)| FrameSpecies { name: name.to_owned(), is_static }).collect())
+        let masses = match mass {
+            None => vec![None; names.len()],
+            Some(value) => {
+                let masses: Vec<_> = value.words().map(|word| word.parse().ok().filter(is_mass)).collect();
+                let is_whole = masses.len() == names.len() && masses.iter().all(Option::is_some);
+                is_whole
+                    .then_some(masses)
+                    .ok_or_else(|| value.expected("as many positive numbers, or `inf`, as there are species"))?
+            }
+        };
+        let species = names.into_iter().zip(is_static).zip(masses);
+        Ok(species.map(|((name, is_static), mass)| FrameSpecies { name: name.to_owned(), is_static, mass }).collect())
     }
 
     fn bonds(&self) -> Result<Vec<[ParticleId; 2]>, ReadError> {
@@ -181,6 +191,11 @@ impl<'a> Value<'a> {
             id: find(&["id"], 1),
         })
     }
+}
+
+/// Whether a number can be a mass: positive, and infinite for what never moves.
+pub(super) fn is_mass(mass: &f64) -> bool {
+    *mass > 0.0
 }
 
 /// A finite number, or nothing.

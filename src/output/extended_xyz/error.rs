@@ -108,6 +108,9 @@ pub enum WriteError {
     /// A column of the file cannot hold the name of a species.
     #[error("species name `{0}` cannot be written: expected one word without quotes or backslashes, used once")]
     SpeciesName(String),
+    /// A mass is zero, negative or NaN.
+    #[error("the mass of species `{0}` cannot be written: expected a positive one, infinite for what never moves")]
+    Mass(String),
     /// A particle refers to a species that is not in the table.
     #[error("particle {} has a species that is not in the frame's table", .0.0)]
     NoSpecies(ParticleId),

@@ -127,7 +127,7 @@ impl SpeciesTable {
             return SpeciesId(index);
         }
         let index = self.species.len() as u32;
-        self.species.push(FrameSpecies { name: name.to_owned(), is_static: false });
+        self.species.push(FrameSpecies { name: name.to_owned(), is_static: false, mass: None });
         self.index.insert(name.to_owned(), index);
         SpeciesId(index)
     }

@@ -28,7 +28,7 @@ fn two_discs() -> Frame {
         lower: Vector::zeros(),
         size: Vector::new(5.0, 5.0, 0.0),
         periodic: [true, true, false],
-        species: vec![FrameSpecies { name: "ball".into(), is_static: false }],
+        species: vec![FrameSpecies { name: "ball".into(), is_static: false, mass: Some(1.0) }],
         particles: vec![disc(0, 0.5, 1.0), disc(1, 2.5, -1.0)],
         bonds: Vec::new(),
     }
@@ -38,7 +38,8 @@ fn two_discs() -> Frame {
 fn frame_of_the_documentation() {
     let expected = "2\n\
         Lattice=\"5 0 0 0 5 0 0 0 1\" Origin=\"0 0 0\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 \
-        Time=0.5 pbc=\"T T F\" flat=\"F F T\" species_table=\"ball\" static=\"F\"\n\
+        Time=0.5 pbc=\"T T F\" flat=\"F F T\" species_table=\"ball\" static=\"F\" \
+        species_mass=\"1\"\n\
         ball 0.5 0.5 0 1 0 0 0.5 0\n\
         ball 2.5 0.5 0 -1 0 0 0.5 1\n";
     assert_eq!(written(&two_discs()), expected);
@@ -97,6 +98,10 @@ fn malformed_input_names_line_and_value() {
         ("1\npbc=\"T F\"\n", "line 2: pbc is `T F`, expected three of `T` and `F`"),
         ("1\nbonds=1-x\n", "line 2: bonds is `1-x`, expected pairs of ids such as `0-1 1-2`"),
         (
+            "1\nspecies_table=\"a b\" species_mass=\"1 0\"\n",
+            "line 2: species_mass is `1 0`, expected as many positive numbers, or `inf`, as there are species",
+        ),
+        (
             "1\nspecies_table=\"a b\" static=T\n",
             "line 2: static is `T`, expected as many of `T` and `F` as there are species",
         ),
@@ -129,6 +134,11 @@ fn refuses_to_write_what_could_not_be_read_back() {
     }
     assert!(matches!(refusal(&|frame| frame.species.push(frame.species[0].clone())), WriteError::SpeciesName(_)));
     assert!(matches!(refusal(&|frame| frame.species.clear()), WriteError::NoSpecies(ParticleId(0))));
+    for mass in [0.0, -1.0, f64::NAN] {
+        assert!(
+            matches!(refusal(&|frame| frame.species[0].mass = Some(mass)), WriteError::Mass(name) if name == "ball")
+        );
+    }
     assert!(matches!(refusal(&|frame| frame.time = f64::NAN), WriteError::Frame));
     assert!(matches!(refusal(&|frame| frame.size.x = -1.0), WriteError::Frame));
     assert!(matches!(refusal(&|f| f.particles[1].velocity.x = f64::INFINITY), WriteError::Particle(ParticleId(1))));
@@ -171,11 +181,11 @@ fn frame() -> impl Strategy<Value = Frame> {
         number(),
         vector(),
         vector(),
-        flags,
+        (flags, any::<bool>()),
         prop::collection::vec(particle, 0..8),
         prop::collection::vec(any::<[u32; 2]>(), 0..4),
     )
-        .prop_map(|(time, lower, size, flags, particles, bonds)| Frame {
+        .prop_map(|(time, lower, size, (flags, has_masses), particles, bonds)| Frame {
             time,
             lower,
             size: size.map(f64::abs),
@@ -183,7 +193,11 @@ fn frame() -> impl Strategy<Value = Frame> {
             species: ["ball", "Fe", "é=1'"]
                 .iter()
                 .zip(&flags[3..])
-                .map(|(name, &is_static)| FrameSpecies { name: (*name).into(), is_static })
+                .map(|(name, &is_static)| FrameSpecies {
+                    name: (*name).into(),
+                    is_static,
+                    mass: has_masses.then_some(if is_static { f64::INFINITY } else { time.abs() + 0.1 }),
+                })
                 .collect(),
             particles: particles
                 .into_iter()

@@ -3,8 +3,10 @@
 use std::io::{self, Write};
 
 use super::WriteError;
+use super::comment::is_mass;
 use crate::Vector;
 use crate::output::Frame;
+use crate::output::frame::FrameSpecies;
 
 /// Text is handed on in pieces of about this size `[bytes]`, so that the output needs no buffer of its own.
 const PIECE: usize = 1 << 16;
@@ -13,10 +15,10 @@ const PIECE: usize = 1 << 16;
 ///
 /// # Errors
 /// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species
-/// name that is not one word or used twice, a particle without species, or something not finite. Nothing is written of
-/// a frame whose table or box is refused.
+/// name that is not one word or used twice, a mass that is not positive, a particle without species, or something not
+/// finite. Nothing is written of a frame whose table or box is refused.
 pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteError> {
-    refuse_species_names(frame)?;
+    refuse_species(frame)?;
     let is_box_finite = frame.time.is_finite() && is_finite(&frame.lower) && is_finite(&frame.size);
     if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) {
         return Err(WriteError::Frame);
@@ -46,8 +48,7 @@ pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteEr
 
 /// The number of particles and the comment line.
 fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
-    let widest = frame.particles.iter().map(|particle| 2.0 * particle.radius).fold(0.0, f64::max);
-    let thickness = if widest > 0.0 && widest.is_finite() { widest } else { 1.0 };
+    let thickness = frame.thickness();
     write!(text, "{}\nLattice=\"", frame.particles.len())?;
     for entry in 0..9 {
         let (row, column) = (entry / 3, entry % 3);
@@ -72,11 +73,24 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
         let names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
         let is_static: Vec<bool> = frame.species.iter().map(|species| species.is_static).collect();
         write!(text, " species_table=\"{}\" static=\"{}\"", names.join(" "), words(&is_static))?;
+        write_masses(text, &frame.species)?;
     }
     for (index, [a, b]) in frame.bonds.iter().enumerate() {
         write!(text, "{}{}-{}", if index == 0 { " bonds=\"" } else { " " }, a.0, b.0)?;
     }
     text.extend_from_slice(if frame.bonds.is_empty() { b"\n" } else { b"\"\n" });
+    Ok(())
+}
+
+/// The masses of the species, if all are known.
+fn write_masses(text: &mut Vec<u8>, species: &[FrameSpecies]) -> io::Result<()> {
+    let masses: Option<Vec<f64>> = species.iter().map(|species| species.mass).collect();
+    let Some(masses) = masses else { return Ok(()) };
+    for (index, mass) in masses.into_iter().enumerate() {
+        text.extend_from_slice(if index == 0 { b" species_mass=\"" } else { b" " });
+        write_number(text, mass)?;
+    }
+    text.push(b'"');
     Ok(())
 }
 
@@ -98,13 +112,16 @@ fn is_finite(vector: &Vector) -> bool {
     vector.iter().all(|x| x.is_finite())
 }
 
-fn refuse_species_names(frame: &Frame) -> Result<(), WriteError> {
+fn refuse_species(frame: &Frame) -> Result<(), WriteError> {
     let mut names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
     let is_bad = |name: &&&str| {
         name.is_empty() || name.chars().any(|c| c.is_whitespace() || c.is_control() || matches!(c, '"' | '\\'))
     };
     if let Some(name) = names.iter().find(is_bad) {
         return Err(WriteError::SpeciesName((*name).to_owned()));
+    }
+    if let Some(species) = frame.species.iter().find(|species| species.mass.is_some_and(|mass| !is_mass(&mass))) {
+        return Err(WriteError::Mass(species.name.clone()));
     }
     names.sort_unstable();
     match names.windows(2).find(|two| two[0] == two[1]) {

@@ -1,0 +1,104 @@
+//! `carom convert`.
+
+use std::path::PathBuf;
+
+use carom::output::Format;
+use carom::output::convert::{Options, convert};
+use clap::{Args, ValueEnum};
+
+use super::describe::plural;
+use super::failure::Failure;
+
+/// Writes a trajectory in the format of another program
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  carom convert runs/hopper --to vtk                    the folder runs/hopper/trajectory-vtk, for ParaView
+  carom convert runs/fluid --to gsd --out fluid.gsd
+  carom convert runs/fluid --to xyz --frames 10..20     a piece, in runs/fluid/trajectory-piece.xyz")]
+pub struct Convert {
+    /// The folder of a run, or a trajectory in extended XYZ
+    run: PathBuf,
+    /// The format to write
+    #[arg(long, value_name = "FORMAT")]
+    to: To,
+    /// The file or folder to write; beside the trajectory if not given
+    #[arg(long, value_name = "PATH")]
+    out: Option<PathBuf>,
+    /// Only these frames, the last one included; frames count from 0, and either end may be left out
+    #[arg(long, value_name = "FIRST..LAST", value_parser = frames)]
+    frames: Option<(u64, Option<u64>)>,
+    /// Replaces a file, or a folder with nothing but files of the format
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum To {
+    /// Text dump of LAMMPS, .lammpstrj
+    Lammps,
+    /// GSD of HOOMD-blue, .gsd
+    Gsd,
+    /// ParaView: a folder with a .vtp per frame and a .pvd
+    Vtk,
+    /// NumPy: a folder with .npy arrays
+    Npy,
+    /// One table, .csv
+    Csv,
+    /// Extended XYZ again
+    Xyz,
+}
+
+impl From<To> for Format {
+    fn from(to: To) -> Self {
+        match to {
+            To::Lammps => Self::Lammps,
+            To::Gsd => Self::Gsd,
+            To::Vtk => Self::Vtk,
+            To::Npy => Self::Npy,
+            To::Csv => Self::Csv,
+            To::Xyz => Self::Xyz,
+        }
+    }
+}
+
+/// `3..7`, `3..`, `..7`, or `3` for one frame.
+fn frames(text: &str) -> Result<(u64, Option<u64>), String> {
+    let number = |text: &str| text.trim().parse::<u64>().ok();
+    let range = match text.split_once("..") {
+        None => number(text).map(|frame| (frame, Some(frame))),
+        Some((first, "")) => number(first).map(|first| (first, None)),
+        Some(("", last)) => number(last).map(|last| (0, Some(last))),
+        Some((first, last)) => number(first).zip(number(last)).map(|(first, last)| (first, Some(last))),
+    };
+    let is_forward = |&(first, last): &(u64, Option<u64>)| last.is_none_or(|last| first <= last);
+    range.filter(is_forward).ok_or_else(|| "expected FIRST..LAST, such as 0..99, 10.., ..5 or 7".to_owned())
+}
+
+impl Convert {
+    pub fn execute(&self) -> Result<(), Failure> {
+        let source = super::trajectory_of(&self.run)?;
+        let format = Format::from(self.to);
+        let target = self.out.clone().unwrap_or_else(|| format.target_beside(&source));
+        let (first, last) = self.frames.unwrap_or((0, None));
+        let done = convert(&source, format, &target, &Options { first, last, replace: self.force })?;
+        let cut = if done.is_truncated { "; the trajectory ends within the next one, which is left out" } else { "" };
+        super::print(&format!("{}: {}{cut}\n", target.display(), plural(done.frames as usize, "frame")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_of_frames() {
+        assert_eq!(frames("3..7"), Ok((3, Some(7))));
+        assert_eq!(frames("3.."), Ok((3, None)));
+        assert_eq!(frames("..7"), Ok((0, Some(7))));
+        assert_eq!(frames("3"), Ok((3, Some(3))));
+        for bad in ["", "..", "7..3", "-1..3", "1..2..3", "a..b", "1.5"] {
+            assert!(frames(bad).is_err(), "{bad}");
+        }
+    }
+}

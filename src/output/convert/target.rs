@@ -1,0 +1,137 @@
+//! Where a conversion goes, and what it may replace.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::{ConvertError, Format};
+use crate::output::partial::SUFFIX;
+
+/// A file or folder that is written beside its final name. What is not completed is removed.
+#[derive(Debug)]
+pub(super) struct Target {
+    path: PathBuf,
+    partial: PathBuf,
+    format: Format,
+}
+
+impl Target {
+    /// Makes sure that the target may be written, and makes its folder if it is one.
+    pub fn claim(path: &Path, format: Format, source: &Path, replace: bool) -> Result<Self, ConvertError> {
+        let mut partial = path.as_os_str().to_owned();
+        partial.push(SUFFIX);
+        let partial = PathBuf::from(partial);
+        // A run that was killed leaves a trajectory that ends on the same suffix.
+        if [path, &partial].into_iter().any(|path| is_same(path, source)) {
+            return Err(ConvertError::Source(source.to_owned()));
+        }
+        // What is unfinished may belong to a run or a conversion that is still going on.
+        for path in [path, &partial] {
+            if fs::symlink_metadata(path).is_ok() && !replace {
+                return Err(ConvertError::Exists(path.to_owned()));
+            }
+            refuse_foreign(path, format)?;
+        }
+        if format.folder_of().is_some() {
+            remove(&partial).and_then(|()| fs::create_dir(&partial)).map_err(ConvertError::write(path))?;
+        }
+        Ok(Self { path: path.to_owned(), partial, format })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where to write.
+    pub fn partial(&self) -> &Path {
+        &self.partial
+    }
+
+    /// Gives it its name.
+    pub fn complete(self) -> Result<(), ConvertError> {
+        // A file is replaced by the renaming itself, a folder must be away before.
+        let replaced = if self.format.folder_of().is_some() { remove(&self.path) } else { Ok(()) };
+        replaced.and_then(|()| fs::rename(&self.partial, &self.path)).map_err(ConvertError::write(&self.path))
+    }
+}
+
+impl Drop for Target {
+    fn drop(&mut self) {
+        // Where nothing is left, there is nothing to remove; what cannot be removed is refused or replaced next time.
+        let _ = remove(&self.partial);
+    }
+}
+
+/// A file of a conversion while it is written.
+#[derive(Debug)]
+pub(in crate::output) struct Draft(BufWriter<File>);
+
+impl Draft {
+    /// An empty file.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self(BufWriter::with_capacity(1 << 16, File::create(path)?)))
+    }
+
+    /// Makes it safe on the disk.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.0.flush()?;
+        self.0.get_ref().sync_all()
+    }
+}
+
+impl Write for Draft {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Seek for Draft {
+    fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
+        self.0.seek(place)
+    }
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}
+
+/// Refuses a folder where a file belongs, the reverse, and a folder with anything but files of the format.
+fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
+    let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(()) };
+    let is_former = match format.folder_of() {
+        None => metadata.is_file(),
+        Some(endings) => metadata.is_dir() && holds_only(path, endings).map_err(ConvertError::write(path))?,
+    };
+    if is_former { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
+}
+
+fn holds_only(folder: &Path, endings: &[&str]) -> io::Result<bool> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let is_known = entry.path().extension().is_some_and(|ending| endings.iter().any(|known| ending == *known));
+        if !(is_known && entry.file_type()?.is_file()) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Removes a file, or a folder of files; nothing is fine as well.
+fn remove(path: &Path) -> io::Result<()> {
+    let removed = match fs::symlink_metadata(path) {
+        Ok(metadata) if metadata.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+        Err(error) => Err(error),
+    };
+    match removed {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,93 @@
+//! A trajectory as one table: a line per particle and frame, for spreadsheets, pandas and R.
+//!
+//! The columns are `frame` (place in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`, `vz` and
+//! `radius`. Numbers have the fewest digits that read back as the same; velocities that the source does not have are
+//! empty cells. A species name with a comma or a quote is quoted (RFC 4180).
+
+use std::borrow::Cow;
+use std::io::Write;
+
+use super::convert::{Draft, FrameError, Moment, Writer};
+use super::number::Cell;
+
+const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius\n";
+
+/// The table while it is written.
+#[derive(Debug)]
+pub(super) struct Table {
+    file: Draft,
+    has_header: bool,
+}
+
+impl Table {
+    pub fn new(file: Draft) -> Self {
+        Self { file, has_header: false }
+    }
+}
+
+impl Writer for Table {
+    fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
+        let Moment { index, frame, has_velocities } = *moment;
+        if !self.has_header {
+            self.file.write_all(HEADER.as_bytes())?;
+            self.has_header = true;
+        }
+        let names: Vec<Cow<str>> = frame.species.iter().map(|species| quoted(&species.name)).collect();
+        let time = Cell(Some(frame.time));
+        for particle in &frame.particles {
+            let name = names.get(particle.species.0 as usize).map_or("", AsRef::as_ref);
+            write!(self.file, "{index},{time},{},{name}", particle.id.0)?;
+            for &x in &particle.position {
+                write!(self.file, ",{}", Cell(Some(x)))?;
+            }
+            for &v in &particle.velocity {
+                write!(self.file, ",{}", Cell(has_velocities.then_some(v)))?;
+            }
+            writeln!(self.file, ",{}", Cell(Some(particle.radius)))?;
+        }
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), FrameError> {
+        Ok(self.file.finish()?)
+    }
+}
+
+fn quoted(name: &str) -> Cow<'_, str> {
+    if name.contains([',', '"']) {
+        Cow::Owned(format!("\"{}\"", name.replace('"', "\"\"")))
+    } else {
+        Cow::Borrowed(name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::output::Format;
+    use crate::output::convert::tests::{chain, converted};
+
+    #[test]
+    fn a_line_per_particle_and_frame() {
+        let mut frame = chain();
+        frame.species[1].name = "a,b".into();
+        frame.particles.truncate(2);
+        frame.bonds.clear();
+        let text = String::from_utf8(converted(&[frame], Format::Csv)).unwrap();
+        let expected = "frame,time,id,species,x,y,z,vx,vy,vz,radius\n\
+            0,0.25,0,bead,-1.5,0.1,2,1,0.30000000000000004,-2e-9,0.5\n\
+            0,0.25,1,\"a,b\",-0.5,0.1,2,0,0,0,0.75\n";
+        assert_eq!(text, expected);
+        assert_eq!([quoted("ab"), quoted("a\"b")], ["ab", "\"a\"\"b\""]);
+    }
+
+    #[test]
+    fn velocities_that_are_not_known_are_empty() {
+        let folder = tempfile::tempdir().unwrap();
+        let (source, target) = (folder.path().join("a.xyz"), folder.path().join("a.csv"));
+        std::fs::write(&source, "1\n\nO 1 2 3\n").unwrap();
+        crate::output::convert::convert(&source, Format::Csv, &target, &Default::default()).unwrap();
+        let text = std::fs::read_to_string(target).unwrap();
+        assert_eq!(text.lines().nth(1), Some("0,0,0,O,1,2,3,,,,0.5"));
+    }
+}

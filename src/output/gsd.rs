@@ -1,0 +1,173 @@
+//! A trajectory as GSD 2.0 with the schema `hoomd` 1.4, as HOOMD-blue, OVITO and MDAnalysis read it.
+//!
+//! | chunk | content |
+//! |---|---|
+//! | `configuration/step` | the place of the frame in the trajectory, from 0; there are no steps in time |
+//! | `configuration/dimensions`, `configuration/box` | the edges; a box whose only flat axis is z has 2 dimensions and no extent along it, other flat axes get the largest diameter |
+//! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | in the order of ids; velocities only where the source has them |
+//! | `particles/mass` | where the source gives the mass of every species; 0 for static particles, whose mass is infinite |
+//! | `bonds/N`, `types`, `group` | the ends of bonds, as places in the order of ids |
+//! | `log/carom/time` | simulated time, `f64` |
+//! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
+//!
+//! Numbers are `f32` unless said otherwise. Boxes of HOOMD are centred on the origin: a position of the file is one of the run
+//! minus the centre. They are also periodic along all axes: where the box of the run is not, particles may lie outside, and
+//! `log/carom/periodic` tells. What is as in the first frame is not repeated.
+//!
+//! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
+
+mod chunks;
+#[cfg(test)]
+mod tests;
+
+use std::borrow::Cow;
+
+use super::Frame;
+use super::convert::{Draft, FrameError, Moment, Writer, bond_ends};
+use super::frame::FrameParticle;
+use crate::Vector;
+use chunks::{Chunks, Kind};
+
+/// The trajectory while it is written.
+#[derive(Debug)]
+pub(super) struct Trajectory {
+    chunks: Chunks,
+    /// What the first frame says, by chunk: a later frame says it again only if it differs.
+    first: Vec<(&'static str, Vec<u8>)>,
+    /// Whether any frame so far had velocities: without a chunk, those of the first frame would be read again.
+    has_velocities: bool,
+}
+
+impl Trajectory {
+    pub fn new(file: Draft) -> Self {
+        Self { chunks: Chunks::new(file), first: Vec::new(), has_velocities: false }
+    }
+
+    /// Writes a chunk unless the first frame has the same; zero rows are no chunk.
+    fn lasting(&mut self, name: &'static str, kind: Kind, columns: u32, bytes: Vec<u8>) -> Result<(), FrameError> {
+        let first = self.first.iter().find(|(known, _)| *known == name);
+        if first.is_some_and(|(_, first)| *first == bytes) {
+            return Ok(());
+        }
+        self.chunks.write(name, kind, columns, &bytes)?;
+        if self.chunks.frame() == 0 {
+            self.first.push((name, bytes));
+        }
+        Ok(())
+    }
+
+    fn configuration(&mut self, index: u64, frame: &Frame, centre: &Vector) -> Result<(), FrameError> {
+        let is_plane = frame.is_flat(2) && !frame.is_flat(0) && !frame.is_flat(1);
+        let (lower, upper) = frame.thickened();
+        let mut edges = upper - lower;
+        if is_plane {
+            edges.z = 0.0;
+        }
+        let lengths_and_tilts = edges.iter().chain(&[0.0; 3]);
+        self.chunks.write("configuration/step", Kind::Uint64, 1, &index.to_le_bytes())?;
+        self.lasting("configuration/dimensions", Kind::Uint8, 1, vec![if is_plane { 2 } else { 3 }])?;
+        self.lasting("configuration/box", Kind::Float, 1, singles(lengths_and_tilts)?)?;
+        self.chunks.write("log/carom/time", Kind::Double, 1, &frame.time.to_le_bytes())?;
+        let centre = centre.iter().flat_map(|x| x.to_le_bytes()).collect();
+        self.lasting("log/carom/centre", Kind::Double, 1, centre)?;
+        self.lasting("log/carom/periodic", Kind::Uint8, 1, frame.periodic.map(u8::from).to_vec())
+    }
+
+    fn particles(&mut self, frame: &Frame, centre: &Vector, has_velocities: bool) -> Result<(), FrameError> {
+        let particles = &frame.particles;
+        self.lasting("particles/N", Kind::Uint32, 1, count(particles.len())?.to_le_bytes().to_vec())?;
+        let names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
+        let (types, width) = names_of_types(&names)?;
+        self.lasting("particles/types", Kind::Int8, width, types)?;
+        let species = particles.iter().flat_map(|particle| particle.species.0.to_le_bytes()).collect();
+        self.lasting("particles/typeid", Kind::Uint32, 1, species)?;
+        let diameters: Vec<f64> = particles.iter().map(|particle| 2.0 * particle.radius).collect();
+        self.lasting("particles/diameter", Kind::Float, 1, singles(&diameters)?)?;
+        if let Some(masses) = masses(frame) {
+            self.lasting("particles/mass", Kind::Float, 1, singles(&masses)?)?;
+        }
+        let shifted: Vec<f64> =
+            particles.iter().flat_map(|particle| <[f64; 3]>::from(particle.position - centre)).collect();
+        self.chunks.write("particles/position", Kind::Float, 3, &singles(&shifted)?)?;
+        self.has_velocities |= has_velocities;
+        if self.has_velocities {
+            let velocities = singles(particles.iter().flat_map(|particle| particle.velocity.iter()))?;
+            self.chunks.write("particles/velocity", Kind::Float, 3, &velocities)?;
+        }
+        Ok(())
+    }
+
+    fn bonds(&mut self, frame: &Frame) -> Result<(), FrameError> {
+        let ends = bond_ends(frame)?;
+        let has_had_bonds = self.first.iter().any(|(name, _)| *name == "bonds/N");
+        if ends.is_empty() && !has_had_bonds {
+            return Ok(());
+        }
+        self.lasting("bonds/N", Kind::Uint32, 1, count(ends.len())?.to_le_bytes().to_vec())?;
+        let (types, width) = names_of_types(&["bond"])?;
+        self.lasting("bonds/types", Kind::Int8, width, types)?;
+        let group = ends.iter().flatten().flat_map(|end| end.to_le_bytes()).collect();
+        self.lasting("bonds/group", Kind::Uint32, 2, group)
+    }
+}
+
+impl Writer for Trajectory {
+    fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
+        let frame = in_order_of_ids(moment.frame);
+        let centre = frame.lower + 0.5 * frame.size;
+        self.configuration(moment.index, &frame, &centre)?;
+        self.particles(&frame, &centre, moment.has_velocities)?;
+        self.bonds(&frame)?;
+        self.chunks.end_frame();
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), FrameError> {
+        Ok(self.chunks.finish()?)
+    }
+}
+
+/// The place in the file is the only id that GSD knows.
+fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
+    if frame.particles.is_sorted_by_key(|particle| particle.id) {
+        return Cow::Borrowed(frame);
+    }
+    let mut sorted = frame.clone();
+    sorted.particles.sort_by_key(|particle| particle.id);
+    Cow::Owned(sorted)
+}
+
+/// The mass of each particle, if all are known; 0 for those that never move, with which sums stay finite.
+fn masses(frame: &Frame) -> Option<Vec<f64>> {
+    let mass = |particle: &FrameParticle| frame.species.get(particle.species.0 as usize)?.mass;
+    let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };
+    frame.particles.iter().map(|particle| mass(particle).map(finite)).collect()
+}
+
+fn count(number: usize) -> Result<u32, FrameError> {
+    u32::try_from(number).map_err(|_| FrameError::TooMany(number))
+}
+
+/// Little-endian single precision.
+fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, FrameError> {
+    let mut bytes = Vec::new();
+    for &number in numbers {
+        let single = number as f32;
+        if !single.is_finite() {
+            return Err(FrameError::BeyondSingle(number));
+        }
+        bytes.extend_from_slice(&single.to_le_bytes());
+    }
+    Ok(bytes)
+}
+
+/// The names of types, each filled up with zeros to the same width, of which there is at least one.
+fn names_of_types(names: &[&str]) -> Result<(Vec<u8>, u32), FrameError> {
+    let width = names.iter().map(|name| name.len()).max().unwrap_or(0) + 1;
+    let mut bytes = Vec::new();
+    for name in names {
+        bytes.extend_from_slice(name.as_bytes());
+        bytes.resize(bytes.len() + width - name.len(), 0);
+    }
+    Ok((bytes, count(width)?))
+}

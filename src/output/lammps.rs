@@ -1,0 +1,118 @@
+//! A trajectory as a text dump of LAMMPS (`dump custom` with `dump_modify units yes time yes`).
+//!
+//! ```text
+//! ITEM: UNITS
+//! lj
+//! ITEM: TIME
+//! 0.5
+//! ITEM: TIMESTEP
+//! 1
+//! ITEM: NUMBER OF ATOMS
+//! 1
+//! ITEM: BOX BOUNDS pp pp ff
+//! 0 5
+//! 0 5
+//! -0.5 0.5
+//! ITEM: ATOMS id type element x y z vx vy vz radius
+//! 0 1 ball 0.5 0.5 0 1 0 0 0.5
+//! ```
+//!
+//! `TIMESTEP` is the place of the frame in the trajectory, from 0: there are no steps in time. `TIME` is the simulated time.
+//! Ids are those of every other output and count from 0, types from 1 in the order of the species; `element` is the name of
+//! the species. Velocities that the source does not have are left out. Sides are `p` (periodic) or `f` (anything else). A flat
+//! axis gets the largest diameter, centred on the particles. Numbers have the fewest digits that read back as the same.
+//!
+//! ASE takes only chemical symbols as names, and MDAnalysis (2.11) no dump with `TIME`: for these there are extended XYZ and GSD.
+
+use std::io::Write;
+
+use super::convert::{Draft, FrameError, Moment, Writer};
+use super::number::Cell;
+
+/// The dump while it is written.
+#[derive(Debug)]
+pub(super) struct Dump {
+    file: Draft,
+    has_units: bool,
+}
+
+impl Dump {
+    pub fn new(file: Draft) -> Self {
+        Self { file, has_units: false }
+    }
+
+    fn header(&mut self, moment: &Moment) -> Result<(), FrameError> {
+        let Moment { index, frame, has_velocities } = *moment;
+        let file = &mut self.file;
+        if !self.has_units {
+            file.write_all(b"ITEM: UNITS\nlj\n")?;
+            self.has_units = true;
+        }
+        write!(file, "ITEM: TIME\n{}\nITEM: TIMESTEP\n{index}\n", Cell(Some(frame.time)))?;
+        write!(file, "ITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS", frame.particles.len())?;
+        for is_periodic in frame.periodic {
+            file.write_all(if is_periodic { b" pp" } else { b" ff" })?;
+        }
+        let (lower, upper) = frame.thickened();
+        for (lower, upper) in lower.iter().zip(&upper) {
+            write!(file, "\n{} {}", Cell(Some(*lower)), Cell(Some(*upper)))?;
+        }
+        let velocities = if has_velocities { " vx vy vz" } else { "" };
+        writeln!(file, "\nITEM: ATOMS id type element x y z{velocities} radius")?;
+        Ok(())
+    }
+}
+
+impl Writer for Dump {
+    fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
+        self.header(moment)?;
+        let Moment { frame, has_velocities, .. } = *moment;
+        for particle in &frame.particles {
+            let name = frame.species.get(particle.species.0 as usize).map_or("", |species| species.name.as_str());
+            write!(self.file, "{} {} {name}", particle.id.0, u64::from(particle.species.0) + 1)?;
+            let velocity = if has_velocities { particle.velocity.as_slice() } else { &[] };
+            for &number in particle.position.iter().chain(velocity).chain([&particle.radius]) {
+                write!(self.file, " {}", Cell(Some(number)))?;
+            }
+            self.file.write_all(b"\n")?;
+        }
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), FrameError> {
+        Ok(self.file.finish()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Vector;
+    use crate::output::Format;
+    use crate::output::convert::tests::{chain, converted};
+
+    #[test]
+    fn the_frame_of_a_chain() {
+        let mut frame = chain();
+        frame.particles.truncate(2);
+        frame.bonds.clear();
+        let text = String::from_utf8(converted(&[frame.clone(), frame], Format::Lammps)).unwrap();
+        let one = |index| {
+            format!(
+                "ITEM: TIME\n0.25\nITEM: TIMESTEP\n{index}\nITEM: NUMBER OF ATOMS\n2\nITEM: BOX BOUNDS pp ff pp\n-2 2\n-1 5\n\
+                0 10\nITEM: ATOMS id type element x y z vx vy vz radius\n\
+                0 1 bead -1.5 0.1 2 1 0.30000000000000004 -2e-9 0.5\n1 2 bob -0.5 0.1 2 0 0 0 0.75\n"
+            )
+        };
+        assert_eq!(text, format!("ITEM: UNITS\nlj\n{}{}", one(0), one(1)));
+    }
+
+    #[test]
+    fn a_flat_axis_is_as_thick_as_the_largest_particle() {
+        let mut frame = chain();
+        frame.size = Vector::new(4.0, 6.0, 0.0);
+        frame.lower.z = 2.0;
+        frame.periodic[2] = false;
+        let text = String::from_utf8(converted(&[frame], Format::Lammps)).unwrap();
+        assert!(text.contains("BOX BOUNDS pp ff ff\n-2 2\n-1 5\n1.25 2.75\n"), "{text}");
+    }
+}

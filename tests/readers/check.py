@@ -1,0 +1,127 @@
+"""Opens what the program writes with the programs it is written for, and compares every number with the native
+trajectory.
+
+    python check.py PROGRAM
+
+Prints a line per format and reader; any difference ends it with exit code 1.
+"""
+
+import subprocess
+import sys
+import tempfile
+import warnings
+from importlib.metadata import version
+from pathlib import Path
+
+import ase.io
+from ovito.io import export_file, import_file
+
+import native
+import readers
+import scenes
+from compare import Difference, same
+
+TARGETS = {
+    "xyz": "trajectory-piece.xyz",
+    "lammps": "trajectory.lammpstrj",
+    "gsd": "trajectory.gsd",
+    "vtk": "trajectory-vtk",
+    "npy": "trajectory-npy",
+    "csv": "trajectory.csv",
+}
+
+
+def call(program, *arguments):
+    """Runs the program; its failure is one of the check."""
+    done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise Difference(f"{' '.join(map(str, arguments))}: exit code {done.returncode}\n{done.stderr}")
+
+
+def written(program, folder):
+    """Runs the scenes, converts each into every format, and returns the native frames by folder."""
+    runs = {}
+    for name, scene, shorter in scenes.write(folder):
+        run = folder / name
+        call(program, "run", scene, "--quiet", "--out", run, *shorter)
+        for form, target in TARGETS.items():
+            call(program, "convert", run, "--to", form)
+            if not (run / target).exists():
+                raise Difference(f"{name}: no {target}")
+        runs[run] = native.read(run / "trajectory.xyz")
+    return runs
+
+
+def reads_back(program, folder, writer):
+    """Positions and velocities that another program wrote, as the start of a scene."""
+    frame = native.read(folder / "mixture" / "trajectory.xyz")[-1]
+    for has_velocities in (True, False):
+        path = folder / f"from_{writer.__name__}_{has_velocities}.xyz"
+        writer(path, folder / "mixture" / "trajectory.xyz", has_velocities)
+        # Positions with fewer digits may overlap.
+        text = "allow_invalid_start = true\n" + scenes.MIXTURE.split("[[fill]]")[0]
+        text += f'[[file]]\npath = "{path}"\n[run]\nuntil_events = 10\n'
+        scene = path.with_suffix(".toml")
+        scene.write_text(text)
+        call(program, "run", scene, "--quiet", "--out", path.with_suffix(""))
+        start = native.read(path.with_suffix("") / "trajectory.xyz")[0]
+        same("species", start.particle_names, frame.particle_names)
+        # Both programs write some ten digits.
+        same("positions", start.positions, frame.positions, 1e-8)
+        if has_velocities:
+            same("velocities", start.velocities, frame.velocities, 1e-8)
+
+
+def by_ase(path, trajectory, has_velocities):
+    atoms = ase.io.read(trajectory, format="extxyz")
+    symbols = ase.Atoms(list(atoms.arrays["type"]), positions=atoms.positions, cell=atoms.cell, pbc=atoms.pbc)
+    if has_velocities:
+        symbols.set_array("velo", atoms.arrays["velo"])
+    ase.io.write(path, symbols, format="extxyz")
+
+
+def by_ovito(path, trajectory, has_velocities):
+    pipeline = import_file(str(trajectory))
+    columns = ["Particle Type", "Position.X", "Position.Y", "Position.Z"]
+    columns += ["Velocity.X", "Velocity.Y", "Velocity.Z"] if has_velocities else []
+    last = pipeline.source.num_frames - 1
+    export_file(pipeline, str(path), "xyz", columns=columns, frame=last, precision=12)
+
+
+def main(program):
+    warnings.simplefilter("ignore")
+    faults = 0
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary)
+        runs = written(program, folder)
+        if not any(frame.leaves_through_a_side.any() for frames in runs.values() for frame in frames):
+            raise Difference("no run has a bond through a side")
+        checks = []
+        for form, package, reader in readers.ALL:
+            mine = [run for run in runs if run.name in readers.ONLY.get(reader, [run.name])]
+            work = lambda reader=reader, form=form, mine=mine: [
+                reader(run / TARGETS.get(form, "thermo.csv"), runs[run]) for run in mine
+            ]
+            count = sum(len(runs[run]) for run in mine)
+            checks.append((form, package, work, f"{len(mine)} scenes, {count} frames"))
+        for package, writer in (("ase", by_ase), ("ovito", by_ovito)):
+            work = lambda writer=writer: reads_back(program, folder, writer)
+            checks.append(("read", package, work, "a scene starts from its extended XYZ, with and without velocities"))
+        for form, package, work, what in checks:
+            name = f"{form:8}{package + ' ' + version(package):20}"
+            try:
+                work()
+                print(f"{name}agrees: {what}", flush=True)
+            except Exception as error:  # Whatever a reader objects to is a finding.
+                faults += 1
+                print(f"{name}DIFFERS: {type(error).__name__}: {error}", flush=True)
+    return 1 if faults else 0
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit("usage: check.py PROGRAM")
+    try:
+        sys.exit(main(sys.argv[1]))
+    except Difference as difference:
+        sys.exit(str(difference))

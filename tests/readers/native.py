@@ -1,0 +1,70 @@
+"""Reads the trajectory of a run, extended XYZ, with nothing but the standard library and NumPy."""
+
+import shlex
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass
+class Frame:
+    time: float
+    lower: np.ndarray
+    edges: np.ndarray  # 0 along flat axes
+    thickness: float  # of flat axes, where a format wants a volume
+    periodic: np.ndarray
+    names: list  # of species, in the order of the scene
+    static: np.ndarray  # by species
+    masses: np.ndarray  # by species, infinite for static ones
+    species: np.ndarray  # index into names, by particle
+    ids: np.ndarray
+    positions: np.ndarray
+    velocities: np.ndarray
+    radii: np.ndarray
+    bonds: np.ndarray  # pairs of ids
+
+    @property
+    def particle_names(self):
+        return np.array(self.names)[self.species]
+
+    @property
+    def leaves_through_a_side(self):
+        """By bond, whose ends are ids from 0 on: whether the shorter way between its ends is through a periodic side."""
+        separations = self.positions[self.bonds[:, 0]] - self.positions[self.bonds[:, 1]]
+        return np.any(self.periodic & (2 * np.abs(separations) > self.edges), axis=1)
+
+
+def read(path):
+    """All frames of a file."""
+    frames = []
+    with open(path, encoding="utf-8") as file:
+        while line := file.readline():
+            comment = dict(word.split("=", 1) for word in shlex.split(file.readline()))
+            rows = [file.readline().split() for _ in range(int(line))]
+            frames.append(_frame(comment, rows))
+    return frames
+
+
+def _frame(comment, rows):
+    assert comment["Properties"] == "type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1", comment["Properties"]
+    flags = lambda key, default: np.array([flag == "T" for flag in comment.get(key, default).split()])
+    names = comment["species_table"].split()
+    numbers = np.array([[float(word) for word in row[1:8]] for row in rows])
+    flat = flags("flat", "F F F")
+    edges = np.array(comment["Lattice"].split(), float)[[0, 4, 8]]
+    return Frame(
+        time=float(comment["Time"]),
+        lower=np.array(comment["Origin"].split(), float),
+        edges=np.where(flat, 0.0, edges),
+        thickness=2 * numbers[:, 6].max(),
+        periodic=flags("pbc", ""),
+        names=names,
+        static=flags("static", ""),
+        masses=np.array(comment["species_mass"].split(), float),
+        species=np.array([names.index(row[0]) for row in rows]),
+        ids=np.array([int(row[8]) for row in rows]),
+        positions=numbers[:, 0:3],
+        velocities=numbers[:, 3:6],
+        radii=numbers[:, 6],
+        bonds=np.array([pair.split("-") for pair in comment.get("bonds", "").split()], int).reshape(-1, 2),
+    )

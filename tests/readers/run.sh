@@ -1,0 +1,19 @@
+#!/usr/bin/env bash
+# Opens what the program writes with the programs it is written for: tests/readers/run.sh target/release/carom
+# Needs Python 3.11 or later and a package index. Reuses the environment in CAROM_READERS_VENV, or makes it there; without it,
+# in a temporary folder.
+set -euo pipefail
+program=$(realpath "${1:?usage: run.sh PROGRAM}")
+cd "$(dirname "$0")"
+
+environment=${CAROM_READERS_VENV:-}
+if [[ -z $environment ]]; then
+    environment=$(mktemp -d)
+    trap 'rm -rf "$environment"' EXIT
+fi
+if [[ ! -x $environment/bin/python ]]; then
+    python3 -m venv "$environment"
+fi
+# Takes a moment only where all is installed already.
+"$environment/bin/pip" install --quiet --disable-pip-version-check -r requirements.txt
+PYTHONDONTWRITEBYTECODE=1 QT_QPA_PLATFORM=offscreen "$environment/bin/python" check.py "$program"
