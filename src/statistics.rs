@@ -1,5 +1,9 @@
 //! Means of correlated series, with their standard errors, in bounded memory.
 
+mod curve;
+
+pub use curve::CurveAverage;
+
 use serde::{Deserialize, Serialize};
 
 /// Bins are merged pairwise when there are this many.
@@ -48,6 +52,7 @@ impl Sum {
 /// many bins, neighbours merge and the weight doubles, so that memory stays bounded for any length of the series.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BlockAverage {
+    most_bins: usize,
     bin_weight: f64,
     bins: Vec<f64>,
     open_sum: f64,
@@ -60,7 +65,12 @@ impl BlockAverage {
     /// An empty series, whose bins begin with the weight of one value.
     #[must_use]
     pub fn new(bin_weight: f64) -> Self {
-        Self { bin_weight, bins: Vec::new(), open_sum: 0.0, open_weight: 0.0, sum: 0.0, weight: 0.0 }
+        Self::with_most_bins(MOST_BINS, bin_weight)
+    }
+
+    /// An empty series that merges its bins when there are `most_bins`.
+    fn with_most_bins(most_bins: usize, bin_weight: f64) -> Self {
+        Self { most_bins, bin_weight, bins: Vec::new(), open_sum: 0.0, open_weight: 0.0, sum: 0.0, weight: 0.0 }
     }
 
     /// Adds a value that stands for a time of `weight`. Nothing that is not finite, or has no weight, is added.
@@ -80,7 +90,7 @@ impl BlockAverage {
             self.bins.push(self.open_sum / self.open_weight);
             (self.open_sum, self.open_weight) = (0.0, 0.0);
         }
-        if self.bins.len() == MOST_BINS {
+        if self.bins.len() >= self.most_bins {
             self.merge();
         }
     }

@@ -2,14 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::bond_order::BondOrder;
+use super::chains::Chains;
 use super::plan::Plan;
+use super::profiles::Profile;
 use super::quantity::Measured;
+use super::radial_distribution::RadialDistribution;
+use super::structure_factor::StructureFactor;
 use super::subject::{Sample, Subject};
 use crate::event::Event;
 
 /// What an instrument starts with.
 #[derive(Debug, Clone, Copy)]
-#[allow(dead_code)]
 pub(crate) struct Setup<'a> {
     /// The constants of the scene.
     pub subject: &'a Subject,
@@ -58,7 +62,13 @@ macro_rules! instruments {
     };
 }
 
-instruments! {}
+instruments! {
+    RadialDistribution(RadialDistribution),
+    StructureFactor(StructureFactor),
+    Chains(Chains),
+    BondOrder(BondOrder),
+    Profile(Profile),
+}
 
 /// All instruments of a run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -68,9 +78,15 @@ pub struct Instruments {
 
 impl Instruments {
     /// Instruments for what is planned, at the start of the measurement.
-    pub(crate) fn new(plan: &Plan, _setup: &Setup<'_>) -> Self {
-        let kinds = Vec::new();
-        let _ = plan;
+    pub(crate) fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
+        let mut kinds = Vec::new();
+        let radial = plan.radial_distribution.as_ref();
+        kinds.extend(radial.map(|plan| Kind::RadialDistribution(RadialDistribution::new(plan, setup))));
+        let factor = plan.structure_factor.as_ref();
+        kinds.extend(factor.map(|plan| Kind::StructureFactor(StructureFactor::new(plan, setup))));
+        kinds.extend(plan.chains.as_ref().map(|plan| Kind::Chains(Chains::new(plan, setup))));
+        kinds.extend(plan.bond_order.as_ref().map(|plan| Kind::BondOrder(BondOrder::new(plan, setup))));
+        kinds.extend(plan.profiles.iter().map(|plan| Kind::Profile(Profile::new(plan, setup))));
         Self { kinds }
     }
 

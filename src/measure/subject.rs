@@ -1,7 +1,7 @@
 //! What an instrument is shown: the constants of a scene, and its particles at one time.
 
 use crate::Vector;
-use crate::scene::Scene;
+use crate::scene::{Bond, InteractionId, Scene};
 use crate::simulation::Snapshot;
 use crate::space::Space;
 
@@ -20,8 +20,12 @@ pub struct Subject {
     pub masses: Vec<f64>,
     /// Ids of the particles that move, ascending.
     pub moving: Vec<u32>,
+    /// `species x species`, row by row: the distance at which the cores of strangers touch `[length]`; `None` where there is no core.
+    pub cores: Vec<Option<f64>>,
     /// The two ends of each bond.
     pub bonds: Vec<[u32; 2]>,
+    /// The shortest and the longest distance that any bond reaches to `[length]`; zeros without bonds.
+    pub bond_lengths: [f64; 2],
     /// Whether nothing from outside changes the total momentum.
     pub conserves_momentum: bool,
     /// The seed of the scene, for what is measured on a random choice of particles.
@@ -33,6 +37,10 @@ impl Subject {
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let species: Vec<u32> = scene.particles.iter().map(|particle| particle.species.0).collect();
+        let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
+        let lengths =
+            |bond: &Bond| [potential(&bond.interaction).core().unwrap_or(0.0), potential(&bond.interaction).range()];
+        let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
         Self {
             space: scene.space.clone(),
@@ -41,9 +49,29 @@ impl Subject {
             moving: (0..).zip(&masses).filter(|(_, mass)| mass.is_finite()).map(|(id, _)| id).collect(),
             species,
             masses,
+            cores: scene.table.iter().map(|id| potential(id.as_ref()?).core()).collect(),
+            bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: crate::observe::Meaning::of(scene).conserves_momentum,
             seed: scene.seed,
+        }
+    }
+
+    /// Points of one species, of mass and diameter 1, that do not interact.
+    #[cfg(test)]
+    pub(crate) fn of_points(space: Space, count: u32) -> Self {
+        Self {
+            space,
+            species_names: vec!["A".to_owned()],
+            diameters: vec![1.0],
+            species: vec![0; count as usize],
+            masses: vec![1.0; count as usize],
+            moving: (0..count).collect(),
+            cores: vec![None],
+            bonds: Vec::new(),
+            bond_lengths: [0.0; 2],
+            conserves_momentum: true,
+            seed: 1,
         }
     }
 }

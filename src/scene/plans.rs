@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 
 use crate::measure::Plan;
+use crate::measure::profiles::MOST_CELLS;
+use crate::measure::radial_distribution::MOST_BINS;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::Interactions;
@@ -10,9 +12,6 @@ use crate::scene::limits::{finite, finite_vector, positive};
 use crate::scene::place::Place;
 use crate::scene::{Growth, GrowthTarget, Limit, Species, Thermostat};
 use crate::space::{Boundary, Space};
-
-/// The most bins of a distribution or cells of a grid: more are a slip of the keyboard.
-const MOST_BINS: u64 = 1_000_000;
 
 fn refuse<T>(place: Place, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
     Err(SceneError::new(place, SceneErrorKind::value(value, expected)))
@@ -113,11 +112,11 @@ impl SceneBuilder {
         for (index, profile) in self.measure.profiles.iter().enumerate() {
             let place = place.key("profile").index(index);
             let cells = profile.bins.iter().try_fold(1_u64, |cells, &bins| cells.checked_mul(bins));
-            if !cells.is_some_and(|cells| (1..=MOST_BINS).contains(&cells)) {
+            if !cells.is_some_and(|cells| (1..=MOST_CELLS).contains(&cells)) {
                 return refuse(
                     place.key("bins"),
                     format!("{:?}", profile.bins),
-                    format!("1 to {MOST_BINS} cells in all"),
+                    format!("1 to {MOST_CELLS} cells in all"),
                 );
             }
             check_box(profile.lower, profile.upper, space, &place)?;
@@ -190,8 +189,8 @@ fn check_numbers(plan: &Plan, place: &Place) -> Result<(), SceneError> {
         }
     }
     for (count, place) in bins {
-        if let Some(count) = count.filter(|count| !(1..=MOST_BINS / 100).contains(count)) {
-            return refuse(place, count, format!("1 to {}", MOST_BINS / 100));
+        if let Some(count) = count.filter(|count| !(1..=MOST_BINS).contains(count)) {
+            return refuse(place, count, format!("1 to {MOST_BINS}"));
         }
     }
     let intervals = plan.profiles.iter().map(|it| ("profile", it.interval)).enumerate();

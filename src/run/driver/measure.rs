@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::Driver;
+use super::pace::Pace;
 use crate::measure::{Instruments, Sample, Setup};
 use crate::run::course::Measurement;
 use crate::run::{Ending, Recorder};
@@ -24,7 +25,7 @@ impl<R: Recorder> Driver<'_, R> {
         }
         if self.course.measurement.is_none() {
             match self.pace()? {
-                Ok((rows, frames, duration)) => self.set_up(rows, frames, duration),
+                Ok(pace) => self.set_up(pace),
                 Err(ending) => return Ok(ending),
             }
         }
@@ -39,7 +40,7 @@ impl<R: Recorder> Driver<'_, R> {
         Ok(ending)
     }
 
-    fn set_up(&mut self, rows: crate::run::ticks::Ticks, frames: crate::run::ticks::Ticks, duration: f64) {
+    fn set_up(&mut self, Pace { rows, frames, duration }: Pace) {
         let plan = &self.simulation.scene().measure;
         let instruments = if plan.is_empty() {
             Instruments::default()

@@ -5,12 +5,19 @@ use crate::run::ticks::{self, Ticks};
 use crate::run::{Ending, Recorder};
 use crate::scene::Limit;
 
+/// When a measured stretch writes, and how long it will last, as far as is known `[time]`.
+pub(super) struct Pace {
+    pub rows: Ticks,
+    pub frames: Ticks,
+    pub duration: f64,
+}
+
 impl<R: Recorder> Driver<'_, R> {
     /// The times of rows and frames, and how long the measurement will last, as far as is known; or the ending, if the run ends
     /// while they are chosen.
     ///
     /// Where only the number of events is known, the rate in the first of them tells how long the run will last.
-    pub(super) fn pace(&mut self) -> Result<Result<(Ticks, Ticks, f64), Ending>, R::Error> {
+    pub(super) fn pace(&mut self) -> Result<Result<Pace, Ending>, R::Error> {
         let start = self.course.stage.time;
         let scene = self.simulation.scene();
         let (thermo, frame) = (scene.output.thermo_interval, scene.output.frame_interval);
@@ -27,10 +34,10 @@ impl<R: Recorder> Driver<'_, R> {
             Some(interval) => Ticks::given(start, interval),
             None => Ticks::expecting(start, duration, aim),
         };
-        let mut pace = (ticks(thermo, ticks::ROWS), ticks(frame, ticks::FRAMES), duration);
+        let mut pace = Pace { rows: ticks(thermo, ticks::ROWS), frames: ticks(frame, ticks::FRAMES), duration };
         if self.simulation.time() > start {
             // The pilot is a thousandth of the events, and seldom reaches the first tick.
-            for ticks in [&mut pace.0, &mut pace.1] {
+            for ticks in [&mut pace.rows, &mut pace.frames] {
                 if ticks.next() <= self.simulation.time() {
                     ticks.pass(self.simulation.time());
                 }

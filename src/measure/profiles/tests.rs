@@ -1,0 +1,123 @@
+use super::*;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+const FRAMES: usize = 400;
+
+/// Uniform in `[0, 1)`.
+fn uniform(random: &mut ChaCha8Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Sets up an instrument and shows it frames of positions and velocities.
+fn measure(
+    subject: &Subject,
+    plan: &plan::Profile,
+    mut frame: impl FnMut() -> (Vec<Vector>, Vec<Vector>),
+) -> (Profile, Measured) {
+    let (positions, velocities) = frame();
+    let sample = Sample { time: 0.0, positions: &positions, velocities: &velocities, images: &[] };
+    let mut profile = Profile::new(plan, &Setup { subject, sample, duration: FRAMES as f64 });
+    for k in 1..=FRAMES {
+        let (positions, velocities) = frame();
+        let sample = Sample { time: k as f64, positions: &positions, velocities: &velocities, images: &[] };
+        profile.sample(&sample, subject);
+    }
+    let mut measured = Measured::default();
+    profile.report(subject, &mut measured);
+    (profile, measured)
+}
+
+fn plan(bins: [u64; 3]) -> plan::Profile {
+    let name = "p".to_owned();
+    plan::Profile { name, bins, lower: None, upper: None, species: None, interval: Some(1.0) }
+}
+
+#[test]
+fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
+    let mut subject = Subject::of_points(Space::periodic_cube(4.0), 60);
+    subject.masses = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { 3.0 }).collect();
+    let mut random = ChaCha8Rng::seed_from_u64(11);
+    // No particles where y > 3; velocity x is the number of the cell; thermal velocities have the temperature 1/12.
+    let frame = || {
+        let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+        for mass in &subject.masses {
+            let position = Vector::from_fn(|k, _| uniform(&mut random) * if k == 1 { 3.0 } else { 4.0 });
+            let thermal = Vector::from_fn(|_, _| (uniform(&mut random) - 0.5) / mass.sqrt());
+            positions.push(position);
+            velocities.push(thermal + Vector::new(position.y.floor(), 0.0, 0.5));
+        }
+        (positions, velocities)
+    };
+    let (_, measured) = measure(&subject, &plan([1, 4, 1]), frame);
+    let curve = &measured.curves[0];
+    assert_eq!((curve.name.as_str(), curve.variables.len()), ("profile_p", 1));
+    assert_eq!(curve.variables[0].values, [0.5, 1.5, 2.5, 3.5]);
+    let [density, x, y, z, temperature] = &curve.series[..] else { panic!("five series") };
+    let is = |series: &Series, cell: usize, expected: f64, largest: f64| {
+        let (value, error) = (series.values[cell].unwrap(), series.standard_errors[cell].unwrap());
+        assert!(error < largest, "{} {cell}: {error}", series.name);
+        assert!((value - expected).abs() < 4.0 * error, "{} {cell}: {value} +- {error}, {expected}", series.name);
+    };
+    for cell in 0..3 {
+        // Standard errors: sqrt(20 2/3 / 400) / 16, and sqrt(1/12 / 8000) and less for the masses; twice that at most.
+        is(density, cell, 1.25, 0.023);
+        is(x, cell, cell as f64, 0.0065);
+        is(y, cell, 0.0, 0.0065);
+        is(z, cell, 0.5, 0.0065);
+        // The variance of v^2 is 1/180 each: sqrt(1/180 / 24000), twice.
+        is(temperature, cell, 1.0 / 12.0, 0.001);
+    }
+    assert_eq!((density.values[3], density.standard_errors[3]), (Some(0.0), None));
+    assert!(curve.series[1..].iter().all(|series| series.values[3].is_none() && series.standard_errors[3].is_none()));
+}
+
+#[test]
+fn the_density_of_a_grid_adds_up_and_has_its_cells_in_order() {
+    let mut space = Space::periodic_cube(6.0);
+    space.lower = Vector::new(-3.0, 0.0, 0.0);
+    let mut subject = Subject::of_points(space, 2);
+    subject.species_names.push("B".to_owned());
+    let frame = || {
+        // One a rounding error below the lower side, the other in the third cell along x and the second along z.
+        let positions = vec![Vector::new((-3.0_f64).next_down(), 1.0, 5.9), Vector::new(0.1, 5.0, 3.1)];
+        (positions, vec![Vector::new(2.0, 0.0, 0.0); 2])
+    };
+    let (_, measured) = measure(&subject, &plan([4, 1, 2]), frame);
+    let curve = &measured.curves[0];
+    let names: Vec<&str> = curve.variables.iter().map(|variable| variable.name.as_str()).collect();
+    assert_eq!(names, ["x", "z"]);
+    let filled: Vec<[f64; 2]> = (0..8)
+        .filter(|&cell| curve.series[0].values[cell] == Some(1.0 / 27.0))
+        .map(|cell| [curve.variables[0].values[cell], curve.variables[1].values[cell]])
+        .collect();
+    assert_eq!(filled, [[0.75, 4.5], [2.25, 4.5]]);
+    let other = plan::Profile { species: Some("B".to_owned()), ..plan([4, 1, 2]) };
+    let (_, measured) = measure(&subject, &other, frame);
+    assert!(measured.curves[0].series[0].values.iter().all(|value| *value == Some(0.0)));
+}
+
+#[test]
+fn a_grid_over_a_part_counts_what_is_in_it_and_stays_affordable() {
+    let subject = Subject::of_points(Space::periodic_cube(6.0), 1);
+    let part = plan::Profile { lower: Some([4.0, 0.0, 0.0]), upper: Some([7.0, 6.0, 6.0]), ..plan([3, 1, 1]) };
+    let (_, measured) = measure(&subject, &part, || (vec![Vector::new(0.5, 1.0, 1.0)], vec![Vector::zeros()]));
+    assert_eq!(measured.curves[0].series[0].values, [Some(0.0), Some(0.0), Some(1.0 / 36.0)]);
+    assert_eq!(affordable([200, 200, 5]), [200, 50, 1]);
+    assert_eq!(affordable([0, 3, u64::MAX]), [1, 3, 3333]);
+}
+
+#[test]
+fn two_velocities_have_one_degree_of_freedom_between_them() {
+    let subject = Subject::of_points(Space::periodic_cube(6.0), 1);
+    let mut sign = 1.0;
+    let frame = || {
+        sign = -sign;
+        (vec![Vector::repeat(1.0)], vec![Vector::new(5.0 + sign, 0.0, 0.0)])
+    };
+    // Two samples, at times 199 and 398, of velocities 4 and 6: 2 / (3 (2 - 1)).
+    let (_, measured) = measure(&subject, &plan::Profile { interval: Some(199.0), ..plan([1; 3]) }, frame);
+    let curve = &measured.curves[0];
+    assert!((curve.series[4].values[0].unwrap() - 2.0 / 3.0).abs() < 1e-12, "{:?}", curve.series[4]);
+    assert_eq!((curve.series[1].values[0], curve.variables.len()), (Some(5.0), 1));
+}

@@ -1,0 +1,168 @@
+//! The wave vectors of a periodic box, some for each of a number of shells.
+
+use crate::space::{Boundary, Space};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+
+/// The largest number of shells.
+pub(super) const MOST_SHELLS: f64 = 60.0;
+
+/// The largest multiple of the smallest wave number: so many powers are tabulated.
+const MOST_MULTIPLES: f64 = 4096.0;
+
+/// Directions that are tried in each shell, at three radii.
+const DIRECTIONS: u32 = 64;
+
+/// Wave vectors of about the same length.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Shell {
+    /// The mean of their lengths `[1 / length]`.
+    pub wave_number: f64,
+    /// As multiples of `2 pi / L` along the axes, one of each `q` and `-q`.
+    pub vectors: Vec<[i32; 3]>,
+}
+
+/// Shells of at most `most` vectors each, with wave numbers up to `largest`, at most 4096 times the smallest one.
+pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
+    let is_periodic = |k: usize| space.boundary[k] == Boundary::Periodic;
+    let units: [f64; 3] = std::array::from_fn(|k| if is_periodic(k) { 2.0 * PI / space.size[k] } else { 0.0 });
+    let smallest = units.into_iter().filter(|&unit| unit > 0.0).fold(f64::INFINITY, f64::min);
+    if !smallest.is_finite() {
+        return Vec::new();
+    }
+    // The shells are centred at multiples of their width, so that the last one ends half a width further.
+    let largest = largest.min(MOST_MULTIPLES * smallest);
+    let width = (largest / MOST_SHELLS).max(smallest);
+    let count = (largest / width * (1.0 + 1e-9)).floor() as u32;
+    let shell = |index: u32| {
+        let middle = f64::from(index) * width;
+        let bounds = [middle - 0.5 * width, (middle + 0.5 * width).min(largest * (1.0 + 1e-9))];
+        Shell::new(&units, bounds, most)
+    };
+    (1..=count).map(shell).filter(|shell| !shell.vectors.is_empty()).collect()
+}
+
+impl Shell {
+    fn new(units: &[f64; 3], bounds: [f64; 2], most: usize) -> Self {
+        let mut vectors = symmetric(units, bounds);
+        thin(&mut vectors, most);
+        let mut others = scattered(units, bounds);
+        others.retain(|n| !vectors.contains(n));
+        thin(&mut others, most - vectors.len());
+        vectors.extend(others);
+        let sum: f64 = vectors.iter().map(|n| length(units, n)).sum();
+        Self { wave_number: sum / vectors.len().max(1) as f64, vectors }
+    }
+}
+
+fn length(units: &[f64; 3], n: &[i32; 3]) -> f64 {
+    let [x, y, z] = std::array::from_fn(|k| f64::from(n[k]) * units[k]);
+    (x * x + y * y + z * z).sqrt()
+}
+
+fn is_within([from, to]: [f64; 2], length: f64) -> bool {
+    from <= length && length < to
+}
+
+/// One of a vector and its opposite: the last component that is not zero is positive.
+fn upper(n: [i32; 3]) -> [i32; 3] {
+    if n.iter().rev().find(|&&n| n != 0).is_some_and(|&n| n < 0) { n.map(|n| -n) } else { n }
+}
+
+/// Vectors along the axes and the diagonals of the faces and of the box, where crystals in it have their strongest peaks.
+fn symmetric(units: &[f64; 3], bounds: [f64; 2]) -> Vec<[i32; 3]> {
+    let mut found = BTreeSet::new();
+    for code in 0..27 {
+        let direction = [code % 3 - 1, code / 3 % 3 - 1, code / 9 - 1];
+        let step = length(units, &direction);
+        if upper(direction) != direction || step == 0.0 || (0..3).any(|k| direction[k] != 0 && units[k] == 0.0) {
+            continue;
+        }
+        let first = ((bounds[0] / step).floor() as i32).max(1);
+        let multiples = (first..).map(|times| direction.map(|n| n * times));
+        let until = multiples.take_while(|n| length(units, n) < bounds[1]);
+        found.extend(until.filter(|n| is_within(bounds, length(units, n))));
+    }
+    found.into_iter().collect()
+}
+
+/// Vectors near to points that are spread evenly over half of the shell.
+fn scattered(units: &[f64; 3], bounds: [f64; 2]) -> Vec<[i32; 3]> {
+    let axes: Vec<usize> = (0..3).filter(|&k| units[k] > 0.0).collect();
+    let golden_angle = PI * (3.0 - 5.0_f64.sqrt());
+    let mut found = BTreeSet::new();
+    for index in 0..DIRECTIONS {
+        let height = (f64::from(index) + 0.5) / f64::from(DIRECTIONS);
+        let (sine, cosine) = libm::sincos(if axes.len() == 2 { PI * height } else { golden_angle * f64::from(index) });
+        let radius = (1.0 - height * height).sqrt();
+        let direction = match axes.len() {
+            3 => [radius * cosine, radius * sine, height],
+            2 => [cosine, sine, 0.0],
+            _ => [1.0, 0.0, 0.0],
+        };
+        for part in [0.2, 0.5, 0.8] {
+            let wanted = bounds[0] + part * (bounds[1] - bounds[0]);
+            let mut n = [0; 3];
+            for (&axis, component) in axes.iter().zip(direction) {
+                n[axis] = (wanted * component / units[axis]).round() as i32;
+            }
+            if is_within(bounds, length(units, &n)) {
+                found.insert(upper(n));
+            }
+        }
+    }
+    found.into_iter().collect()
+}
+
+/// Keeps `most` of many, evenly.
+fn thin(vectors: &mut Vec<[i32; 3]>, most: usize) {
+    let count = vectors.len();
+    if count > most {
+        *vectors = (0..most).map(|k| vectors[k * count / most]).collect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+
+    #[test]
+    fn shells_are_full_of_different_vectors_of_their_length() {
+        for edge in [3.0, 8.0, 200.0] {
+            let space = Space::periodic_cube(edge);
+            let unit = 2.0 * PI / edge;
+            let all = shells(&space, 20.0, 20);
+            assert!(all.len() <= 60 && all.len() as f64 >= (20.0 / unit).min(60.0).floor() - 1.0, "{}", all.len());
+            let mut last = 0.0;
+            for shell in &all {
+                let lengths = shell.vectors.iter().map(|n| length(&[unit; 3], n));
+                assert!(lengths.clone().all(|q| q > last && q <= 20.0 * (1.0 + 1e-9)));
+                last = lengths.fold(0.0, f64::max);
+                let both: BTreeSet<[i32; 3]> = shell.vectors.iter().flat_map(|n| [*n, n.map(|n| -n)]).collect();
+                assert_eq!(both.len(), 2 * shell.vectors.len());
+                assert!(shell.vectors.len() <= 20 && (shell.vectors.len() >= 13 || shell.wave_number < 2.1 * unit));
+            }
+        }
+    }
+
+    #[test]
+    fn the_first_shell_of_a_cube_is_complete() {
+        // Lengths from 1/2 to 3/2: three along the axes and six along the diagonals of the faces.
+        assert_eq!(shells(&Space::periodic_cube(1.0), 20.0, 20)[0].vectors.len(), 9);
+    }
+
+    #[test]
+    fn only_periodic_axes_have_wave_vectors() {
+        let mut space = Space::periodic_cube(5.0);
+        space.boundary[1] = Boundary::walls(1.0);
+        (space.boundary[2], space.size) = (Boundary::Flat, Vector::new(5.0, 5.0, 0.0));
+        let all = shells(&space, 13.0, 20);
+        assert_eq!(all.len(), 10);
+        assert!(all.iter().zip(1..).all(|(shell, n)| shell.vectors == [[n, 0, 0]]));
+        space.boundary[0] = Boundary::OPEN;
+        assert_eq!(shells(&space, 13.0, 20), []);
+        assert_eq!(shells(&Space::periodic_cube(1.0), 1.0, 20), [], "all wave numbers are larger");
+    }
+}

@@ -1,0 +1,153 @@
+//! Means of all values of a curve, with their standard errors, in bounded memory.
+
+use super::{BlockAverage, Estimate, standard_error};
+use serde::{Deserialize, Serialize};
+
+/// Bins of one element are merged pairwise when there are this many, so that 32 to 64 are left: with 32, the error of the
+/// error, `1 / sqrt(2 (n - 1))`, is 13 %.
+const MOST_BINS: usize = 64;
+
+/// A running mean of each element of a curve: of the bins of a histogram, of the times of a correlation function.
+///
+/// Elements may have different numbers of values, as the times of a correlation function do. What [`Self::combination`] takes
+/// together must have been added together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CurveAverage {
+    elements: Vec<BlockAverage>,
+}
+
+impl CurveAverage {
+    /// A curve of `length` elements without values.
+    #[must_use]
+    pub fn new(length: usize) -> Self {
+        Self { elements: vec![BlockAverage::with_most_bins(MOST_BINS, 1.0); length] }
+    }
+
+    /// Number of elements.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// Whether there are no elements.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.elements.is_empty()
+    }
+
+    /// Adds one value to one element. Nothing that is not finite is added, nor anything beyond the last element.
+    pub fn add(&mut self, element: usize, value: f64) {
+        if let Some(average) = self.elements.get_mut(element) {
+            average.add(value, 1.0);
+        }
+    }
+
+    /// Adds one value to each element, from the first one on.
+    pub fn add_all(&mut self, values: impl IntoIterator<Item = f64>) {
+        self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
+    }
+
+    /// The mean of one element and its standard error; `None` if it has no values.
+    #[must_use]
+    pub fn estimate(&self, element: usize) -> Option<Estimate> {
+        self.elements.get(element)?.estimate()
+    }
+
+    /// The means of all elements; `None` for those without values.
+    #[must_use]
+    pub fn means(&self) -> Vec<Option<f64>> {
+        self.elements.iter().map(|average| Some(average.estimate()?.mean)).collect()
+    }
+
+    /// The standard errors of all means; `None` for those with too few values.
+    #[must_use]
+    pub fn standard_errors(&self) -> Vec<Option<f64>> {
+        self.elements.iter().map(|average| average.estimate()?.standard_error).collect()
+    }
+
+    /// The mean of `sum c_k x_k` over `terms` of (element `k`, coefficient `c_k`), and its standard error with all correlations
+    /// of the elements.
+    ///
+    /// The error of a function `f` of several means follows from its derivatives at the means, `c_k = df / dx_k`: that of a ratio
+    /// `R = x_a / x_b` from `[(a, 1 / x_b), (b, -R / x_b)]`.
+    ///
+    /// `None` if there are no terms or one of the elements has no values; no error if they do not have equally many.
+    #[must_use]
+    pub fn combination(&self, terms: &[(usize, f64)]) -> Option<Estimate> {
+        let mut mean = 0.0;
+        let mut parts = Vec::with_capacity(terms.len());
+        for &(element, coefficient) in terms {
+            let average = self.elements.get(element)?;
+            mean += coefficient * average.estimate()?.mean;
+            parts.push((average, coefficient));
+        }
+        let (first, _) = parts.first()?;
+        let is_together = parts.iter().all(|(average, _)| average.weight == first.weight);
+        let sum = |bin: usize| parts.iter().map(|(average, coefficient)| coefficient * average.bins[bin]).sum();
+        let bins: Option<Vec<f64>> = is_together.then(|| (0..first.bins.len()).map(sum).collect());
+        Some(Estimate { mean, standard_error: bins.and_then(|bins| standard_error(&bins)) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand_chacha::ChaCha8Rng;
+    use rand_core::{Rng, SeedableRng};
+
+    /// A curve of `[x, 1 - x, 2 x y]` for random `x` and `y` in `[0, 1)`.
+    fn measured(seed: u64, samples: usize) -> CurveAverage {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut next = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        let mut curve = CurveAverage::new(3);
+        for _ in 0..samples {
+            let (x, y) = (next(), next());
+            curve.add_all([x, 1.0 - x, 2.0 * x * y]);
+        }
+        curve
+    }
+
+    #[test]
+    fn means_have_the_errors_of_independent_values_in_bounded_memory() {
+        let curve = measured(1, 20_000);
+        let error = curve.standard_errors()[0].unwrap();
+        let exact = (1.0 / 12.0 / 20_000.0_f64).sqrt();
+        // 32 to 64 bins: 13 %, three times, and a little for the choice of the level.
+        assert!((error / exact - 1.0).abs() < 0.45, "{error} but {exact}");
+        assert!((curve.means()[0].unwrap() - 0.5).abs() < 4.0 * exact);
+        assert!(curve.elements.iter().all(|average| average.bins.len() < MOST_BINS));
+    }
+
+    #[test]
+    fn combinations_know_correlations() {
+        let curve = measured(2, 5_000);
+        let one = curve.combination(&[(0, 1.0), (1, 1.0)]).unwrap();
+        assert!((one.mean - 1.0).abs() < 1e-12 && one.standard_error.unwrap() < 1e-12, "x and 1 - x: {one:?}");
+        let difference = curve.combination(&[(0, 1.0), (1, -1.0)]).unwrap().standard_error.unwrap();
+        assert!((difference / (2.0 * curve.standard_errors()[0].unwrap()) - 1.0).abs() < 1e-9, "2 x - 1");
+        // R = <2 x y> / <x> = 1, with the variance of (2 x y - R x) / <x> = 2 x (2 y - 1): 4 / 9.
+        let (a, b) = (curve.means()[2].unwrap(), curve.means()[0].unwrap());
+        let ratio = curve.combination(&[(2, 1.0 / b), (0, -a / (b * b))]).unwrap();
+        let exact = (4.0 / 9.0 / 5_000.0_f64).sqrt();
+        assert!((ratio.standard_error.unwrap() / exact - 1.0).abs() < 0.45, "{ratio:?} but {exact}");
+    }
+
+    #[test]
+    fn elements_may_have_different_numbers_of_values() {
+        let mut curve = CurveAverage::new(2);
+        (0..100).for_each(|k| curve.add(0, f64::from(k)));
+        assert_eq!(curve.means(), [Some(49.5), None]);
+        assert_eq!(curve.combination(&[(0, 1.0), (1, 1.0)]), None);
+        assert_eq!(curve.combination(&[]), None);
+        curve.add(1, 0.5);
+        curve.add(7, 0.5);
+        assert_eq!(curve.combination(&[(0, 1.0), (1, 1.0)]), Some(Estimate { mean: 50.0, standard_error: None }));
+    }
+
+    #[test]
+    fn it_goes_on_from_a_record_bit_by_bit() {
+        let curve = measured(3, 1_000);
+        let record = serde_json::to_string(&curve).unwrap();
+        assert_eq!(serde_json::from_str::<CurveAverage>(&record).unwrap(), curve);
+    }
+}
