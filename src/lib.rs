@@ -47,6 +47,7 @@
 //! | The loop itself | [`simulation`] | |
 //! | The paper, word for word, for checking | [`mod@reference`] | Algorithm 1 |
 //! | What is measured, and how well did it go? | [`observe`], [`statistics`], [`audit`] | |
+//! | What is known from theory and other simulations? | [`published`] | |
 //! | Is a run right, event by event? | [`mod@verify`] | Algorithm 1 |
 //! | What does a scene ask to be measured? | [`measure`] | |
 //! | A whole run, its files, its picture | [`run`], [`output`], [`picture`] | figure 6 |
@@ -78,6 +79,7 @@ pub(crate) mod pages;
 pub mod picture;
 pub mod potential;
 pub(crate) mod prefetch;
+pub mod published;
 pub mod queue;
 pub mod reference;
 pub mod response;

@@ -12,10 +12,21 @@ pub mod quantity;
 pub mod radial_distribution;
 pub mod subject;
 
+mod diffusion;
+mod flow;
+mod free_paths;
+mod free_time;
 mod instrument;
+mod momentum_flow;
 mod near;
+mod pressure_tensor;
 mod schedule;
+mod slope;
+mod stretches;
 mod structure_factor;
+mod transport;
+#[cfg(test)]
+mod trial;
 
 pub use instrument::Instruments;
 pub(crate) use instrument::Setup;

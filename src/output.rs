@@ -5,6 +5,7 @@ mod contacts;
 pub mod convert;
 mod csv;
 mod error;
+mod event_log;
 pub mod extended_xyz;
 mod folder;
 pub mod frame;

@@ -47,6 +47,7 @@ pub use stage::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 pub use surface::Side;
 
 use crate::Vector;
+use crate::output::Format;
 use crate::potential::Potential;
 use crate::space::Space;
 
@@ -160,6 +161,10 @@ pub struct OutputPlan {
     pub regions: Vec<CountRegion>,
     /// Whether every physical event is written to `contacts.csv`.
     pub has_contacts: bool,
+    /// Whether every event is written to the folder `events`, with positions and velocities.
+    pub has_event_log: bool,
+    /// Formats that the trajectory is converted to at the end.
+    pub formats: Vec<Format>,
 }
 
 /// A validated scene. The fields are public to read; [`SceneBuilder`] makes one.

@@ -22,6 +22,15 @@ pub struct Estimate {
     pub standard_error: Option<f64>,
 }
 
+impl Estimate {
+    /// The estimate of the same quantity divided by a constant other than zero.
+    #[must_use]
+    pub fn over(self, divisor: f64) -> Self {
+        let standard_error = self.standard_error.map(|error| error / divisor.abs());
+        Self { mean: self.mean / divisor, standard_error }
+    }
+}
+
 /// A sum that keeps what rounding cuts off (Neumaier), so that ledgers measure the dynamics and not the adding up.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sum {

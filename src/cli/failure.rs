@@ -77,7 +77,7 @@ impl From<OutputError> for Failure {
             _ => FAILED,
         };
         let help = error.cure();
-        Self::new(with_causes(&error), None, Some(help), code)
+        Self::new(with_causes(&error), None, help, code)
     }
 }
 

@@ -4,12 +4,17 @@ use serde::{Deserialize, Serialize};
 
 use super::bond_order::BondOrder;
 use super::chains::Chains;
+use super::diffusion::Diffusion;
+use super::flow::Flow;
+use super::free_paths::FreePaths;
 use super::plan::Plan;
+use super::pressure_tensor::PressureTensor;
 use super::profiles::Profile;
 use super::quantity::Measured;
 use super::radial_distribution::RadialDistribution;
 use super::structure_factor::StructureFactor;
 use super::subject::{Sample, Subject};
+use super::transport::Transport;
 use crate::event::Event;
 
 /// What an instrument starts with.
@@ -63,6 +68,11 @@ macro_rules! instruments {
 }
 
 instruments! {
+    PressureTensor(PressureTensor),
+    Diffusion(Diffusion),
+    Transport(Transport),
+    FreePaths(FreePaths),
+    Flow(Flow),
     RadialDistribution(RadialDistribution),
     StructureFactor(StructureFactor),
     Chains(Chains),
@@ -80,6 +90,11 @@ impl Instruments {
     /// Instruments for what is planned, at the start of the measurement.
     pub(crate) fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let mut kinds = Vec::new();
+        kinds.extend(plan.pressure_tensor.as_ref().map(|plan| Kind::PressureTensor(PressureTensor::new(plan, setup))));
+        kinds.extend(plan.diffusion.as_ref().map(|plan| Kind::Diffusion(Diffusion::new(plan, setup))));
+        kinds.extend(plan.transport.as_ref().map(|plan| Kind::Transport(Transport::new(plan, setup))));
+        kinds.extend(plan.free_paths.as_ref().map(|plan| Kind::FreePaths(FreePaths::new(plan, setup))));
+        kinds.extend(plan.flows.iter().map(|plan| Kind::Flow(Flow::new(plan, setup))));
         let radial = plan.radial_distribution.as_ref();
         kinds.extend(radial.map(|plan| Kind::RadialDistribution(RadialDistribution::new(plan, setup))));
         let factor = plan.structure_factor.as_ref();

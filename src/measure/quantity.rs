@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::statistics::Estimate;
+
 /// Everything that a run has measured; the content of `measurements.json`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Measured {
@@ -26,6 +28,22 @@ pub struct Number {
     pub standard_error: Option<f64>,
     /// How it is defined and measured, in a sentence with its equation.
     pub method: String,
+}
+
+impl Number {
+    /// A number of an estimate, if there is one.
+    pub(super) fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
+        // What is not finite is not known.
+        let estimate = estimate.filter(|estimate| estimate.mean.is_finite());
+        Self {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            unit: unit.to_owned(),
+            mean: estimate.map(|estimate| estimate.mean),
+            standard_error: estimate.and_then(|estimate| estimate.standard_error).filter(|error| error.is_finite()),
+            method: method.to_owned(),
+        }
+    }
 }
 
 /// One or more quantities that depend on one variable, or on the coordinates of a grid.

@@ -3,7 +3,7 @@
 use crate::Vector;
 use crate::scene::{Bond, InteractionId, Scene};
 use crate::simulation::Snapshot;
-use crate::space::Space;
+use crate::space::{Boundary, Face, Space};
 
 /// What stays the same while a scene is measured, by particle id.
 #[derive(Debug, Clone)]
@@ -28,6 +28,16 @@ pub struct Subject {
     pub bond_lengths: [f64; 2],
     /// Whether nothing from outside changes the total momentum.
     pub conserves_momentum: bool,
+    /// Whether particles accelerate between events.
+    pub is_accelerated: bool,
+    /// Whether the fluid is homogeneous and free: periodic, without gravity, walls or static particles.
+    pub is_homogeneous: bool,
+    /// Whether no contact dissipates.
+    pub is_elastic: bool,
+    /// Whether the potential energy of some pair depends on its state.
+    pub has_wells: bool,
+    /// Shear rate of the box `[1 / time]`; 0 at rest.
+    pub shear_rate: f64,
     /// The seed of the scene, for what is measured on a random choice of particles.
     pub seed: u64,
 }
@@ -42,6 +52,11 @@ impl Subject {
             |bond: &Bond| [potential(&bond.interaction).core().unwrap_or(0.0), potential(&bond.interaction).range()];
         let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
+        let meaning = crate::observe::Meaning::of(scene);
+        let is_soft = |boundary: &Boundary| {
+            let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
+            matches!(boundary, Boundary::Bounded { lower, upper } if is_soft(lower) || is_soft(upper))
+        };
         Self {
             space: scene.space.clone(),
             species_names: scene.species.iter().map(|species| species.name.clone()).collect(),
@@ -52,9 +67,43 @@ impl Subject {
             cores: scene.table.iter().map(|id| potential(id.as_ref()?).core()).collect(),
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
-            conserves_momentum: crate::observe::Meaning::of(scene).conserves_momentum,
+            conserves_momentum: meaning.conserves_momentum,
+            is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
+            is_homogeneous: meaning.is_homogeneous,
+            is_elastic: scene.interactions.iter().all(|interaction| interaction.restitution == 1.0)
+                && !scene.space.boundary.iter().any(is_soft),
+            has_wells: meaning.has_wells,
+            shear_rate: scene.shear_rate.unwrap_or(0.0),
             seed: scene.seed,
         }
+    }
+
+    /// Indices of the axes that are not flat.
+    pub(super) fn axes(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)
+    }
+
+    /// Mass of everything that moves `[mass]`.
+    pub(super) fn moving_mass(&self) -> f64 {
+        self.moving.iter().map(|&id| self.masses[id as usize]).sum()
+    }
+
+    /// Velocity of what streams at a position of a sheared box: `rate (y - y_middle)` along x `[length / time]`.
+    pub(super) fn streaming_velocity(&self, position: &Vector) -> Vector {
+        if self.shear_rate == 0.0 {
+            return Vector::zeros();
+        }
+        let middle = self.space.lower.y + 0.5 * self.space.size.y;
+        Vector::new(self.shear_rate * (position.y - middle), 0.0, 0.0)
+    }
+
+    /// Velocity of the centre of mass where it is a constant of the motion, otherwise zero `[length / time]`.
+    pub(super) fn drift(&self, velocities: &[Vector]) -> Vector {
+        if !self.conserves_momentum || self.moving.is_empty() {
+            return Vector::zeros();
+        }
+        let momentum: Vector = self.moving.iter().map(|&id| velocities[id as usize] * self.masses[id as usize]).sum();
+        momentum / self.moving_mass()
     }
 
     /// Points of one species, of mass and diameter 1, that do not interact.
@@ -71,6 +120,11 @@ impl Subject {
             bonds: Vec::new(),
             bond_lengths: [0.0; 2],
             conserves_momentum: true,
+            is_accelerated: false,
+            is_homogeneous: true,
+            is_elastic: true,
+            has_wells: false,
+            shear_rate: 0.0,
             seed: 1,
         }
     }

@@ -20,6 +20,8 @@ pub struct Meaning {
     pub has_temperature: bool,
     /// Whether the fluid is homogeneous, so that the virial gives its pressure.
     pub has_pressure: bool,
+    /// Whether nothing tells one place of the fluid from another: periodic, without gravity and static particles.
+    pub is_homogeneous: bool,
     /// Whether some pair has a hard core.
     pub has_core: bool,
     /// Whether the energy of some pair depends on its state.
@@ -45,22 +47,20 @@ impl Meaning {
         let masses: Vec<f64> = all.map(|index| if is_moving[index] { species_of(index).mass } else { 0.0 }).collect();
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_walls = scene.space.boundary.iter().any(is_walled);
-        let conserves_momentum = !is_accelerated
-            && !has_walls
-            && moving == scene.particles.len()
-            && !scene.run.has_kicks()
-            && scene.shear_rate.is_none();
+        let is_alone = !is_accelerated && !has_walls && moving == scene.particles.len();
+        let conserves_momentum = is_alone && !scene.run.has_kicks() && scene.shear_rate.is_none();
         let dimensions = scene.space.dimensions() as f64;
         let free = if conserves_momentum { moving.saturating_sub(1) } else { moving };
         let has_temperature = !is_accelerated && moving >= 2;
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
-        let is_fluid = has_temperature && conserves_momentum && scene.space.is_fully_periodic();
+        let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
         Self {
             moving,
             degrees_of_freedom: dimensions * free as f64,
             conserves_momentum,
             has_temperature,
-            has_pressure: is_fluid,
+            has_pressure: is_homogeneous && scene.shear_rate.is_none(),
+            is_homogeneous,
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),

@@ -18,6 +18,7 @@ mod target;
 #[cfg(test)]
 pub(super) mod tests;
 
+use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ use super::{Frame, csv, gsd, lammps, npy, vtk};
 use target::Target;
 
 /// What a trajectory can be converted into.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Format {
     /// A text dump of LAMMPS.
@@ -52,6 +53,19 @@ pub enum Format {
 impl Format {
     /// All formats.
     pub const ALL: [Self; 6] = [Self::Lammps, Self::Gsd, Self::Vtk, Self::Npy, Self::Csv, Self::Xyz];
+
+    /// Its name in scenes and on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lammps => "lammps",
+            Self::Gsd => "gsd",
+            Self::Vtk => "vtk",
+            Self::Npy => "npy",
+            Self::Csv => "csv",
+            Self::Xyz => "xyz",
+        }
+    }
 
     /// Where a conversion goes unless told otherwise: beside the source, under its name with another ending.
     #[must_use]

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::convert::ConvertError;
 use super::extended_xyz::WriteError;
 use crate::checkpoint::CheckpointError;
 
@@ -45,6 +46,9 @@ pub enum OutputError {
     /// The folder holds a run that was not finished, and can be.
     #[error("{} holds a run that has not ended", .0.display())]
     Unfinished(PathBuf),
+    /// The trajectory cannot be converted into a format that the scene asks for.
+    #[error(transparent)]
+    Convert(#[from] ConvertError),
     /// The run cannot be resumed.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -53,16 +57,17 @@ pub enum OutputError {
 impl OutputError {
     /// What the user can do about it.
     #[must_use]
-    pub fn cure(&self) -> &'static str {
-        match self {
+    pub fn cure(&self) -> Option<&'static str> {
+        Some(match self {
             Self::Occupied(_) => "choose another folder with --out, or remove it",
             Self::Unfinished(_) => {
                 "go on with it, `carom run --resume DIR`; or choose another folder with --out, or remove it"
             }
             Self::Checkpoint(error) => error.cure(),
+            Self::Convert(error) => return error.cure(),
             Self::NotFolder(_) => "choose another folder with --out",
             _ => "choose a folder with --out that can be written to, on a disk with space left",
-        }
+        })
     }
 
     pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {

@@ -7,7 +7,9 @@ use std::time::{Duration, Instant};
 
 use super::checkpoints::Checkpoints;
 use super::contacts;
+use super::convert::{Format, Options, convert};
 use super::error::OutputError;
+use super::event_log::{self, EventLog};
 use super::extended_xyz::write_frame;
 use super::frame::Frame;
 use super::measurements;
@@ -48,7 +50,11 @@ pub struct Folder {
     thermo: PartialFile,
     trajectory: PartialFile,
     contacts: Option<PartialFile>,
+    events: Option<EventLog>,
     frame: Frame,
+    /// Radii of the particles at the start of the scene.
+    radii: Vec<f64>,
+    formats: Vec<Format>,
     flushed: Instant,
     checkpoints: Checkpoints,
 }
@@ -72,13 +78,17 @@ impl Folder {
         if let Some(file) = &mut contacts {
             file.write(contacts::HEADER)?;
         }
+        let frame = Frame::start_of(scene);
         Ok(Self {
             scene: None,
             columns,
             thermo,
             trajectory: PartialFile::create(path.join(TRAJECTORY))?,
             contacts,
-            frame: Frame::start_of(scene),
+            events: scene.output.has_event_log.then(|| EventLog::create(path)).transpose()?,
+            radii: frame.particles.iter().map(|particle| particle.radius).collect(),
+            frame,
+            formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             checkpoints,
             path: path.to_owned(),
@@ -104,6 +114,8 @@ impl Folder {
             let missing = || CheckpointError::File { path: path.join(name), found: 0, expected: 0 };
             file(name)?.ok_or_else(|| OutputError::from(missing()))
         };
+        let frame = Frame::start_of(scene);
+        let radii = frame.particles.iter().map(|particle| particle.radius / checkpoint.simulation.grown()).collect();
         Ok(Self {
             // A program of the library need not have kept it.
             scene: PartialFile::resume(path.join(SCENE), None).ok(),
@@ -111,7 +123,10 @@ impl Folder {
             thermo: need(THERMO)?,
             trajectory: need(TRAJECTORY)?,
             contacts: file(CONTACTS)?,
-            frame: Frame::start_of(scene),
+            events: scene.output.has_event_log.then(|| EventLog::resume(path, checkpoint)).transpose()?,
+            radii,
+            frame,
+            formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             checkpoints: Checkpoints::go_on(path),
             path: path.to_owned(),
@@ -178,9 +193,19 @@ impl Folder {
             remove(&self.path.join(old))?;
         }
         measurements::remove_tables(&self.path)?;
+        event_log::remove(&self.path)?;
+        let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
+        let trajectory = self.path.join(TRAJECTORY);
         let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
-        let files = [self.scene].into_iter().chain(tables).flatten().chain(measurements);
-        files.chain([report_file, summary_file]).map(PartialFile::complete).collect()
+        let files = [self.scene].into_iter().chain(tables).flatten().chain(measurements).chain(events);
+        let mut complete: Vec<_> = files.chain([report_file]).map(PartialFile::complete).collect::<Result<_, _>>()?;
+        for format in self.formats {
+            let target = format.target_beside(&trajectory);
+            convert(&trajectory, format, &target, &Options { replace: true, ..Options::default() })?;
+            complete.push(target);
+        }
+        complete.push(summary_file.complete()?);
+        Ok(complete)
     }
 }
 
@@ -207,8 +232,10 @@ impl Recorder for Folder {
     fn frame(&mut self, snapshot: &Snapshot) -> Result<(), OutputError> {
         self.frame.time = snapshot.time;
         let states = snapshot.positions.iter().zip(&snapshot.velocities);
-        for (particle, (position, velocity)) in self.frame.particles.iter_mut().zip(states) {
+        let all = self.frame.particles.iter_mut().zip(&self.radii);
+        for ((particle, radius), (position, velocity)) in all.zip(states) {
             (particle.position, particle.velocity) = (*position, *velocity);
+            particle.radius = radius * snapshot.scale;
         }
         let path = self.trajectory.path().to_owned();
         write_frame(self.trajectory.writer(), &self.frame).map_err(|source| OutputError::Frame { path, source })?;
@@ -216,11 +243,14 @@ impl Recorder for Folder {
     }
 
     fn has_events(&self) -> bool {
-        self.contacts.is_some()
+        self.contacts.is_some() || self.events.is_some()
     }
 
     fn event(&mut self, event: &Event) -> Result<(), OutputError> {
-        self.contacts.as_mut().map_or(Ok(()), |file| file.write(&contacts::line(event)))
+        if let Some(file) = &mut self.contacts {
+            file.write(&contacts::line(event))?;
+        }
+        self.events.as_mut().map_or(Ok(()), |log| log.add(event))
     }
 
     fn is_checkpoint_due(&self) -> bool {
@@ -229,7 +259,11 @@ impl Recorder for Folder {
 
     fn checkpoint(&mut self, simulation: &Simulation, course: &Course) -> Result<(), OutputError> {
         let files = [Some(&mut self.thermo), Some(&mut self.trajectory), self.contacts.as_mut()];
-        let files: Vec<KeptFile> = files.into_iter().flatten().map(PartialFile::keep).collect::<Result<_, _>>()?;
+        let files = files.into_iter().flatten().map(|file| file.keep(&self.path));
+        let mut files: Vec<KeptFile> = files.collect::<Result<_, _>>()?;
+        if let Some(log) = &mut self.events {
+            files.extend(log.keep(&self.path)?);
+        }
         self.checkpoints.write(simulation, course, &files)
     }
 }

@@ -14,7 +14,7 @@
 //!
 //! Numbers are `f64`, ids and indices `u32`, little-endian. Every frame must have the same particles in the same order.
 
-mod array;
+pub(super) mod array;
 #[cfg(test)]
 mod tests;
 

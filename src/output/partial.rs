@@ -70,13 +70,32 @@ impl PartialFile {
         Ok(())
     }
 
-    /// Makes what was written so far safe on the disk, and says how much that is.
-    pub fn keep(&mut self) -> Result<KeptFile, OutputError> {
+    /// Appends bytes.
+    pub fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.file.write_all(bytes).map_err(OutputError::write(&self.partial))
+    }
+
+    /// Replaces its first bytes; more goes to its end as before.
+    pub fn replace_start(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        let seek = |file: &mut BufWriter<File>, to| file.seek(to).map(drop);
+        seek(&mut self.file, SeekFrom::Start(0))
+            .and_then(|()| self.file.write_all(bytes))
+            .and_then(|()| seek(&mut self.file, SeekFrom::End(0)))
+            .map_err(OutputError::write(&self.partial))
+    }
+
+    /// How long it is, with what is not yet written `[bytes]`.
+    pub fn length(&mut self) -> Result<u64, OutputError> {
+        self.file.stream_position().map_err(OutputError::write(&self.partial))
+    }
+
+    /// Makes what was written so far safe on the disk, and says how much that is; `folder` is that of the run.
+    pub fn keep(&mut self, folder: &Path) -> Result<KeptFile, OutputError> {
         self.flush()?;
         let file = self.file.get_ref();
         file.sync_data().map_err(OutputError::write(&self.partial))?;
         let length = file.metadata().map_err(OutputError::write(&self.partial))?.len();
-        let name = self.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        let name = self.path.strip_prefix(folder).unwrap_or(&self.path).to_string_lossy().into_owned();
         Ok(KeptFile { name, length })
     }
 

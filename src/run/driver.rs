@@ -98,14 +98,22 @@ impl<R: Recorder> Driver<'_, R> {
             if (self.watch)(&progress).is_break() {
                 return Ok(Some(Ending::Interrupted));
             }
-            if self.course.next_scaling <= self.simulation.time() {
-                self.rescale();
-            }
-            let until = time.min(self.course.next_scaling);
+            let scaling = self.course.next_scaling;
+            let until = time.min(scaling);
             let ending =
                 if self.course.ledger.has_overlaps() { self.look(until, events)? } else { self.go(until, events)? };
-            if ending.is_some() {
-                return Ok(ending);
+            match ending {
+                // By the clock of the simulation that may be a rounding too early.
+                Some(Ending::Time) => {
+                    if scaling <= until {
+                        self.rescale(scaling);
+                    }
+                    if time <= until {
+                        break;
+                    }
+                }
+                Some(_) => return Ok(ending),
+                None => {}
             }
             if self.has_grown() {
                 return Ok(None);
@@ -114,7 +122,7 @@ impl<R: Recorder> Driver<'_, R> {
         Ok((self.simulation.tally().physical() >= events).then_some(Ending::Events))
     }
 
-    /// Goes on for a while.
+    /// Goes on for a while, and says if it came to the time, or what kept it from going on.
     fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
         let before = *self.simulation.tally();
         let done = before.physical();
@@ -124,6 +132,7 @@ impl<R: Recorder> Driver<'_, R> {
         };
         match self.chunk(until)? {
             Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
+            Ok(Reason::Time) if until.time >= time => return Ok(Some(Ending::Time)),
             Ok(Reason::Time | Reason::Events) => {}
             Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
         }
@@ -144,14 +153,14 @@ impl<R: Recorder> Driver<'_, R> {
     fn look(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
         let (now, done, look) = (self.simulation.time(), self.simulation.tally().physical(), self.course.look);
         let until = Until { time: time.min(now + look.time), events: events.min(done.saturating_add(look.events)) };
-        match self.chunk(until)? {
+        let reason = match self.chunk(until)? {
             Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
-            Ok(Reason::Time | Reason::Events) => {}
+            Ok(reason) => reason,
             Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
-        }
+        };
         self.course.ledger.see_overlaps(&self.simulation);
         self.course.look.grow();
-        Ok(None)
+        Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
     }
 
     /// Whether a run without a time limit would never end.

@@ -260,6 +260,10 @@ pub(crate) struct OutputFile {
     #[serde(default)]
     pub contacts: bool,
     #[serde(default)]
+    pub events: bool,
+    #[serde(default)]
+    pub formats: Vec<String>,
+    #[serde(default)]
     pub count: Vec<CountFile>,
 }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::Vector;
+use crate::output::Format;
 use crate::potential::Potential;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::coordinates;
@@ -100,21 +101,29 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     }
     scene.run = planning::read_run(file.run, file.stage)?;
     scene.measure = planning::read_measure(file.measure);
-    scene.output = read_output(file.output);
+    scene.output = read_output(file.output)?;
     Ok(scene)
 }
 
-fn read_output(output: OutputFile) -> OutputPlan {
+fn read_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
+    let format = |(index, word): (usize, &String)| {
+        Format::ALL.into_iter().find(|format| format.name() == word).ok_or_else(|| {
+            let kind = SceneErrorKind::unknown_word("format", word, Format::ALL.map(Format::name));
+            SceneError::new(Place::root().key("output").key("formats").index(index), kind)
+        })
+    };
     let region = |count: CountFile| CountRegion {
         name: count.name,
         region: Region { lower: vector(count.lower), upper: vector(count.upper) },
     };
-    OutputPlan {
+    Ok(OutputPlan {
         thermo_interval: output.thermo_interval,
         frame_interval: output.frame_interval,
         regions: output.count.into_iter().map(region).collect(),
         has_contacts: output.contacts,
-    }
+        has_event_log: output.events,
+        formats: output.formats.iter().enumerate().map(format).collect::<Result<_, _>>()?,
+    })
 }
 
 fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {

@@ -36,6 +36,11 @@ impl Simulation {
         self.scale * with_engine!(&self.engine, engine => engine.scale())
     }
 
+    /// The factor by which the diameters of the scene are larger than at the start.
+    pub(crate) fn grown(&self) -> f64 {
+        self.scale
+    }
+
     /// Ends the growth: from now on the diameters are those that they have grown to.
     pub(crate) fn end_growth(&mut self) {
         let scale = with_engine!(&self.engine, engine => engine.scale());

@@ -8,7 +8,7 @@ use std::path::Path;
 use crate::output::convert::Draft;
 
 /// Length of the header `[bytes]`: enough for any shape here, and a multiple of 64, so that the data is aligned.
-const HEADER_SIZE: usize = 128;
+pub(in crate::output) const HEADER_SIZE: usize = 128;
 
 /// A file that grows row by row along its first axis.
 #[derive(Debug)]
@@ -61,18 +61,19 @@ impl Array {
     /// Writes the header, now that the length is known.
     pub fn finish(mut self) -> io::Result<()> {
         self.file.seek(SeekFrom::Start(0))?;
-        self.file.write_all(&self.header())?;
+        self.file.write_all(&header(&self.kind, &self.row_shape, self.rows))?;
         self.file.finish()
     }
+}
 
-    fn header(&self) -> Vec<u8> {
-        let shape: String = [self.rows].iter().chain(&self.row_shape).map(|length| format!("{length}, ")).collect();
-        let text = format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", self.kind, shape.trim_end());
-        let mut header = b"\x93NUMPY\x01\x00".to_vec();
-        header.extend_from_slice(&((HEADER_SIZE - 10) as u16).to_le_bytes());
-        header.extend_from_slice(text.as_bytes());
-        header.resize(HEADER_SIZE - 1, b' ');
-        header.push(b'\n');
-        header
-    }
+/// What stands before the data: kind of number, `<f8`, and shape.
+pub(in crate::output) fn header(kind: &str, row_shape: &[usize], rows: usize) -> Vec<u8> {
+    let shape: String = [rows].iter().chain(row_shape).map(|length| format!("{length}, ")).collect();
+    let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", shape.trim_end());
+    let mut header = b"\x93NUMPY\x01\x00".to_vec();
+    header.extend_from_slice(&((HEADER_SIZE - 10) as u16).to_le_bytes());
+    header.extend_from_slice(text.as_bytes());
+    header.resize(HEADER_SIZE - 1, b' ');
+    header.push(b'\n');
+    header
 }

@@ -67,11 +67,12 @@ impl<R: Recorder> Driver<'_, R> {
                 return Ok(Ending::Time);
             }
             self.record(row <= tick, frame <= tick)?;
-            let now = self.simulation.time();
+            // By the clock of the simulation that may be a rounding too early.
+            let now = self.simulation.time().max(tick);
             let Some(measurement) = &mut self.course.measurement else { return Ok(Ending::Time) };
             if sample <= tick {
                 let snapshot = self.simulation.snapshot();
-                measurement.instruments.sample(&Sample::of(&snapshot), &self.subject);
+                measurement.instruments.sample(&Sample { time: now, ..Sample::of(&snapshot) }, &self.subject);
             }
             if row <= tick {
                 measurement.rows.pass(now);

@@ -43,7 +43,7 @@ impl<R: Recorder> Driver<'_, R> {
     pub(super) fn leave(&mut self, next: Stage) {
         if self.growth().is_some() {
             // What growth has heated since the last scaling.
-            self.rescale();
+            self.rescale(self.simulation.time());
             self.simulation.end_growth();
             self.course.growth_look = None;
         }
@@ -97,8 +97,8 @@ impl<R: Recorder> Driver<'_, R> {
         factor >= target
     }
 
-    /// Scales velocities to the temperature of the thermostat.
-    pub(super) fn rescale(&mut self) {
+    /// Scales velocities to the temperature of the thermostat, at a time that the simulation has come to, but for rounding.
+    pub(super) fn rescale(&mut self, time: f64) {
         let plan = &self.simulation.scene().run;
         let thermostat = match self.course.stage.stage {
             Stage::Preparation(number) => plan.stages[number as usize].thermostat,
@@ -114,7 +114,7 @@ impl<R: Recorder> Driver<'_, R> {
         }
         // Counted from the start of the stage, so that rounding does not add up.
         let start = self.course.stage.time;
-        let passed = ((self.simulation.time() - start) / interval).floor();
-        self.course.next_scaling = (start + (passed + 1.0) * interval).max(self.simulation.time().next_up());
+        let passed = ((time - start) / interval).floor();
+        self.course.next_scaling = (start + (passed + 1.0) * interval).max(time.next_up());
     }
 }

@@ -1,0 +1,17 @@
+//! Exact and published results, to compare what was measured with.
+//!
+//! Hard particles of diameter `sigma` and mass `m` at a temperature `T` (`k_B = 1`): `phi` is their packing fraction, `rho` their number
+//! density. A function is meant for the densities that its source covers; outside of them it gives a number that means nothing.
+
+mod equation_of_state;
+mod granular;
+mod kinetic_theory;
+mod steps;
+
+pub use equation_of_state::{carnahan_starling, face_centred_cubic, hard_disks, hard_spheres, tonks};
+pub use granular::{haff_temperature, haff_time};
+pub use kinetic_theory::{
+    HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value, contact_value_of_disks,
+    finite_size_of_diffusion,
+};
+pub use steps::{bounces_per_release, second_virial_of_square_well};

@@ -1,0 +1,229 @@
+//! Kinetic theory of elastic hard particles: how often they collide, and what they transport.
+
+use std::f64::consts::PI;
+
+use super::equation_of_state::{hard_disks, hard_spheres, tonks};
+
+/// The ratio of the self-diffusion coefficient to its first Sonine approximation, and those of viscosity and conductivity: Chapman and
+/// Cowling, *The Mathematical Theory of Non-Uniform Gases* (1970).
+const DIFFUSION_SERIES: f64 = 1.018_96;
+const VISCOSITY_SERIES: f64 = 1.016;
+const CONDUCTIVITY_SERIES: f64 = 1.025;
+
+/// Value of the radial distribution function of hard spheres at contact, `chi = (Z - 1) / (4 phi)`, exact given `Z` (here: mKLM).
+#[must_use]
+pub fn contact_value(packing_fraction: f64) -> f64 {
+    if packing_fraction > 0.0 { (hard_spheres(packing_fraction) - 1.0) / (4.0 * packing_fraction) } else { 1.0 }
+}
+
+/// That of hard disks, `chi = (Z - 1) / (2 eta)`.
+#[must_use]
+pub fn contact_value_of_disks(packing_fraction: f64) -> f64 {
+    if packing_fraction > 0.0 { (hard_disks(packing_fraction) - 1.0) / (2.0 * packing_fraction) } else { 1.0 }
+}
+
+/// Collisions of a hard disk per time `[1 / time]`: `G = 2 rho sigma chi sqrt(pi T / m)`, exact given `chi`.
+#[must_use]
+pub fn collision_rate_of_disks(packing_fraction: f64, diameter: f64, mass: f64, temperature: f64) -> f64 {
+    let density = packing_fraction * 4.0 / (PI * diameter * diameter);
+    2.0 * density * diameter * contact_value_of_disks(packing_fraction) * (PI * temperature / mass).sqrt()
+}
+
+/// Collisions of a hard rod on a line per time `[1 / time]`, exact for Maxwellian velocities:
+/// `G = 2 rho / (1 - rho sigma) sqrt(T / (pi m))`.
+#[must_use]
+pub fn collision_rate_of_rods(packing_fraction: f64, diameter: f64, mass: f64, temperature: f64) -> f64 {
+    2.0 * packing_fraction / diameter * tonks(packing_fraction) * (temperature / (PI * mass)).sqrt()
+}
+
+/// How much lower the diffusion coefficient is in a periodic cube of edge `L` than in an infinite system: `2.837297 T / (6 pi eta L)`
+/// `[length^2 / time]`.
+///
+/// Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), [doi:10.1021/jp0477147](https://doi.org/10.1021/jp0477147).
+#[must_use]
+pub fn finite_size_of_diffusion(temperature: f64, viscosity: f64, edge: f64) -> f64 {
+    2.837_297 * temperature / (6.0 * PI * viscosity * edge)
+}
+
+/// A fluid of equal elastic hard spheres in equilibrium, with Enskog's theory of it.
+///
+/// Enskog's theory takes collisions as uncorrelated but for the contact value `chi`; it is exact for dilute gases and
+/// within some per cent up to `phi = 0.3`. With `y = 4 phi chi = Z - 1` and `b rho = 4 phi`:
+///
+/// | quantity | Enskog |
+/// |---|---|
+/// | collision rate (exact given `Z`) | `G = 4 rho sigma^2 chi sqrt(pi T / m) = 6 (Z - 1) / sigma sqrt(T / (pi m))` |
+/// | self-diffusion | `D = 1.01896 * 3 / (8 rho sigma^2 chi) sqrt(T / (pi m))` |
+/// | shear viscosity | `eta_0 b rho (1 / y + 4/5 + 0.7615 y)`, `eta_0 = 1.016 * 5 / (16 sigma^2) sqrt(m T / pi)` |
+/// | bulk viscosity | `4/9 rho^2 sigma^4 chi sqrt(pi m T)` |
+/// | thermal conductivity | `lambda_0 b rho (1 / y + 6/5 + 0.7575 y)`, `lambda_0 = 1.025 * 75 / (64 sigma^2) sqrt(T / (pi m))` |
+///
+/// Chapman and Cowling, chapter 16; Alder, Gass and Wainwright, J. Chem. Phys. 53, 3813 (1970),
+/// [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845), who find how simulations deviate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HardSphereFluid {
+    /// Volume of the spheres per volume.
+    pub packing_fraction: f64,
+    /// Diameter of a sphere `[length]`.
+    pub diameter: f64,
+    /// Its mass `[mass]`.
+    pub mass: f64,
+    /// Temperature `[energy]`.
+    pub temperature: f64,
+}
+
+impl HardSphereFluid {
+    /// In reduced units: `sigma = m = T = 1`.
+    #[must_use]
+    pub fn reduced(packing_fraction: f64) -> Self {
+        Self { packing_fraction, diameter: 1.0, mass: 1.0, temperature: 1.0 }
+    }
+
+    /// Number density `rho = 6 phi / (pi sigma^3)` `[1 / length^3]`.
+    #[must_use]
+    pub fn number_density(&self) -> f64 {
+        6.0 * self.packing_fraction / (PI * self.diameter * self.diameter * self.diameter)
+    }
+
+    /// Collisions per particle and time `[1 / time]`: two particles take part in each.
+    #[must_use]
+    pub fn collision_rate(&self) -> f64 {
+        let area = self.diameter * self.diameter;
+        4.0 * self.number_density() * area * self.chi() * (PI * self.temperature / self.mass).sqrt()
+    }
+
+    /// Mean free path `[length]`: mean speed over collision rate.
+    #[must_use]
+    pub fn mean_free_path(&self) -> f64 {
+        (8.0 * self.temperature / (PI * self.mass)).sqrt() / self.collision_rate()
+    }
+
+    /// Enskog's self-diffusion coefficient `[length^2 / time]`.
+    #[must_use]
+    pub fn diffusion_coefficient(&self) -> f64 {
+        DIFFUSION_SERIES * self.dilute_diffusion() / self.chi()
+    }
+
+    /// Self-diffusion coefficient, a fit to simulations, for `0 < phi < 0.5` `[length^2 / time]`. It holds within some per cent: particles
+    /// diffuse faster in larger systems, see [`finite_size_of_diffusion`].
+    ///
+    /// `D = 3 / (8 rho sigma^2) sqrt(T / (pi m)) (1 - rho / 1.09) (1 + rho^2 (0.4 - 0.83 rho^2))`, `rho` in units of `sigma`.
+    ///
+    /// Speedy, Mol. Phys. 62, 509 (1987), [doi:10.1080/00268978700102371](https://doi.org/10.1080/00268978700102371).
+    #[must_use]
+    pub fn simulated_diffusion_coefficient(&self) -> f64 {
+        let reduced = 6.0 * self.packing_fraction / PI;
+        let square = reduced * reduced;
+        self.dilute_diffusion() * (1.0 - reduced / 1.09) * (1.0 + square * (0.4 - 0.83 * square))
+    }
+
+    /// Enskog's shear viscosity `[mass / (length time)]`.
+    #[must_use]
+    pub fn shear_viscosity(&self) -> f64 {
+        let area = self.diameter * self.diameter;
+        let dilute = VISCOSITY_SERIES * 5.0 / (16.0 * area) * (self.mass * self.temperature / PI).sqrt();
+        dilute * self.enskog_series(0.8, 0.7615)
+    }
+
+    /// Enskog's bulk viscosity `[mass / (length time)]`.
+    #[must_use]
+    pub fn bulk_viscosity(&self) -> f64 {
+        let layer = self.number_density() * self.diameter * self.diameter;
+        4.0 / 9.0 * layer * layer * self.chi() * (PI * self.mass * self.temperature).sqrt()
+    }
+
+    /// Enskog's thermal conductivity `[1 / (length time)]`, with `k_B = 1`.
+    #[must_use]
+    pub fn thermal_conductivity(&self) -> f64 {
+        let area = self.diameter * self.diameter;
+        let dilute = CONDUCTIVITY_SERIES * 75.0 / (64.0 * area) * (self.temperature / (PI * self.mass)).sqrt();
+        dilute * self.enskog_series(1.2, 0.7575)
+    }
+
+    fn chi(&self) -> f64 {
+        contact_value(self.packing_fraction)
+    }
+
+    /// First Sonine approximation at low density.
+    fn dilute_diffusion(&self) -> f64 {
+        let area = self.diameter * self.diameter;
+        3.0 / (8.0 * self.number_density() * area) * (self.temperature / (PI * self.mass)).sqrt()
+    }
+
+    /// `b rho (1 / y + first + second y)`, without the division by a density that may be 0.
+    fn enskog_series(&self, first: f64, second: f64) -> f64 {
+        let (covolume, chi) = (4.0 * self.packing_fraction, self.chi());
+        1.0 / chi + first * covolume + second * chi * covolume * covolume
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hard_spheres_collide_and_diffuse_as_published() {
+        let table = [
+            (0.10, 0.19099, 1.76585, 0.8656, 0.9260),
+            (0.20, 0.38197, 4.77102, 0.3204, 0.3744),
+            (0.30, 0.57296, 10.1012, 0.1513, 0.1825),
+            (0.40, 0.76394, 20.1262, 0.0759, 0.0788),
+            (0.45, 0.85944, 28.4491, 0.0537, 0.0439),
+            (0.49, 0.93583, 37.8132, 0.0404, 0.0228),
+        ];
+        for (phi, density, rate, enskog, speedy) in table {
+            let fluid = HardSphereFluid::reduced(phi);
+            assert!((fluid.number_density() - density).abs() < 0.51e-5);
+            // Six digits, four and four.
+            assert!((fluid.collision_rate() / rate - 1.0).abs() < 5e-6, "{} {rate}", fluid.collision_rate());
+            assert!((fluid.diffusion_coefficient() - enskog).abs() < 0.51e-4);
+            let simulated = fluid.simulated_diffusion_coefficient();
+            assert!((simulated - speedy).abs() < 0.51e-4, "{phi}: {simulated} {speedy}");
+        }
+    }
+
+    #[test]
+    fn quantities_have_their_dimensions() {
+        let reduced = HardSphereFluid::reduced(0.3);
+        // Units of length, mass and energy: time is l sqrt(m / e) = 2 * 2 = 4.
+        let scaled = HardSphereFluid { diameter: 2.0, mass: 12.0, temperature: 3.0, ..reduced };
+        for (a, b, unit) in [
+            (scaled.collision_rate(), reduced.collision_rate(), 1.0 / 4.0),
+            (scaled.mean_free_path(), reduced.mean_free_path(), 2.0),
+            (scaled.diffusion_coefficient(), reduced.diffusion_coefficient(), 1.0),
+            (scaled.simulated_diffusion_coefficient(), reduced.simulated_diffusion_coefficient(), 1.0),
+            (scaled.shear_viscosity(), reduced.shear_viscosity(), 12.0 / 8.0),
+            (scaled.bulk_viscosity(), reduced.bulk_viscosity(), 12.0 / 8.0),
+            (scaled.thermal_conductivity(), reduced.thermal_conductivity(), 1.0 / 8.0),
+        ] {
+            assert!((a / b / unit - 1.0).abs() < 1e-14, "{a} {b} {unit}");
+        }
+    }
+
+    #[test]
+    fn a_dilute_gas_has_the_values_of_chapman_and_cowling() {
+        let gas = HardSphereFluid::reduced(0.0);
+        assert!((gas.shear_viscosity() - 1.016 * 0.176_308_9).abs() < 1e-6);
+        assert!((gas.thermal_conductivity() - 1.025 * 0.661_159_67).abs() < 1e-6);
+        // Enskog's terms of higher order, in the first Sonine approximation: 4/25 (1 + 12 / pi) and 9/25 (1 + 32 / (9 pi)), over the series.
+        assert!((4.0 / 25.0 * (1.0 + 12.0 / PI) / VISCOSITY_SERIES / 0.7615 - 1.0).abs() < 5e-3);
+        assert!((9.0 / 25.0 * (1.0 + 32.0 / (9.0 * PI)) / CONDUCTIVITY_SERIES / 0.7575 - 1.0).abs() < 1.3e-2);
+        // The bulk viscosity is 1.002 eta_0 b rho y.
+        let dense = HardSphereFluid::reduced(0.2);
+        let expected = 1.0025 * gas.shear_viscosity() * 0.8 * 0.8 * contact_value(0.2);
+        assert!((dense.bulk_viscosity() / expected - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn disks_and_rods_collide_at_the_rate_of_their_pressure() {
+        // Virial theorem: Z - 1 = sqrt(pi) sigma G / (2 D) / sqrt(T / m) for D axes.
+        for (rate, z, axes) in [
+            (collision_rate_of_disks(0.5, 2.0, 3.0, 5.0), hard_disks(0.5), 2.0),
+            (collision_rate_of_rods(0.5, 2.0, 3.0, 5.0), tonks(0.5), 1.0),
+        ] {
+            let virial = PI.sqrt() * 2.0 * rate / (2.0 * axes) / (5.0_f64 / 3.0).sqrt();
+            assert!((virial / (z - 1.0) - 1.0).abs() < 1e-14, "{virial} {z}");
+        }
+        assert!((finite_size_of_diffusion(1.0, 1.0, 1.0) - 0.150_524).abs() < 1e-6);
+    }
+}
