@@ -1,7 +1,6 @@
 //! The command line: what was typed, and what comes of it.
 
 mod check;
-mod describe;
 mod failure;
 mod new;
 mod picture;
@@ -9,6 +8,7 @@ mod progress;
 mod report;
 mod run;
 mod signals;
+mod table;
 mod verify;
 
 use std::io::{self, Write};
@@ -29,6 +29,7 @@ Examples:
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom verify runs/fluid                   proves the first events of that run
   carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
+  carom report runs/fluid                   all of that run as a page, in runs/fluid/report.html
 
 Exit codes:
   0  done
@@ -53,6 +54,8 @@ enum Command {
     Verify(verify::Verify),
     /// Draws a frame of a run as a PNG
     Picture(picture::Picture),
+    /// Writes a page about a run, for a browser: results, audit, plots and the moving particles
+    Report(report::Report),
     /// Prints a commented scene to start from
     New(new::New),
 }
@@ -123,6 +126,7 @@ pub fn main() -> ExitCode {
         Command::Check(check) => check.execute(),
         Command::Verify(verify) => verify.execute(),
         Command::Picture(picture) => picture.execute(),
+        Command::Report(report) => report.execute(),
         Command::New(new) => new.execute(),
     };
     match result {
@@ -140,4 +144,9 @@ fn print(text: &str) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
+}
+
+/// Says something beside the results, on standard error. Where nobody reads it, the results are still complete.
+fn warn(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
 }

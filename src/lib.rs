@@ -48,7 +48,8 @@
 //! | The paper, word for word, for checking | [`mod@reference`] | Algorithm 1 |
 //! | What is measured, and how well did it go? | [`observe`], [`statistics`], [`audit`] | |
 //! | Is a run right, event by event? | [`mod@verify`] | Algorithm 1 |
-//! | A whole run, its files, its picture | [`run`], [`output`], [`picture`] | figure 6 |
+//! | A whole run, its files, its picture, its page | [`run`], [`output`], [`picture`], [`report`] | figure 6 |
+//! | All of that in words | [`describe`] | |
 //!
 //! # Notation and units
 //!
@@ -61,10 +62,12 @@
 //! whoever looks on.
 
 pub mod audit;
+pub mod describe;
 pub mod detection;
 pub mod error;
 pub mod event;
 pub mod interaction;
+pub mod measure;
 pub mod motion;
 pub mod neighbours;
 pub mod observe;
@@ -76,6 +79,7 @@ pub mod potential;
 pub(crate) mod prefetch;
 pub mod queue;
 pub mod reference;
+pub mod report;
 pub mod response;
 pub mod run;
 pub mod scene;

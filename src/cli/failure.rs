@@ -7,6 +7,7 @@ use std::process::ExitCode;
 
 use carom::output::OutputError;
 use carom::picture::PictureError;
+use carom::report::ReportError;
 use carom::scene::SceneError;
 use miette::{Diagnostic, Report};
 
@@ -80,6 +81,14 @@ impl From<PictureError> for Failure {
     fn from(error: PictureError) -> Self {
         let code = if matches!(error, PictureError::Write { .. }) { FAILED } else { BAD_INPUT };
         Self::new(with_causes(&error), None, None, code)
+    }
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        let code = if matches!(error, ReportError::Write { .. }) { FAILED } else { BAD_INPUT };
+        let help = error.cure();
+        Self::new(with_causes(&error), None, Some(help), code)
     }
 }
 

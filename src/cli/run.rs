@@ -11,7 +11,7 @@ use clap::Args;
 use super::SceneArgs;
 use super::failure::Failure;
 use super::progress::Display;
-use super::{report, signals};
+use super::{signals, table};
 
 /// Simulates a scene
 #[derive(Debug, Args)]
@@ -72,7 +72,7 @@ impl Run {
         });
         display.clear();
         let finished = result?;
-        let report = report::text(&finished);
+        let report = table::text(&finished);
         folder.complete(&Summary::of(&finished), &report)?;
         super::print(&format!("{report}\nThe files are in {}\n", path.display()))?;
         verdict(&finished)
