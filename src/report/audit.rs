@@ -18,7 +18,7 @@ pub(super) fn section(summary: &Summary) -> String {
     };
     let rows: String = invariants(summary).iter().map(Row::html).collect();
     format!(
-        "{verdict}<div class=\"wide\"><table>\n<caption>Audit of the whole run, its equilibration included</caption>\n\
+        "{verdict}<div class=\"wide\"><table class=\"audit\">\n<caption>Audit of the whole run, its equilibration included</caption>\n\
          <thead><tr><th scope=\"col\">what</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\" class=\"n\">limit</th>\
          <th scope=\"col\">verdict</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
     )
@@ -39,10 +39,10 @@ impl Row {
         let verdict = match self.is_sound {
             Some(true) => "<td class=\"sound\">✓ within</td>",
             Some(false) => "<td class=\"failed\">✗ beyond</td>",
-            None => "<td>-</td>",
+            None => "<td></td>",
         };
         format!(
-            "<tr><th scope=\"row\">{}<small>{}</small></th><td class=\"n\">{}</td><td class=\"n\">{}</td>{verdict}</tr>\n",
+            "<tr><th scope=\"row\">{}<small>{}</small></th><td class=\"n\">{}</td><td class=\"n limit\">{}</td>{verdict}</tr>\n",
             self.what,
             self.how,
             escape(&number(&self.value)),
@@ -53,7 +53,7 @@ impl Row {
 
 fn invariants(summary: &Summary) -> Vec<Row> {
     let (energy, momentum, events) = (&summary.energy, &summary.momentum, &summary.events);
-    let none = || "-".to_owned();
+    let none = String::new;
     let mut rows = vec![
         Row {
             what: "energy ledger",
@@ -113,7 +113,7 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
             what: "events in invalid states",
             how: "deeper in an overlap than rounding explains",
             value: invalid.to_string(),
-            limit: if is_judged_by_rounding { "0".to_owned() } else { "-".to_owned() },
+            limit: if is_judged_by_rounding { "0".to_owned() } else { String::new() },
             is_sound: is_judged_by_rounding.then_some(invalid == 0),
         },
     ];
@@ -124,7 +124,7 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
             what: "overlapping pairs at the start",
             how: "allowed by the scene",
             value: format!("{}, {end}", overlap.initial),
-            limit: "-".to_owned(),
+            limit: String::new(),
             is_sound: None,
         });
     }

@@ -43,7 +43,9 @@ fn figure(title: &str, svg: &str, legend: &[Entry], text: &str) -> String {
 /// The figures of a measured curve: one for all series, or a map for each.
 fn of_curve(curve: &Curve) -> Vec<String> {
     let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&curve.name));
-    let about = format!("{} {table}", escape(&curve.method));
+    let method = unit(curve.method.trim());
+    let stop = if method.is_empty() || method.ends_with('.') { "" } else { "." };
+    let about = format!("{}{stop} {table}", escape(&method));
     let size = curve.variables.first().map_or(0, |variable| variable.values.len());
     let lone = |text: String| {
         vec![format!(

@@ -68,15 +68,13 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     unit(&format!("10^{exponent}"))
 }
 
-/// A number with its exponent raised, and with a true minus sign: `1.2e-5` becomes `1.2×10⁻⁵`.
+/// A number with its exponent raised, and with a true minus sign: `1.2e-5` becomes `1.2×10⁻⁵`. Words stay as they are.
 pub(super) fn number(text: &str) -> String {
-    let (digits, exponent) = match text.split_once('e') {
-        Some((digits, exponent)) => (digits, exponent.parse::<i32>().ok()),
-        None => (text, None),
-    };
-    match exponent {
-        Some(exponent) => format!("{}×{}", digits.replace('-', "−"), power_of_ten(exponent)),
-        None => text.replace('-', "−"),
+    let parts = text.split_once('e').and_then(|(digits, exponent)| Some((digits, exponent.parse::<i32>().ok()?)));
+    match parts {
+        Some((digits, exponent)) => format!("{}×{}", digits.replace('-', "−"), power_of_ten(exponent)),
+        None if text.parse::<f64>().is_ok() => text.replace('-', "−"),
+        None => text.to_owned(),
     }
 }
 
@@ -101,5 +99,7 @@ mod tests {
         assert_eq!(brackets("length^2 / time"), " [length² / time]");
         assert_eq!(number("-1.2e-5"), "−1.2×10⁻⁵");
         assert_eq!(number("-12"), "−12");
+        assert_eq!(number("round-off"), "round-off");
+        assert_eq!(number("none"), "none");
     }
 }

@@ -1,7 +1,7 @@
 //! The player of the trajectory: its controls, its program and the data in text.
 
 use super::base64;
-use super::html::{escape, escape_json};
+use super::html::{escape, escape_json, number};
 use super::recording::Recording;
 
 /// The program of the player, in the order in which it is read.
@@ -80,7 +80,8 @@ fn about(recording: &Recording) -> String {
         "Frames are shown as they are: between two of them particles collide, so nothing is drawn in between. ",
     );
     let step = head.frames.iter().flat_map(|frame| frame.field[1]).fold(0.0, f64::max) / 131_068.0;
-    text.push_str(&format!("Positions are rounded to 16 bits, at most {step:.0e} [length] along an axis. "));
+    let step = number(&format!("{step:.0e}"));
+    text.push_str(&format!("Positions are rounded to 16 bits, by at most {step} [length] along an axis. "));
     if head.periodic.iter().any(|is_periodic| *is_periodic) {
         text.push_str("They are wrapped into the periodic box. ");
     }

@@ -1,6 +1,6 @@
 //! The numbers of a run with their standard errors.
 
-use super::html::{brackets, escape, number};
+use super::html::{brackets, escape, number, unit};
 use super::inputs::Inputs;
 use crate::describe::{self, digits};
 use crate::observe::OBSERVABLES;
@@ -32,7 +32,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     }
     let rows: String = rows.iter().map(line).collect();
     format!(
-        "<div class=\"wide\"><table>\n<caption>Means over the measured stretch and their standard errors</caption>\n\
+        "<div class=\"wide\"><table class=\"results\">\n<caption>Means over the measured stretch and their standard errors</caption>\n\
          <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>\
          <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n\
          <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from block averages \
@@ -73,13 +73,13 @@ fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
 }
 
 fn line(row: &Row) -> String {
-    let unit = brackets(row.unit);
+    let brackets = brackets(row.unit);
     format!(
         "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td>{}</td><td class=\"how\">{}</td></tr>\n",
         escape(&row.title),
         value(row.mean, row.standard_error),
-        escape(unit.trim_start().trim_matches(['[', ']'])),
-        escape(row.method),
+        escape(brackets.trim_start().trim_matches(['[', ']'])),
+        escape(&unit(row.method)),
     )
 }
 

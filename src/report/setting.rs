@@ -49,12 +49,10 @@ fn of_scene(list: &mut Pairs, scene: &Scene) {
     list.items("species", &species(scene));
     list.items("interactions", &describe::interactions(scene));
     list.items("space", &describe::space(scene).split("; ").map(str::to_owned).collect::<Vec<_>>());
+    let shown = |x: f64| number(&digits(x));
     let gravity = scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
     if let Some(a) = gravity {
-        list.text(
-            "acceleration",
-            &number(&format!("({}, {}, {}) [length / time²]", digits(a.x), digits(a.y), digits(a.z))),
-        );
+        list.text("acceleration", &format!("({}, {}, {}) [length / time²]", shown(a.x), shown(a.y), shown(a.z)));
     }
     if let Some(time) = scene.contact_time {
         let what = "contacts of a particle that had another one less than this time before are elastic (TC model)";

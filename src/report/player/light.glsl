@@ -17,10 +17,12 @@ vec3 lit(vec3 colour, vec3 normal, vec3 place) {
   float facing = max(dot(normal, eye), 0.0);
   vec3 light = ambient + 0.78 * max(dot(normal, key), 0.0) + vec3(0.11, 0.10, 0.09) * max(dot(normal, side), 0.0);
   // Neighbours shade the flanks of a sphere: edges are darker, so that spheres of one colour stay apart.
-  light *= mix(0.45, 1.0, smoothstep(0.0, 0.65, facing));
+  float night = 1.0 - smoothstep(0.1, 0.6, background.g);
+  light *= mix(mix(0.45, 0.75, night), 1.0, smoothstep(0.0, 0.65, facing));
   float shine = pow(max(dot(normal, normalize(key + eye)), 0.0), 42.0);
-  float rim = pow(1.0 - facing, 4.0) * sky;
-  vec3 seen = toLinear(colour) * light + 0.22 * shine + 0.05 * rim;
+  // Before a dark background, dark colours need a rim of light.
+  float rim = pow(1.0 - facing, 3.0) * mix(sky, 1.0, night);
+  vec3 seen = toLinear(colour) * light + 0.22 * shine + mix(0.05, 0.20, night) * rim;
   float far = clamp((-place.z - haze.x) / (haze.y - haze.x), 0.0, 1.0);
   seen = mix(seen, toLinear(background), 0.42 * far * far);
   return pow(clamp(seen, 0.0, 1.0), vec3(1.0 / 2.2));

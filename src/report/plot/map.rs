@@ -56,10 +56,10 @@ impl Map {
             let _ = write!(paths[level], "M{} {}h{width}v{height}h-{width}z", px(left), px(upper));
         }
         let mut svg = open(&self.label);
+        frame(&mut svg, &x, &y, [&self.titles[0], &self.titles[1]], RIGHT);
         for (level, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
             let _ = write!(svg, "<path class=\"m{level}\" d=\"{path}\"/>");
         }
-        frame(&mut svg, &x, &y, [&self.titles[0], &self.titles[1]], RIGHT);
         self.draw_scale(&mut svg, &scale);
         svg.push_str("</svg>");
         Some(svg)
