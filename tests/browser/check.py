@@ -22,8 +22,15 @@ PIXELS = """(() => {
   return [colours.size, hash];
 })()"""
 
-# Two pictures later everything that was asked for has been drawn.
-DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(done))))"
+# Whether everything that was asked for has been drawn; a resized canvas asks once more.
+DRAWN = """new Promise((done) => {
+  let still = 0;
+  const look = () => {
+    still = 'due' in document.getElementById('player').dataset ? 0 : still + 1;
+    if (still > 2) done(); else requestAnimationFrame(look);
+  };
+  look();
+})"""
 
 
 def expect(is_so, what):

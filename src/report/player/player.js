@@ -35,6 +35,7 @@ const raised = (unit) => unit.replace(/\^(-?\d+)/g, (_, digits) => [...digits].m
 class Player {
   constructor(recording) {
     this.recording = recording;
+    this.player = document.getElementById("player");
     this.canvas = element("view");
     this.renderer = new Renderer(this.canvas, recording);
     this.camera = new Camera(recording.head);
@@ -220,11 +221,20 @@ class Player {
   redraw() {
     if (!this.isDue) {
       this.isDue = true;
-      requestAnimationFrame((now) => {
-        this.isDue = false;
-        this.draw(now);
-      });
+      this.player.dataset.due = "";
+      requestAnimationFrame((now) => this.tick(now));
     }
+  }
+
+  /** Pictures that are asked for while the last one is being made wait for it: otherwise slow graphics fall behind. */
+  tick(now) {
+    if (this.renderer.isBusy()) {
+      requestAnimationFrame((later) => this.tick(later));
+      return;
+    }
+    this.isDue = false;
+    delete this.player.dataset.due;
+    this.draw(now);
   }
 
   draw(now) {
@@ -235,7 +245,7 @@ class Player {
       const aspect = this.renderer.resize();
       const choices = { hasBox: element("box").checked, fixed: element("static").value };
       this.renderer.draw(this.camera.look(aspect), this.scheme, choices);
-      element("view").parentElement.parentElement.dataset.frame = String(this.index);
+      this.player.dataset.frame = String(this.index);
     }
     if (this.isPlaying) {
       this.redraw();

@@ -224,6 +224,19 @@ class Renderer {
       this.drawGroup(uniforms, this.mesh, 0.17);
     }
     gl.bindVertexArray(null);
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+  }
+
+  /** Whether the graphics processor has not yet finished the last picture. */
+  isBusy() {
+    const { gl, fence } = this;
+    if (!fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) {
+      return Boolean(fence);
+    }
+    gl.deleteSync(fence);
+    this.fence = undefined;
+    return false;
   }
 
   drawSpheres(camera, scheme, fixed) {

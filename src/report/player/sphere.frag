@@ -25,6 +25,6 @@ void main() {
   vec3 normal = normalize(place - centre);
   vec4 clip = projection * vec4(place, 1.0);
   gl_FragDepth = 0.5 * clip.z / clip.w + 0.5;
-  float glass = opacity < 1.0 ? 0.6 + 1.8 * pow(1.0 - max(dot(normal, -sight), 0.0), 2.0) : 1.0;
+  float glass = opacity < 1.0 ? 0.6 + 1.8 * (1.0 + dot(normal, sight)) * (1.0 + dot(normal, sight)) : 1.0;
   fragment = vec4(lit(colour, normal, place), cover * min(opacity * glass, 1.0));
 }

@@ -97,7 +97,7 @@ impl Axis {
                     2 | 5 => number < 1.6,
                     _ => false,
                 };
-                let is_shown = is_labelled || digit == 1 || number < 7.0;
+                let is_shown = is_labelled || number < 7.0 || (digit == 1 && number < 40.0);
                 if is_shown && (-1e-9..=1.0 + 1e-9).contains(&self.fraction(value)) {
                     marks.push((value, is_labelled));
                 }
