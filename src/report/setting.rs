@@ -14,10 +14,9 @@ pub(super) fn section(inputs: &Inputs) -> String {
         None => list.text("particles", &plural(summary.particles, "particle")),
     }
     list.text("engine", &summary.engine);
-    if let Some(scene) = &inputs.scene {
-        if scene.run.equilibration.time.is_some() || scene.run.equilibration.events.is_some() {
-            list.text("equilibrated", &describe::limit(&scene.run.equilibration));
-        }
+    let equilibration = inputs.scene.as_ref().map(|scene| scene.run.equilibration);
+    if let Some(limit) = equilibration.filter(|limit| limit.time.is_some() || limit.events.is_some()) {
+        list.text("equilibrated", &describe::limit(&limit));
     }
     let events = &summary.events;
     let kinds = [

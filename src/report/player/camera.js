@@ -80,6 +80,7 @@ class Camera {
       projection: perspective(SLOPE, aspect, near, far),
       up: [dot(right, this.up), dot(above, this.up), dot(back, this.up)],
       near,
+      distance: this.distance,
       haze: [Math.max(this.distance - this.extent, 0), this.distance + 1.3 * this.extent],
     };
   }

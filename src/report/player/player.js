@@ -43,7 +43,7 @@ class Player {
     this.index = -1;
     this.isPlaying = false;
     this.isDue = false;
-    this.camera.margin = recording.radii.reduce((most, radius) => Math.max(most, radius), 0);
+    this.camera.margin = this.renderer.largest;
     this.camera.reach = this.reach();
     this.offerChoices();
     this.listen();

@@ -4,13 +4,19 @@ const SCHEMES = {
   dark: { background: [0.075, 0.082, 0.098], ink: [0.62, 0.66, 0.72, 0.8], fixed: [132, 141, 156] },
 };
 
+/** Where there are very many, spheres of a smaller radius are drawn as discs `[pixels]`. */
+const SMALL = 10;
+
+/** Spheres in a row of a table, as sphere.vert has it. */
+const ROW = 2048;
+
 /** Sides of a bond. */
 const SIDES = 14;
 
 /** Compiles a program; its inputs have the same places in all programs, by their order here. */
-function program(gl, name) {
+function program(gl, name, definitions = "") {
   const text = (id) => document.getElementById(`shader-${id}`).textContent.trim();
-  const lit = `#version 300 es\nprecision highp float;\n${text("light")}\n`;
+  const lit = `#version 300 es\nprecision highp float;\n${definitions}\n${text("light")}\n`;
   const fragment = text(`${name}.frag`);
   const sources = [
     [gl.VERTEX_SHADER, text(`${name}.vert`)],
@@ -49,14 +55,17 @@ class Renderer {
     this.gl = gl;
     this.canvas = canvas;
     this.recording = recording;
+    this.largest = recording.radii.reduce((most, radius) => Math.max(most, radius), 0);
     this.sharpest = isLarge ? 1 : 2;
     this.hasCoverage = gl.getParameter(gl.SAMPLES) > 1;
-    this.spheres = program(gl, "sphere");
+    this.whole = program(gl, "sphere");
+    this.discs = isLarge ? program(gl, "sphere", "#define DISC") : this.whole;
     this.rods = program(gl, "rod");
     this.edges = program(gl, "edge");
     this.quad = this.buffer(new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
     this.tube = this.buffer(tube());
-    this.makeMoving();
+    this.nothing = gl.createVertexArray();
+    this.moving = this.spheres(recording.head.moving);
     this.makeFixed();
     this.rodEnds = this.buffer(new Float32Array(0));
     this.rodShape = this.shape(this.rods, [
@@ -97,43 +106,52 @@ class Renderer {
       const place = used.place(name);
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
       gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, number, type, type !== gl.FLOAT, stride, offset);
+      gl.vertexAttribPointer(place, number, type, false, stride, offset);
       gl.vertexAttribDivisor(place, divisor);
     }
     gl.bindVertexArray(null);
     return made;
   }
 
-  sphereShape(positions, type, radii, tones) {
+  /** A table of spheres for the shader. */
+  spheres(count) {
     const { gl } = this;
-    return this.shape(this.spheres, [
-      ["corner", this.quad, 2, gl.FLOAT, 8, 0, 0],
-      ["position", positions, 3, type, type === gl.FLOAT ? 12 : 6, 0, 1],
-      ["radius", radii, 1, gl.FLOAT, 4, 0, 1],
-      ["tone", tones, 1, gl.UNSIGNED_BYTE, 1, 0, 1],
-    ]);
+    const rows = Math.max(1, Math.ceil(count / ROW));
+    const texture = () => {
+      const made = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, made);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      return made;
+    };
+    const numbers = new Float32Array(4 * ROW * rows);
+    return { count, rows, numbers, letters: new Uint8Array(ROW * rows), places: texture(), tones: texture() };
   }
 
-  makeMoving() {
-    const { gl, recording } = this;
-    const { moving } = recording.head;
-    this.steps = this.buffer(new Uint16Array(3 * moving));
-    this.tones = this.buffer(new Uint8Array(moving));
-    const radii = this.buffer(recording.radii.subarray(0, moving));
-    this.moving = { count: moving, shape: this.sphereShape(this.steps, gl.UNSIGNED_SHORT, radii, this.tones) };
+  /** Hands a table to the graphics processor. */
+  upload(table) {
+    const { gl } = this;
+    gl.bindTexture(gl.TEXTURE_2D, table.places);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, ROW, table.rows, 0, gl.RGBA, gl.FLOAT, table.numbers);
+    gl.bindTexture(gl.TEXTURE_2D, table.tones);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, ROW, table.rows, 0, gl.RED, gl.UNSIGNED_BYTE, table.letters);
   }
 
   /** Static particles that hold a bond are part of what they hold; the others are a mesh. */
   makeFixed() {
-    const { gl, recording } = this;
+    const { recording } = this;
     const { moving, fixed } = recording.head;
     const holding = new Set(recording.bondEnds);
     const group = (isWanted) => {
       const chosen = [...Array(fixed).keys()].filter((k) => isWanted(moving + k));
-      const positions = new Float32Array(chosen.flatMap((k) => [...recording.fixedPositions.subarray(3 * k, 3 * k + 3)]));
-      const radii = this.buffer(Float32Array.from(chosen, (k) => recording.radii[moving + k]));
-      const tones = this.buffer(Uint8Array.from(chosen, (k) => recording.species[moving + k]));
-      return { count: chosen.length, shape: this.sphereShape(this.buffer(positions), gl.FLOAT, radii, tones) };
+      const table = this.spheres(chosen.length);
+      chosen.forEach((k, index) => {
+        table.numbers.set(recording.fixedPositions.subarray(3 * k, 3 * k + 3), 4 * index);
+        table.numbers[4 * index + 3] = recording.radii[moving + k];
+        table.letters[index] = recording.species[moving + k];
+      });
+      this.upload(table);
+      return table;
     };
     this.pivots = group((k) => holding.has(k));
     this.mesh = group((k) => !holding.has(k));
@@ -158,8 +176,16 @@ class Renderer {
     const { recording } = this;
     this.frame = frame;
     this.channel = channel;
-    this.fill(this.steps, frame.steps);
-    this.fill(this.tones, channel < 0 ? recording.species.subarray(0, recording.head.moving) : frame.channels[channel]);
+    const { moving } = this;
+    for (let k = 0; k < moving.count; k += 1) {
+      const isBeyond = frame.steps[3 * k] === 65535;
+      moving.numbers[4 * k] = isBeyond ? 2 : frame.steps[3 * k] / 65534;
+      moving.numbers[4 * k + 1] = frame.steps[3 * k + 1] / 65534;
+      moving.numbers[4 * k + 2] = frame.steps[3 * k + 2] / 65534;
+      moving.numbers[4 * k + 3] = recording.radii[k];
+    }
+    moving.letters.set(channel < 0 ? recording.species.subarray(0, moving.count) : frame.channels[channel]);
+    this.upload(moving);
     if (recording.head.bonds > 0) {
       this.fill(this.rodEnds, recording.rods(frame));
     }
@@ -220,8 +246,8 @@ class Renderer {
       gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.boxEdges.length / 6);
     }
     if (fixed === "veil") {
-      const uniforms = this.use(this.spheres, camera, scheme);
-      this.drawGroup(uniforms, this.mesh, 0.17);
+      const uniforms = this.useSpheres(this.whole, camera, scheme);
+      this.drawGroup(uniforms, this.mesh, 0.17, false);
     }
     gl.bindVertexArray(null);
     this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
@@ -240,39 +266,49 @@ class Renderer {
   }
 
   drawSpheres(camera, scheme, fixed) {
-    const { gl, canvas, frame } = this;
-    const uniforms = this.use(this.spheres, camera, scheme);
-    gl.bindTexture(gl.TEXTURE_2D, this.colours);
-    gl.uniform1i(uniforms.colours, 0);
-    gl.uniform1f(uniforms.pixel, (2 * SLOPE) / canvas.height);
-    gl.uniform3fv(uniforms.lower, frame.head.field[0]);
-    gl.uniform3fv(uniforms.size, frame.head.field[1]);
-    const isSpecies = this.channel < 0;
-    const { low, high } = isSpecies ? { low: 0, high: 1 } : this.recording.head.channels[this.channel];
-    gl.uniform2fv(uniforms.range, isSpecies ? [0, 1] : frame.head.ranges[this.channel]);
-    gl.uniform2f(uniforms.scale, low, high);
+    const { gl } = this;
+    const size = (this.largest / (2 * SLOPE * camera.distance)) * this.canvas.height;
+    const uniforms = this.useSpheres(size < SMALL ? this.discs : this.whole, camera, scheme);
     if (this.hasCoverage) {
       gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
     }
-    gl.uniform1i(uniforms.isQuantised, 1);
-    gl.uniform1i(uniforms.isSpecies, isSpecies ? 1 : 0);
-    gl.uniform1f(uniforms.opacity, 1);
-    gl.bindVertexArray(this.moving.shape);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.moving.count);
-    this.drawGroup(uniforms, this.pivots, 1);
+    gl.uniform1i(uniforms.isSpecies, this.channel < 0 ? 1 : 0);
+    this.drawGroup(uniforms, this.moving, 1, true);
+    gl.uniform1i(uniforms.isSpecies, 1);
+    this.drawGroup(uniforms, this.pivots, 1, false);
     if (fixed === "solid") {
-      this.drawGroup(uniforms, this.mesh, 1);
+      this.drawGroup(uniforms, this.mesh, 1, false);
     }
     gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
   }
 
-  drawGroup(uniforms, group, opacity) {
-    const { gl } = this;
-    gl.uniform1i(uniforms.isQuantised, 0);
+  useSpheres(used, camera, scheme) {
+    const { gl, frame } = this;
+    const uniforms = this.use(used, camera, scheme);
+    gl.uniform1f(uniforms.pixel, (2 * SLOPE) / this.canvas.height);
+    gl.uniform3fv(uniforms.lower, frame.head.field[0]);
+    gl.uniform3fv(uniforms.size, frame.head.field[1]);
+    const channel = this.recording.head.channels[this.channel] ?? { low: 0, high: 1 };
+    gl.uniform2fv(uniforms.range, frame.head.ranges[this.channel] ?? [0, 1]);
+    gl.uniform2f(uniforms.scale, channel.low, channel.high);
     gl.uniform1i(uniforms.isSpecies, 1);
+    return uniforms;
+  }
+
+  drawGroup(uniforms, table, opacity, isFraction) {
+    const { gl } = this;
+    [this.colours, table.places, table.tones].forEach((texture, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+    });
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(uniforms.colours, 0);
+    gl.uniform1i(uniforms.spheres, 1);
+    gl.uniform1i(uniforms.tones, 2);
+    gl.uniform1i(uniforms.isFraction, isFraction ? 1 : 0);
     gl.uniform1f(uniforms.opacity, opacity);
-    gl.bindVertexArray(group.shape);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, group.count);
+    gl.bindVertexArray(this.nothing);
+    gl.drawArrays(gl.TRIANGLES, 0, 6 * table.count);
   }
 }
 

@@ -1,4 +1,5 @@
-// The sphere itself: where the line of sight meets it.
+// The sphere itself: where the line of sight meets it. With DISC its depth is that of a disc through its centre: spheres of a
+// few pixels look the same, and what is hidden is not shaded.
 flat in vec3 centre;
 flat in float extent;
 flat in vec3 colour;
@@ -23,8 +24,10 @@ void main() {
   float depth = sqrt(max(extent * extent - distance * distance, 0.0));
   vec3 place = sight * (along - depth);
   vec3 normal = normalize(place - centre);
+#ifndef DISC
   vec4 clip = projection * vec4(place, 1.0);
   gl_FragDepth = 0.5 * clip.z / clip.w + 0.5;
+#endif
   float glass = opacity < 1.0 ? 0.6 + 1.8 * (1.0 + dot(normal, sight)) * (1.0 + dot(normal, sight)) : 1.0;
   fragment = vec4(lit(colour, normal, place), cover * min(opacity * glass, 1.0));
 }

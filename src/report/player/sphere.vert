@@ -1,18 +1,18 @@
 #version 300 es
-// A square that covers the outline of a sphere in perspective, and a margin of a pixel.
+// A square that covers the outline of a sphere in perspective, and a margin of a pixel. Spheres come from tables, six corners
+// each: instances of so few corners are slow on many graphics processors, and very slow in software.
 precision highp float;
 
-in vec2 corner;
-in vec3 position;
-in float radius;
-in float tone;
+// Position and radius, and what the colour stands for, in rows of 2048.
+uniform highp sampler2D spheres;
+uniform highp sampler2D tones;
 
 uniform mat4 view;
 uniform mat4 projection;
 // The field that coordinates are fractions of.
 uniform vec3 lower;
 uniform vec3 size;
-uniform bool isQuantised;
+uniform bool isFraction;
 // What the tones 0 and 1 stand for, and the ends of the scale of colours.
 uniform vec2 range;
 uniform vec2 scale;
@@ -26,9 +26,19 @@ flat out float extent;
 flat out vec3 colour;
 out vec3 ray;
 
+const vec2 CORNERS[6] = vec2[6](
+  vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(-1.0, 1.0), vec2(-1.0, 1.0), vec2(1.0, -1.0), vec2(1.0, 1.0)
+);
+
 void main() {
-  bool isBeyond = isQuantised && position.x > 0.999995;
-  vec3 place = isQuantised ? lower + position * (65535.0 / 65534.0) * size : position;
+  int number = gl_VertexID / 6;
+  ivec2 cell = ivec2(number & 2047, number >> 11);
+  vec4 sphere = texelFetch(spheres, cell, 0);
+  float tone = texelFetch(tones, cell, 0).r;
+  float radius = sphere.w;
+  vec2 corner = CORNERS[gl_VertexID % 6];
+  bool isBeyond = isFraction && sphere.x > 1.5;
+  vec3 place = isFraction ? lower + sphere.xyz * size : sphere.xyz;
   centre = (view * vec4(place, 1.0)).xyz;
   extent = radius;
   float far = length(centre);

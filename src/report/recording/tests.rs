@@ -66,12 +66,12 @@ fn positions_and_speeds_come_back_within_their_steps() {
         assert_eq!(head.frames[index].time, frame.time);
         for (particle, expected) in frame.particles.iter().take(51).enumerate() {
             let found = decoded(&recording, index, particle);
-            for k in 0..3 {
+            for (k, found) in found.into_iter().enumerate() {
                 let expected = if k == 0 { expected.position.x % 10.0 } else { expected.position[k] };
                 // Half a step, and the rounding of some operations.
                 let bound = head.frames[index].field[1][k] / 131_068.0 * (1.0 + 1e-9);
-                assert!((found[k] - expected).abs() <= bound, "{k}: {} but {expected}", found[k]);
-                assert!((frame.lower[k]..=frame.lower[k] + frame.size[k]).contains(&found[k]));
+                assert!((found - expected).abs() <= bound, "{k}: {found} but {expected}");
+                assert!((frame.lower[k]..=frame.lower[k] + frame.size[k]).contains(&found));
             }
             // 3 * 2 * 51 = 306 bytes of coordinates are padded to 308.
             let [low, high] = head.frames[index].ranges[0];
