@@ -6,7 +6,7 @@ from pathlib import Path
 
 from devtools import Browser, Failure, find
 
-# What the canvas shows: how many colours, and a number that changes with any pixel.
+# What the canvas shows: how many colours, a number that changes with any pixel, and how many hues of 24 there are.
 PIXELS = """(() => {
   const canvas = document.getElementById('player-view');
   const gl = canvas.getContext('webgl2');
@@ -14,12 +14,19 @@ PIXELS = """(() => {
   gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
   const colours = new Set();
   let hash = 0;
+  const hues = new Array(24).fill(0);
   for (let k = 0; k < bytes.length; k += 4) {
     const colour = bytes[k] << 16 | bytes[k + 1] << 8 | bytes[k + 2];
     colours.add(colour);
     hash = (Math.imul(hash, 31) + colour) | 0;
+    const [red, green, blue] = [bytes[k], bytes[k + 1], bytes[k + 2]];
+    const [most, least] = [Math.max(red, green, blue), Math.min(red, green, blue)];
+    if (most - least > 0.3 * most) {
+      const hue = Math.atan2(Math.sqrt(3) * (green - blue), 2 * red - green - blue);
+      hues[Math.floor((hue / Math.PI + 1) * 12) % 24] += 1;
+    }
   }
-  return [colours.size, hash];
+  return [colours.size, hash, hues.filter((count) => count > 30).length];
 })()"""
 
 # Whether everything that was asked for has been drawn; a resized canvas asks once more.
@@ -145,7 +152,8 @@ def colours(page, first):
         page.choose("frame", 5, "input")
         page.choose("colour", choice)
         pixels = page.pixels()
-        expect(pixels[1] not in seen, f"colours by another quantity: `{page.text('scale')}`")
+        expect(pixels[1] not in seen and pixels[2] > first[2] + 1,
+               f"{pixels[2]} hues instead of {first[2]} by another quantity: `{page.text('scale')}`")
         seen.add(pixels[1])
     page.choose("colour", -1)
     page.choose("frame", 0, "input")
