@@ -2,7 +2,6 @@
 
 mod check;
 mod convert;
-mod describe;
 mod failure;
 mod new;
 mod picture;
@@ -10,6 +9,7 @@ mod progress;
 mod report;
 mod run;
 mod signals;
+mod table;
 mod verify;
 
 use std::io::{self, Write};
@@ -31,6 +31,7 @@ Examples:
   carom verify runs/fluid                   proves the first events of that run
   carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
+  carom report runs/fluid                   all of that run as a page, in runs/fluid/report.html
 
 Exit codes:
   0  done
@@ -57,6 +58,8 @@ enum Command {
     Picture(picture::Picture),
     /// Writes a trajectory in the format of another program: LAMMPS, GSD, VTK, NumPy, CSV
     Convert(convert::Convert),
+    /// Writes a page about a run, for a browser: results, audit, plots and the moving particles
+    Report(report::Report),
     /// Prints a commented scene to start from
     New(new::New),
 }
@@ -128,6 +131,7 @@ pub fn main() -> ExitCode {
         Command::Verify(verify) => verify.execute(),
         Command::Picture(picture) => picture.execute(),
         Command::Convert(convert) => convert.execute(),
+        Command::Report(report) => report.execute(),
         Command::New(new) => new.execute(),
     };
     match result {
@@ -159,4 +163,9 @@ fn print(text: &str) -> Result<(), Failure> {
         }
         _ => Ok(()),
     }
+}
+
+/// Says something beside the results, on standard error. Where nobody reads it, the results are still complete.
+fn warn(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
 }

@@ -50,8 +50,9 @@
 //! | What is known from theory and other simulations? | [`published`] | |
 //! | Is a run right, event by event? | [`mod@verify`] | Algorithm 1 |
 //! | What does a scene ask to be measured? | [`measure`] | |
-//! | A whole run, its files, its picture | [`run`], [`output`], [`picture`] | figure 6 |
+//! | A whole run, its files, its picture, its page | [`run`], [`output`], [`picture`], [`report`] | figure 6 |
 //! | Stopping and going on | [`checkpoint`] | |
+//! | All of that in words | [`describe`] | |
 //!
 //! # Notation and units
 //!
@@ -65,6 +66,7 @@
 
 pub mod audit;
 pub mod checkpoint;
+pub mod describe;
 pub mod detection;
 pub mod error;
 pub mod event;
@@ -82,6 +84,7 @@ pub(crate) mod prefetch;
 pub mod published;
 pub mod queue;
 pub mod reference;
+pub mod report;
 pub mod response;
 pub mod run;
 pub mod scene;

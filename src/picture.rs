@@ -19,7 +19,7 @@ mod camera;
 mod colour;
 mod error;
 mod image;
-mod legend;
+pub(crate) mod legend;
 mod light;
 mod parallel;
 mod raster;

@@ -228,6 +228,8 @@ fn bad_input_is_told_before_anything_is_written() {
         (vec!["verify", "scene.toml", "-q", "--from-events", "1e5"], "only 4500 events"),
         (vec!["picture", "missing"], "missing"),
         (vec!["picture", ".", "--size", "10"], "WIDTH"),
+        (vec!["report", "missing"], "not the folder of a run"),
+        (vec!["report", "empty"], "summary.json"),
     ] {
         let output = place.carom(&arguments);
         assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
@@ -464,4 +466,19 @@ fn a_picture_of_a_run_is_a_png() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let png = fs::read(place.path().join("runs/scene/picture.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-events", "100"])), 0);
+    let output = place.carom(&["report", "runs/scene"]);
+    assert_eq!((code(&output), errors(&output).as_str()), (0, ""));
+    assert_eq!(words(&output).trim(), "runs/scene/report.html");
+    assert!(place.read("runs/scene/report.html").contains("108 sphere"));
+    fs::remove_file(place.path().join("runs/scene/thermo.csv")).unwrap();
+    let output = place.carom(&["report", "runs/scene", "--out", "page.html"]);
+    assert_eq!(code(&output), 0);
+    assert!(errors(&output).contains("thermo.csv") && place.read("page.html").contains("thermo.csv: "));
+    assert_eq!(code(&place.carom(&["report", "runs/scene", "--out", "nowhere/page.html"])), 1);
 }

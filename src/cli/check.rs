@@ -1,11 +1,11 @@
 //! `carom check`.
 
+use carom::describe::{self, digits, plural};
 use carom::scene::{Limit, Scene, Species};
 use carom::simulation::EngineChoice;
 use clap::Args;
 
 use super::SceneArgs;
-use super::describe::{self, digits, plural};
 use super::failure::Failure;
 
 /// Says in words what will be simulated, and finds what is wrong

@@ -6,8 +6,8 @@ use carom::output::Format;
 use carom::output::convert::{Options, convert};
 use clap::{Args, ValueEnum};
 
-use super::describe::plural;
 use super::failure::Failure;
+use carom::describe::plural;
 
 /// Writes a trajectory in the format of another program
 #[derive(Debug, Args)]

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use carom::output::OutputError;
 use carom::output::convert::ConvertError;
 use carom::picture::PictureError;
+use carom::report::ReportError;
 use carom::scene::SceneError;
 use miette::{Diagnostic, Report};
 
@@ -92,6 +93,14 @@ impl From<ConvertError> for Failure {
     fn from(error: ConvertError) -> Self {
         let code = if matches!(error, ConvertError::Write { .. }) { FAILED } else { BAD_INPUT };
         Self::new(with_causes(&error), None, error.cure(), code)
+    }
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        let code = if matches!(error, ReportError::Write { .. }) { FAILED } else { BAD_INPUT };
+        let help = error.cure();
+        Self::new(with_causes(&error), None, Some(help), code)
     }
 }
 

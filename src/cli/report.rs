@@ -1,163 +1,35 @@
-//! The final table of a run.
+//! `carom report`.
 
-use std::fmt::Write;
+use std::path::PathBuf;
 
-use carom::observe::OBSERVABLES;
-use carom::run::{Ending, Finished, Stage};
-use carom::statistics::Estimate;
+use carom::report;
+use clap::Args;
 
-use super::describe::{self, digits};
-use super::progress::{clock, short};
+use super::failure::Failure;
 
-/// What was simulated, how it ended, what was measured, and whether it can be trusted.
-pub fn text(finished: &Finished) -> String {
-    let simulation = &finished.simulation;
-    let scene = simulation.scene();
-    let stretch = &finished.stretch;
-    let mut lines = Lines::default();
-    lines.pair("scene", &format!("{}, seed {}", scene.name, scene.seed));
-    lines.pair("particles", &describe::population(scene));
-    lines.pair("engine", &simulation.engine().to_string());
-    lines.pair("", &describe::reasons(scene, simulation.engine()));
-    lines.pair("ended", &ending(finished));
-    let tally = &stretch.tally;
-    let seconds = stretch.wall_seconds;
-    let rate = if seconds > 0.0 { tally.physical() as f64 / seconds } else { 0.0 };
-    let measured = format!("a time of {}, {} events", digits(stretch.duration), tally.physical());
-    lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
-    let kinds = kinds(tally.core, tally.capture, tally.release, tally.bounce, tally.wall);
-    if !kinds.is_empty() {
-        lines.pair("events", &kinds);
-    }
-    lines.pair("cell or shell transitions", &tally.transition.to_string());
-    if !finished.observables.is_empty() {
-        lines.title("mean and standard error");
-        for (name, estimate) in &finished.observables {
-            let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
-            lines.pair(&name.replace('_', " "), &format!("{} [{unit}]", with_error(estimate)));
+/// Writes a page about a run, for a browser: results, audit, plots and the moving particles
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The page is one file that needs no network: send it, or keep it with the data.
+
+Example:
+  carom report runs/hopper --out hopper.html")]
+pub struct Report {
+    /// The folder of a run
+    run: PathBuf,
+    /// The file to write; report.html in the folder of the run if not given
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+impl Report {
+    pub fn execute(&self) -> Result<(), Failure> {
+        let out = self.out.clone().unwrap_or_else(|| self.run.join("report.html"));
+        let page = report::page(&self.run)?;
+        report::write(&page, &out)?;
+        for note in &page.notes {
+            super::warn(&format!("note: {note}"));
         }
-    }
-    audit(&mut lines, finished);
-    lines.text()
-}
-
-/// Numbers of events by kind: `12 core, 3 wall`.
-pub fn kinds(core: u64, capture: u64, release: u64, bounce: u64, wall: u64) -> String {
-    let kinds = [("core", core), ("capture", capture), ("release", release), ("bounce", bounce), ("wall", wall)];
-    let kinds: Vec<String> = kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
-    kinds.join(", ")
-}
-
-fn ending(finished: &Finished) -> String {
-    let time = digits(finished.simulation.time());
-    let stage = if finished.stage == Stage::Measurement { "" } else { " before the measured stretch" };
-    match &finished.ending {
-        Ending::Time => format!("at t = {time}, the time asked for"),
-        Ending::Events => format!("at t = {time}, after the number of events asked for"),
-        Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
-        Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
-        Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
-    }
-}
-
-fn audit(lines: &mut Lines, finished: &Finished) {
-    let audit = &finished.audit;
-    let tally = &audit.tally;
-    lines.title("audit of the whole run");
-    lines.pair(
-        "energy ledger",
-        &format!("off by {}, relative; the limit is {:.1e}", tiny(audit.ledger_error), audit.limits.energy),
-    );
-    let limits = &audit.limits;
-    let drift = audit.momentum_drift.map_or_else(
-        || "not conserved: walls, gravity or static particles".to_owned(),
-        |drift| format!("drifted by {}, relative; the limit is {:.1e}", tiny(drift), limits.momentum),
-    );
-    lines.pair("momentum", &drift);
-    let last = audit.deepest_final.map_or(0.0, |overlap| overlap.depth);
-    let executed = tiny(tally.deepest_overlap);
-    lines.pair("deepest overlap", &format!("{executed} at an event, {} at the end, of the distance", tiny(last)));
-    if audit.initial.overlaps > 0 {
-        let count = describe::plural(audit.initial.overlaps, "pair");
-        let end = audit.initial.resolved_after.map_or_else(
-            || format!("{} left at the end", audit.final_overlaps),
-            |time| format!("the last gone after a time of {}", digits(time)),
-        );
-        lines.pair("overlapping at the start", &format!("{count}, {end}"));
-    }
-    lines.pair("in invalid states", &describe::plural(tally.in_invalid_state as usize, "event"));
-    lines.pair("at turning points", &describe::plural(tally.turning_point as usize, "event"));
-    if finished.simulation.scene().contact_time.is_some() {
-        let contacts = tally.tc_contacts.max(1) as f64;
-        let fraction = 100.0 * tally.tc_altered as f64 / contacts;
-        lines.pair("TC model altered", &format!("{} contacts, {fraction:.2} % of them", tally.tc_altered));
-    }
-    if audit.dissipated > 0.0 {
-        lines.pair("dissipated", &format!("{} of energy", digits(audit.dissipated)));
-    }
-    let faults = audit.faults();
-    lines.pair("verdict", if faults.is_empty() { "sound" } else { "FAILED" });
-    for fault in &faults {
-        lines.pair("", &fault.to_string());
-    }
-}
-
-/// What should be nothing.
-pub fn tiny(number: f64) -> String {
-    if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
-}
-
-/// As many digits as the error leaves: `1.0432 +- 0.0021`.
-fn with_error(estimate: &Estimate) -> String {
-    match estimate.standard_error {
-        Some(error) if error > 0.0 => {
-            let decimals = 1.0 - error.log10().floor();
-            if (0.0..=12.0).contains(&decimals) && estimate.mean.abs() < 1e9 {
-                let decimals = decimals as usize;
-                format!("{:.decimals$} +- {error:.decimals$}", estimate.mean)
-            } else {
-                format!("{} +- {error:.1e}", digits(estimate.mean))
-            }
-        }
-        Some(_) => format!("{} +- 0", digits(estimate.mean)),
-        None => format!("{} (too short for an error)", digits(estimate.mean)),
-    }
-}
-
-/// Lines of names and values.
-#[derive(Default)]
-pub struct Lines(String);
-
-impl Lines {
-    pub fn pair(&mut self, name: &str, value: &str) {
-        // Writing to a string cannot fail.
-        let _ = writeln!(self.0, "{name:<32}{value}");
-    }
-
-    pub fn title(&mut self, title: &str) {
-        let _ = writeln!(self.0, "\n{title}");
-    }
-
-    pub fn line(&mut self, line: &str) {
-        let _ = writeln!(self.0, "{line}");
-    }
-
-    pub fn text(self) -> String {
-        self.0
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn means_have_the_digits_that_their_errors_leave() {
-        let of = |mean, standard_error| with_error(&Estimate { mean, standard_error });
-        assert_eq!(of(1.043_21, Some(0.0021)), "1.0432 +- 0.0021");
-        assert_eq!(of(1234.5, Some(25.0)), "1234 +- 25");
-        assert_eq!(of(2.0, Some(0.0)), "2 +- 0");
-        assert_eq!(of(2.0, None), "2 (too short for an error)");
-        assert_eq!(of(1.0, Some(1e-20)), "1 +- 1.0e-20");
+        super::print(&format!("{}\n", out.display()))
     }
 }

@@ -13,7 +13,7 @@ use clap::Args;
 use super::Changes;
 use super::failure::Failure;
 use super::progress::Display;
-use super::{report, signals};
+use super::{signals, table};
 
 /// Simulates a scene
 #[derive(Debug, Args)]
@@ -136,7 +136,7 @@ impl Run {
 
 /// Files, table and verdict.
 fn end(finished: &Finished, folder: Folder, path: &Path) -> Result<(), Failure> {
-    let report = report::text(finished);
+    let report = table::text(finished);
     folder.complete(&Summary::of(finished), &finished.measured, &report)?;
     super::print(&format!("{report}\nThe files are in {}\n", path.display()))?;
     verdict(finished)

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use carom::describe::{self, digits, tiny};
 use carom::output::Folder;
 use carom::scene::Scene;
 use carom::simulation::Arrest;
@@ -9,12 +10,11 @@ use carom::verify::{self, Certificate, Counts, End, Stretch};
 use clap::Args;
 
 use super::Changes;
-use super::describe::{self, digits};
 use super::failure::Failure;
 use super::progress::{Display, short};
-use super::report::{Lines, kinds, tiny};
 use super::run::count;
 use super::signals;
+use super::table::{Lines, kinds};
 
 /// Proves a stretch of a run
 #[derive(Debug, Args)]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::run::Finished;
 
@@ -10,10 +10,10 @@ use crate::run::Finished;
 ///
 /// Counts, observables and speed are those of the measured stretch; energies, momentum and overlaps span the whole run with
 /// its equilibration. What means nothing for the scene is `null` or, of the observables, absent.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the keys are described as a whole")]
 pub struct Summary {
-    pub version: &'static str,
+    pub version: String,
     pub scene: String,
     pub seed: u64,
     /// The engine that ran, in words.
@@ -28,12 +28,12 @@ pub struct Summary {
     pub overlap: Overlaps,
     /// What the audit objects to, in words; empty for a sound run.
     pub faults: Vec<String>,
-    pub observables: BTreeMap<&'static str, Observable>,
+    pub observables: BTreeMap<String, Observable>,
     pub speed: Speed,
 }
 
 /// Numbers of events; `total` are the physical ones: core, capture, release, bounce and wall.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Tally`")]
 pub struct Events {
     pub total: u64,
@@ -50,7 +50,7 @@ pub struct Events {
 }
 
 /// Energies: at the start and the end of the run, and what became of them.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Audit`")]
 pub struct Energies {
     pub initial: f64,
@@ -64,7 +64,7 @@ pub struct Energies {
 }
 
 /// Momentum.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Momentum {
     /// Relative to the sum of `m |v|`; `None` where momentum is not conserved.
     pub drift: Option<f64>,
@@ -73,7 +73,7 @@ pub struct Momentum {
 }
 
 /// Overlaps, relative to the distance of the discontinuity.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Overlaps {
     /// At any event.
     pub deepest_executed: f64,
@@ -90,7 +90,7 @@ pub struct Overlaps {
 }
 
 /// A mean and its standard error; `None` where the run is too short to tell.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Estimate`")]
 pub struct Observable {
     pub mean: f64,
@@ -98,7 +98,7 @@ pub struct Observable {
 }
 
 /// How fast it was.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
     /// Time on the clock `[seconds]`.
     pub wall_seconds: f64,
@@ -119,10 +119,10 @@ impl Summary {
         let wall_seconds = finished.stretch.wall_seconds;
         let per_second = |count: u64| (wall_seconds > 0.0).then(|| count as f64 / wall_seconds);
         let observable = |(name, estimate): &(&'static str, crate::statistics::Estimate)| {
-            (*name, Observable { mean: estimate.mean, standard_error: estimate.standard_error })
+            ((*name).to_owned(), Observable { mean: estimate.mean, standard_error: estimate.standard_error })
         };
         Self {
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: scene.name.clone(),
             seed: scene.seed,
             engine: simulation.engine().to_string(),

@@ -11,7 +11,7 @@ const FASTER: f64 = 0.05;
 
 /// The speed at the upper end of the scale `[length / time]`, in two digits: high enough for the few that fall while all
 /// others rest, and low enough that a thermal fluid shows all colours.
-pub(super) fn fastest(mut speeds: Vec<f64>) -> f64 {
+pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
     speeds.sort_by(f64::total_cmp);
     let highest = speeds.last().copied().unwrap_or(0.0);
     if !(highest.is_normal() && highest < 1e300) {

@@ -1,16 +1,19 @@
-//! What a scene is, in words.
+//! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
 
-use carom::potential::Potential;
-use carom::scene::{Interaction, Limit, Scene, Species, SpeciesId};
-use carom::simulation::EngineChoice;
-use carom::space::{Boundary, Face};
+use crate::potential::Potential;
+use crate::scene::{Interaction, Limit, Scene, Species, SpeciesId};
+use crate::simulation::EngineChoice;
+use crate::space::{Boundary, Face};
+use crate::statistics::Estimate;
 
 /// A number of things: `1 wall`, `2 walls`.
+#[must_use]
 pub fn plural(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
 /// Numbers of particles of each species.
+#[must_use]
 pub fn counts(scene: &Scene) -> Vec<usize> {
     let mut counts = vec![0; scene.species.len()];
     for particle in &scene.particles {
@@ -20,6 +23,7 @@ pub fn counts(scene: &Scene) -> Vec<usize> {
 }
 
 /// Whom the scene consists of.
+#[must_use]
 pub fn population(scene: &Scene) -> String {
     let counts = counts(scene);
     let of = |is_static: bool| {
@@ -32,6 +36,7 @@ pub fn population(scene: &Scene) -> String {
 }
 
 /// The box, axis by axis.
+#[must_use]
 pub fn space(scene: &Scene) -> String {
     let axes = ["x", "y", "z"].iter().enumerate().map(|(k, name)| {
         let (lower, upper) = (scene.space.lower[k], scene.space.upper()[k]);
@@ -54,6 +59,7 @@ fn face(face: &Face) -> String {
 }
 
 /// Why an engine was chosen.
+#[must_use]
 pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
     let motion = if choice.is_falling {
         let falling: Vec<&str> = scene
@@ -83,6 +89,7 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
 }
 
 /// An interaction in a line.
+#[must_use]
 pub fn interaction(interaction: &Interaction) -> String {
     let restitution = if interaction.restitution < 1.0 {
         format!(", restitution {}", interaction.restitution)
@@ -116,6 +123,7 @@ fn potential(potential: &Potential) -> String {
 }
 
 /// The table of interactions, a line per two species that can meet, and one per interaction of bonds.
+#[must_use]
 pub fn interactions(scene: &Scene) -> Vec<String> {
     let mut lines = Vec::new();
     let species = |index: usize| &scene.species[index];
@@ -145,6 +153,7 @@ pub fn interactions(scene: &Scene) -> Vec<String> {
 }
 
 /// How long something lasts.
+#[must_use]
 pub fn limit(limit: &Limit) -> String {
     match (limit.time, limit.events) {
         (Some(time), Some(events)) => format!("for a time of {time} or {events} events, whichever comes first"),
@@ -155,6 +164,7 @@ pub fn limit(limit: &Limit) -> String {
 }
 
 /// Six digits, as many as a reader compares.
+#[must_use]
 pub fn digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) {
         let whole = number.abs().log10().floor().max(0.0) as usize;
@@ -162,5 +172,44 @@ pub fn digits(number: f64) -> String {
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     } else {
         format!("{number:.3e}")
+    }
+}
+
+/// What should be nothing.
+#[must_use]
+pub fn tiny(number: f64) -> String {
+    if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
+}
+
+/// As many digits as the error leaves: `1.0432 +- 0.0021`.
+#[must_use]
+pub fn estimate(estimate: &Estimate) -> String {
+    match estimate.standard_error {
+        Some(error) if error > 0.0 => {
+            let decimals = 1.0 - error.log10().floor();
+            if (0.0..=12.0).contains(&decimals) && estimate.mean.abs() < 1e9 {
+                let decimals = decimals as usize;
+                format!("{:.decimals$} +- {error:.decimals$}", estimate.mean)
+            } else {
+                format!("{} +- {error:.1e}", digits(estimate.mean))
+            }
+        }
+        Some(_) => format!("{} +- 0", digits(estimate.mean)),
+        None => format!("{} (too short for an error)", digits(estimate.mean)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_have_the_digits_that_their_errors_leave() {
+        let of = |mean, standard_error| estimate(&Estimate { mean, standard_error });
+        assert_eq!(of(1.043_21, Some(0.0021)), "1.0432 +- 0.0021");
+        assert_eq!(of(1234.5, Some(25.0)), "1234 +- 25");
+        assert_eq!(of(2.0, Some(0.0)), "2 +- 0");
+        assert_eq!(of(2.0, None), "2 (too short for an error)");
+        assert_eq!(of(1.0, Some(1e-20)), "1 +- 1.0e-20");
     }
 }

@@ -1,0 +1,125 @@
+//! The final table of a run.
+
+use std::fmt::Write;
+
+use carom::describe::{self, digits, tiny};
+use carom::observe::OBSERVABLES;
+use carom::run::{Ending, Finished, Stage};
+
+use super::progress::{clock, short};
+
+/// What was simulated, how it ended, what was measured, and whether it can be trusted.
+pub fn text(finished: &Finished) -> String {
+    let simulation = &finished.simulation;
+    let scene = simulation.scene();
+    let stretch = &finished.stretch;
+    let mut lines = Lines::default();
+    lines.pair("scene", &format!("{}, seed {}", scene.name, scene.seed));
+    lines.pair("particles", &describe::population(scene));
+    lines.pair("engine", &simulation.engine().to_string());
+    lines.pair("", &describe::reasons(scene, simulation.engine()));
+    lines.pair("ended", &ending(finished));
+    let tally = &stretch.tally;
+    let seconds = stretch.wall_seconds;
+    let rate = if seconds > 0.0 { tally.physical() as f64 / seconds } else { 0.0 };
+    let measured = format!("a time of {}, {} events", digits(stretch.duration), tally.physical());
+    lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
+    let kinds = kinds(tally.core, tally.capture, tally.release, tally.bounce, tally.wall);
+    if !kinds.is_empty() {
+        lines.pair("events", &kinds);
+    }
+    lines.pair("cell or shell transitions", &tally.transition.to_string());
+    if !finished.observables.is_empty() {
+        lines.title("mean and standard error");
+        for (name, estimate) in &finished.observables {
+            let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
+            lines.pair(&name.replace('_', " "), &format!("{} [{unit}]", describe::estimate(estimate)));
+        }
+    }
+    audit(&mut lines, finished);
+    lines.text()
+}
+
+/// Numbers of events by kind: `12 core, 3 wall`.
+pub fn kinds(core: u64, capture: u64, release: u64, bounce: u64, wall: u64) -> String {
+    let kinds = [("core", core), ("capture", capture), ("release", release), ("bounce", bounce), ("wall", wall)];
+    let kinds: Vec<String> = kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
+    kinds.join(", ")
+}
+
+fn ending(finished: &Finished) -> String {
+    let time = digits(finished.simulation.time());
+    let stage = if finished.stage == Stage::Measurement { "" } else { " before the measured stretch" };
+    match &finished.ending {
+        Ending::Time => format!("at t = {time}, the time asked for"),
+        Ending::Events => format!("at t = {time}, after the number of events asked for"),
+        Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
+        Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
+        Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
+    }
+}
+
+fn audit(lines: &mut Lines, finished: &Finished) {
+    let audit = &finished.audit;
+    let tally = &audit.tally;
+    lines.title("audit of the whole run");
+    lines.pair(
+        "energy ledger",
+        &format!("off by {}, relative; the limit is {:.1e}", tiny(audit.ledger_error), audit.limits.energy),
+    );
+    let limits = &audit.limits;
+    let drift = audit.momentum_drift.map_or_else(
+        || "not conserved: walls, gravity or static particles".to_owned(),
+        |drift| format!("drifted by {}, relative; the limit is {:.1e}", tiny(drift), limits.momentum),
+    );
+    lines.pair("momentum", &drift);
+    let last = audit.deepest_final.map_or(0.0, |overlap| overlap.depth);
+    let executed = tiny(tally.deepest_overlap);
+    lines.pair("deepest overlap", &format!("{executed} at an event, {} at the end, of the distance", tiny(last)));
+    if audit.initial.overlaps > 0 {
+        let count = describe::plural(audit.initial.overlaps, "pair");
+        let end = audit.initial.resolved_after.map_or_else(
+            || format!("{} left at the end", audit.final_overlaps),
+            |time| format!("the last gone after a time of {}", digits(time)),
+        );
+        lines.pair("overlapping at the start", &format!("{count}, {end}"));
+    }
+    lines.pair("in invalid states", &describe::plural(tally.in_invalid_state as usize, "event"));
+    lines.pair("at turning points", &describe::plural(tally.turning_point as usize, "event"));
+    if finished.simulation.scene().contact_time.is_some() {
+        let contacts = tally.tc_contacts.max(1) as f64;
+        let fraction = 100.0 * tally.tc_altered as f64 / contacts;
+        lines.pair("TC model altered", &format!("{} contacts, {fraction:.2} % of them", tally.tc_altered));
+    }
+    if audit.dissipated > 0.0 {
+        lines.pair("dissipated", &format!("{} of energy", digits(audit.dissipated)));
+    }
+    let faults = audit.faults();
+    lines.pair("verdict", if faults.is_empty() { "sound" } else { "FAILED" });
+    for fault in &faults {
+        lines.pair("", &fault.to_string());
+    }
+}
+
+/// Lines of names and values.
+#[derive(Default)]
+pub struct Lines(String);
+
+impl Lines {
+    pub fn pair(&mut self, name: &str, value: &str) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(self.0, "{name:<32}{value}");
+    }
+
+    pub fn title(&mut self, title: &str) {
+        let _ = writeln!(self.0, "\n{title}");
+    }
+
+    pub fn line(&mut self, line: &str) {
+        let _ = writeln!(self.0, "{line}");
+    }
+
+    pub fn text(self) -> String {
+        self.0
+    }
+}

@@ -1,0 +1,52 @@
+//! What can go wrong with a page.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+/// Why there is no page about a run.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReportError {
+    /// The path is no folder.
+    #[error("{} is not the folder of a run", .0.display())]
+    NotFolder(PathBuf),
+    /// The summary, which every finished run has, is missing or cannot be read.
+    #[error("cannot read {}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The summary is damaged.
+    #[error("{} is not the summary of a run", path.display())]
+    Summary {
+        /// The file.
+        path: PathBuf,
+        /// Where, and what was expected.
+        source: serde_json::Error,
+    },
+    /// The page cannot be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl ReportError {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn cure(&self) -> &'static str {
+        match self {
+            Self::NotFolder(_) => "carom run SCENE writes the folder runs/NAME",
+            Self::Unreadable { .. } => "summary.json is the last file that a run writes: a killed run has none",
+            Self::Summary { .. } => "run the scene again, or restore the file",
+            Self::Write { .. } => "choose a file with --out in a folder that can be written to",
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! Text that is safe within a page.
+
+/// Text from a file, as content or as the value of an attribute in quotes: what would be markup is shown as it is.
+/// Control characters, which no page may contain, become replacement characters.
+pub(super) fn escape(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            '\n' | '\t' => safe.push(c),
+            '\r' => {}
+            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => safe.push('\u{fffd}'),
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+/// JSON that can stand in a script element: nothing in it ends the element.
+pub(super) fn escape_json(json: &str) -> String {
+    json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")
+}
+
+/// A unit with raised exponents: `energy / length^3` becomes `energy / length³`. Not yet escaped.
+pub(super) fn unit(unit: &str) -> String {
+    let mut text = String::with_capacity(unit.len());
+    let mut is_raised = false;
+    for c in unit.chars() {
+        is_raised = c == '^' || (is_raised && raised(c).is_some());
+        match raised(c) {
+            Some(raised) if is_raised => text.push(raised),
+            _ if c == '^' => {}
+            _ => text.push(c),
+        }
+    }
+    text
+}
+
+/// The unit in brackets, with a space before; nothing for a pure number. Not yet escaped.
+pub(super) fn brackets(of: &str) -> String {
+    if of.is_empty() || of == "1" { String::new() } else { format!(" [{}]", unit(of)) }
+}
+
+fn raised(c: char) -> Option<char> {
+    Some(match c {
+        '0' => '⁰',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '4' => '⁴',
+        '5' => '⁵',
+        '6' => '⁶',
+        '7' => '⁷',
+        '8' => '⁸',
+        '9' => '⁹',
+        '-' => '⁻',
+        'D' => 'ᴰ',
+        _ => return None,
+    })
+}
+
+/// A power of ten: `10⁻⁵`.
+pub(super) fn power_of_ten(exponent: i32) -> String {
+    unit(&format!("10^{exponent}"))
+}
+
+/// A number with its exponent raised, and with a true minus sign: `1.2e-5` becomes `1.2×10⁻⁵`. Words stay as they are.
+pub(super) fn number(text: &str) -> String {
+    let parts = text.split_once('e').and_then(|(digits, exponent)| Some((digits, exponent.parse::<i32>().ok()?)));
+    match parts {
+        Some((digits, exponent)) => format!("{}×{}", digits.replace('-', "−"), power_of_ten(exponent)),
+        None if text.parse::<f64>().is_ok() => text.replace('-', "−"),
+        None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_from_a_file_is_markup() {
+        assert_eq!(
+            escape("</script><b a='1'>&\"\u{0}\r\n"),
+            "&lt;/script&gt;&lt;b a=&#39;1&#39;&gt;&amp;&quot;\u{fffd}\n"
+        );
+        assert_eq!(escape_json("\"</script>&\""), "\"\\u003c/script\\u003e\\u0026\"");
+    }
+
+    #[test]
+    fn exponents_are_raised() {
+        assert_eq!(unit("energy / length^D"), "energy / lengthᴰ");
+        assert_eq!(unit("length^-2 * Density2"), "length⁻² * Density2");
+        assert_eq!(brackets("1"), "");
+        assert_eq!(brackets("length^2 / time"), " [length² / time]");
+        assert_eq!(number("-1.2e-5"), "−1.2×10⁻⁵");
+        assert_eq!(number("-12"), "−12");
+        assert_eq!(number("round-off"), "round-off");
+        assert_eq!(number("none"), "none");
+    }
+}

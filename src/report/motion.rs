@@ -1,0 +1,95 @@
+//! The player of the trajectory: its controls, its program and the data in text.
+
+use super::base64;
+use super::html::{escape, escape_json, number};
+use super::recording::Recording;
+
+/// The program of the player, in the order in which it is read.
+const PROGRAM: [&str; 6] = [
+    include_str!("player/recording.js"),
+    include_str!("player/matrix.js"),
+    include_str!("player/camera.js"),
+    include_str!("player/renderer.js"),
+    include_str!("player/pointer.js"),
+    include_str!("player/player.js"),
+];
+
+/// The shaders, by the names that the program knows them by.
+const SHADERS: [(&str, &str); 7] = [
+    ("light", include_str!("player/light.glsl")),
+    ("sphere.vert", include_str!("player/sphere.vert")),
+    ("sphere.frag", include_str!("player/sphere.frag")),
+    ("rod.vert", include_str!("player/rod.vert")),
+    ("rod.frag", include_str!("player/rod.frag")),
+    ("edge.vert", include_str!("player/edge.vert")),
+    ("edge.frag", include_str!("player/edge.frag")),
+];
+
+/// The controls; the program fills in what depends on the data.
+const CONTROLS: &str = include_str!("player/controls.html");
+
+/// Frames share an element of text up to this size `[bytes]`: few large elements open faster than many small ones.
+const CHUNK: usize = 1 << 18;
+
+/// The section of the page.
+pub(super) fn section(recording: Option<&Recording>) -> String {
+    let Some(recording) = recording else {
+        return "<p>There is no trajectory to play.</p>\n".to_owned();
+    };
+    let Ok(head) = serde_json::to_string(&recording.head) else {
+        return "<p>The trajectory cannot be shown.</p>\n".to_owned();
+    };
+    let mut section = format!("{}<p class=\"aside\">{}</p>\n", CONTROLS, escape(&about(recording)));
+    section
+        .push_str(&format!("<script type=\"application/json\" id=\"player-head\">{}</script>\n", escape_json(&head)));
+    data(&mut section, "player-constants", &recording.constants);
+    let mut chunk = Vec::new();
+    let mut number = 0;
+    for (index, frame) in recording.frames.iter().enumerate() {
+        chunk.extend_from_slice(frame);
+        if chunk.len() >= CHUNK || index + 1 == recording.frames.len() {
+            data(&mut section, &format!("player-frames-{number}"), &chunk);
+            chunk.clear();
+            number += 1;
+        }
+    }
+    for (name, text) in SHADERS {
+        section.push_str(&format!("<script type=\"text/plain\" id=\"shader-{name}\">{text}</script>\n"));
+    }
+    let program = PROGRAM.concat();
+    section.push_str(&format!("<script>\n\"use strict\";\n(() => {{\n{program}}})();\n</script>\n"));
+    section
+}
+
+fn data(section: &mut String, id: &str, bytes: &[u8]) {
+    section.push_str(&format!("<script type=\"application/octet-stream\" id=\"{id}\">"));
+    base64::encode(bytes, section);
+    section.push_str("</script>\n");
+}
+
+/// What the player shows and what it leaves out.
+fn about(recording: &Recording) -> String {
+    let head = &recording.head;
+    let (shown, all) = (head.frames.len(), head.frames_in_file);
+    let mut text = if shown < all {
+        format!("{shown} of the {all} frames of trajectory.xyz, so that the page stays small. ")
+    } else {
+        format!("All {all} frames of trajectory.xyz. ")
+    };
+    text.push_str(
+        "Frames are shown as they are: between two of them particles collide, so nothing is drawn in between. ",
+    );
+    let step = head.frames.iter().flat_map(|frame| frame.field[1]).fold(0.0, f64::max) / 131_068.0;
+    let step = number(&format!("{step:.0e}"));
+    text.push_str(&format!("Positions are rounded to 16 bits, by at most {step} [length] along an axis. "));
+    if head.periodic.iter().any(|is_periodic| *is_periodic) {
+        text.push_str("They are wrapped into the periodic box. ");
+    }
+    let beyond = head.frames.iter().map(|frame| frame.beyond).max().unwrap_or(0);
+    if beyond > 0 {
+        text.push_str(&format!(
+            "Up to {beyond} particles have left the box by more than three of its edges and are not drawn. "
+        ));
+    }
+    text
+}

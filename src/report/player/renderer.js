@@ -1,0 +1,338 @@
+/** Light and dark surroundings of the particles, sRGB. */
+const SCHEMES = {
+  light: { background: [0.969, 0.973, 0.98], ink: [0.27, 0.3, 0.34, 0.85], fixed: [144, 153, 168] },
+  dark: { background: [0.075, 0.082, 0.098], ink: [0.62, 0.66, 0.72, 0.8], fixed: [132, 141, 156] },
+};
+
+/** Where there are very many, spheres of a smaller radius are drawn as discs `[pixels]`. */
+const SMALL = 10;
+
+/** Spheres in a row of a table, as sphere.vert has it. */
+const ROW = 2048;
+
+/** Sides of a bond. */
+const SIDES = 14;
+
+/** Compiles a program; its inputs have the same places in all programs, by their order here. */
+function program(gl, name, definitions = "") {
+  const text = (id) => document.getElementById(`shader-${id}`).textContent.trim();
+  const lit = `#version 300 es\nprecision highp float;\n${definitions}\n${text("light")}\n`;
+  const fragment = text(`${name}.frag`);
+  const sources = [
+    [gl.VERTEX_SHADER, text(`${name}.vert`)],
+    [gl.FRAGMENT_SHADER, fragment.startsWith("#version") ? fragment : lit + fragment],
+  ];
+  const linked = gl.createProgram();
+  for (const [kind, source] of sources) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS) && !gl.isContextLost()) {
+      throw new Error(`${name}: ${gl.getShaderInfoLog(shader)}`);
+    }
+    gl.attachShader(linked, shader);
+  }
+  gl.linkProgram(linked);
+  if (!gl.getProgramParameter(linked, gl.LINK_STATUS) && !gl.isContextLost()) {
+    throw new Error(`${name}: ${gl.getProgramInfoLog(linked)}`);
+  }
+  const uniforms = {};
+  for (let k = 0; k < gl.getProgramParameter(linked, gl.ACTIVE_UNIFORMS); k += 1) {
+    const { name: uniform } = gl.getActiveUniform(linked, k);
+    uniforms[uniform] = gl.getUniformLocation(linked, uniform);
+  }
+  return { linked, uniforms, place: (attribute) => gl.getAttribLocation(linked, attribute) };
+}
+
+/** Draws frames into a canvas. */
+class Renderer {
+  constructor(canvas, recording) {
+    const isLarge = recording.count > 50000;
+    const gl = canvas.getContext("webgl2", { alpha: false, antialias: !isLarge, preserveDrawingBuffer: true });
+    if (!gl) {
+      throw new Error("This browser offers no WebGL 2, which the player needs. Everything else on this page is complete.");
+    }
+    this.gl = gl;
+    this.canvas = canvas;
+    this.recording = recording;
+    this.largest = recording.radii.reduce((most, radius) => Math.max(most, radius), 0);
+    this.sharpest = isLarge ? 1 : 2;
+    this.hasCoverage = gl.getParameter(gl.SAMPLES) > 1;
+    this.whole = program(gl, "sphere");
+    this.discs = isLarge ? program(gl, "sphere", "#define DISC") : this.whole;
+    this.rods = program(gl, "rod");
+    this.edges = program(gl, "edge");
+    this.quad = this.buffer(new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]));
+    this.tube = this.buffer(tube());
+    this.nothing = gl.createVertexArray();
+    this.moving = this.spheres(recording.head.moving);
+    this.makeFixed();
+    this.rodEnds = this.buffer(new Float32Array(0));
+    this.rodShape = this.shape(this.rods, [
+      ["corner", this.tube, 3, gl.FLOAT, 12, 0, 0],
+      ["start", this.rodEnds, 3, gl.FLOAT, 28, 0, 1],
+      ["end", this.rodEnds, 3, gl.FLOAT, 28, 12, 1],
+      ["radius", this.rodEnds, 1, gl.FLOAT, 28, 24, 1],
+    ]);
+    this.edgeEnds = this.buffer(new Float32Array(0));
+    this.edgeShape = this.shape(this.edges, [
+      ["corner", this.quad, 2, gl.FLOAT, 8, 0, 0],
+      ["start", this.edgeEnds, 3, gl.FLOAT, 24, 0, 1],
+      ["end", this.edgeEnds, 3, gl.FLOAT, 24, 12, 1],
+    ]);
+    this.colours = gl.createTexture();
+  }
+
+  buffer(data) {
+    const { gl } = this;
+    const made = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, made);
+    gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
+    return made;
+  }
+
+  fill(buffer, data) {
+    const { gl } = this;
+    gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+    gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW);
+  }
+
+  /** Attributes: name, buffer, number and type of components, stride, offset, and whether one per instance. */
+  shape(used, attributes) {
+    const { gl } = this;
+    const made = gl.createVertexArray();
+    gl.bindVertexArray(made);
+    for (const [name, buffer, number, type, stride, offset, divisor] of attributes) {
+      const place = used.place(name);
+      gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+      gl.enableVertexAttribArray(place);
+      gl.vertexAttribPointer(place, number, type, false, stride, offset);
+      gl.vertexAttribDivisor(place, divisor);
+    }
+    gl.bindVertexArray(null);
+    return made;
+  }
+
+  /** A table of spheres for the shader. */
+  spheres(count) {
+    const { gl } = this;
+    const rows = Math.max(1, Math.ceil(count / ROW));
+    const texture = () => {
+      const made = gl.createTexture();
+      gl.bindTexture(gl.TEXTURE_2D, made);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      return made;
+    };
+    const numbers = new Float32Array(4 * ROW * rows);
+    return { count, rows, numbers, letters: new Uint8Array(ROW * rows), places: texture(), tones: texture() };
+  }
+
+  /** Hands a table to the graphics processor. */
+  upload(table) {
+    const { gl } = this;
+    gl.bindTexture(gl.TEXTURE_2D, table.places);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, ROW, table.rows, 0, gl.RGBA, gl.FLOAT, table.numbers);
+    gl.bindTexture(gl.TEXTURE_2D, table.tones);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R8, ROW, table.rows, 0, gl.RED, gl.UNSIGNED_BYTE, table.letters);
+  }
+
+  /** Static particles that hold a bond are part of what they hold; the others are a mesh. */
+  makeFixed() {
+    const { recording } = this;
+    const { moving, fixed } = recording.head;
+    const holding = new Set(recording.bondEnds);
+    const group = (isWanted) => {
+      const chosen = [...Array(fixed).keys()].filter((k) => isWanted(moving + k));
+      const table = this.spheres(chosen.length);
+      chosen.forEach((k, index) => {
+        table.numbers.set(recording.fixedPositions.subarray(3 * k, 3 * k + 3), 4 * index);
+        table.numbers[4 * index + 3] = recording.radii[moving + k];
+        table.letters[index] = recording.species[moving + k];
+      });
+      this.upload(table);
+      return table;
+    };
+    this.pivots = group((k) => holding.has(k));
+    this.mesh = group((k) => !holding.has(k));
+  }
+
+  /** A row of species colours, and one of the scale. */
+  setColours(palette, scale) {
+    const { gl } = this;
+    const pixels = new Uint8Array(2 * 256 * 4).fill(255);
+    for (let k = 0; k < 256; k += 1) {
+      pixels.set(palette[k] ?? [128, 128, 128], 4 * k);
+      pixels.set(scale[k], 4 * (256 + k));
+    }
+    gl.bindTexture(gl.TEXTURE_2D, this.colours);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, 256, 2, 0, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  }
+
+  /** Takes over a frame, coloured by a channel or, with -1, by species. */
+  load(frame, channel) {
+    const { recording } = this;
+    this.frame = frame;
+    this.channel = channel;
+    const { moving } = this;
+    for (let k = 0; k < moving.count; k += 1) {
+      const isBeyond = frame.steps[3 * k] === 65535;
+      moving.numbers[4 * k] = isBeyond ? 2 : frame.steps[3 * k] / 65534;
+      moving.numbers[4 * k + 1] = frame.steps[3 * k + 1] / 65534;
+      moving.numbers[4 * k + 2] = frame.steps[3 * k + 2] / 65534;
+      moving.numbers[4 * k + 3] = recording.radii[k];
+    }
+    moving.letters.set(channel < 0 ? recording.species.subarray(0, moving.count) : frame.channels[channel]);
+    this.upload(moving);
+    if (recording.head.bonds > 0) {
+      this.fill(this.rodEnds, recording.rods(frame));
+    }
+    this.boxEdges = boxEdges(frame.head, recording.head.flat);
+    this.fill(this.edgeEnds, this.boxEdges);
+  }
+
+  /** Fits the pixels of the canvas to its place on the page; returns its width over its height. */
+  resize() {
+    const { canvas } = this;
+    const ratio = Math.min(window.devicePixelRatio || 1, this.sharpest);
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
+    const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+    if (canvas.width !== width || canvas.height !== height) {
+      canvas.width = width;
+      canvas.height = height;
+    }
+    return width / height;
+  }
+
+  use(used, camera, scheme) {
+    const { gl } = this;
+    gl.useProgram(used.linked);
+    const { uniforms } = used;
+    gl.uniformMatrix4fv(uniforms.view, false, camera.view);
+    gl.uniformMatrix4fv(uniforms.projection, false, camera.projection);
+    gl.uniform3fv(uniforms.up ?? null, camera.up);
+    gl.uniform3fv(uniforms.background ?? null, scheme.background);
+    gl.uniform2fv(uniforms.haze ?? null, camera.haze);
+    return uniforms;
+  }
+
+  draw(camera, scheme, { hasBox, fixed }) {
+    const { gl, canvas } = this;
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.clearColor(...scheme.background, 1);
+    gl.depthMask(true);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.BLEND);
+    this.drawSpheres(camera, scheme, fixed);
+    if (this.recording.head.bonds > 0) {
+      const uniforms = this.use(this.rods, camera, scheme);
+      gl.uniform3fv(uniforms.colour, scheme.fixed.map((x) => x / 255));
+      gl.bindVertexArray(this.rodShape);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * SIDES + 2, 2 * this.recording.head.bonds);
+    }
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    if (hasBox) {
+      const uniforms = this.use(this.edges, camera, scheme);
+      gl.uniform2f(uniforms.viewport, canvas.width, canvas.height);
+      gl.uniform1f(uniforms.width, Math.max(1.4, canvas.width / 700));
+      gl.uniform1f(uniforms.nearest, camera.near);
+      gl.uniform4fv(uniforms.ink, scheme.ink);
+      gl.bindVertexArray(this.edgeShape);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, this.boxEdges.length / 6);
+    }
+    if (fixed === "veil") {
+      const uniforms = this.useSpheres(this.whole, camera, scheme);
+      this.drawGroup(uniforms, this.mesh, 0.17, false);
+    }
+    gl.bindVertexArray(null);
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+  }
+
+  /** Whether the graphics processor has not yet finished the last picture. */
+  isBusy() {
+    const { gl, fence } = this;
+    if (!fence || gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.UNSIGNALED) {
+      return Boolean(fence);
+    }
+    gl.deleteSync(fence);
+    this.fence = undefined;
+    return false;
+  }
+
+  drawSpheres(camera, scheme, fixed) {
+    const { gl } = this;
+    const size = (this.largest / (2 * SLOPE * camera.distance)) * this.canvas.height;
+    const uniforms = this.useSpheres(size < SMALL ? this.discs : this.whole, camera, scheme);
+    if (this.hasCoverage) {
+      gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
+    }
+    gl.uniform1i(uniforms.isSpecies, this.channel < 0 ? 1 : 0);
+    this.drawGroup(uniforms, this.moving, 1, true);
+    gl.uniform1i(uniforms.isSpecies, 1);
+    this.drawGroup(uniforms, this.pivots, 1, false);
+    if (fixed === "solid") {
+      this.drawGroup(uniforms, this.mesh, 1, false);
+    }
+    gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
+  }
+
+  useSpheres(used, camera, scheme) {
+    const { gl, frame } = this;
+    const uniforms = this.use(used, camera, scheme);
+    gl.uniform1f(uniforms.pixel, (2 * SLOPE) / this.canvas.height);
+    gl.uniform3fv(uniforms.lower, frame.head.field[0]);
+    gl.uniform3fv(uniforms.size, frame.head.field[1]);
+    const channel = this.recording.head.channels[this.channel] ?? { low: 0, high: 1 };
+    gl.uniform2fv(uniforms.range, frame.head.ranges[this.channel] ?? [0, 1]);
+    gl.uniform2f(uniforms.scale, channel.low, channel.high);
+    gl.uniform1i(uniforms.isSpecies, 1);
+    return uniforms;
+  }
+
+  drawGroup(uniforms, table, opacity, isFraction) {
+    const { gl } = this;
+    [this.colours, table.places, table.tones].forEach((texture, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+    });
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(uniforms.colours, 0);
+    gl.uniform1i(uniforms.spheres, 1);
+    gl.uniform1i(uniforms.tones, 2);
+    gl.uniform1i(uniforms.isFraction, isFraction ? 1 : 0);
+    gl.uniform1f(uniforms.opacity, opacity);
+    gl.bindVertexArray(this.nothing);
+    gl.drawArrays(gl.TRIANGLES, 0, 6 * table.count);
+  }
+}
+
+/** A strip around a cylinder: the normal across its axis, and which end. */
+function tube() {
+  const strip = [];
+  for (let side = 0; side <= SIDES; side += 1) {
+    const angle = (2 * Math.PI * side) / SIDES;
+    strip.push(Math.cos(angle), Math.sin(angle), 0, Math.cos(angle), Math.sin(angle), 1);
+  }
+  return new Float32Array(strip);
+}
+
+/** The edges of the box that have a length, each once. */
+function boxEdges({ lower, size }, flat) {
+  const edges = [];
+  const corner = (index) => [0, 1, 2].map((k) => lower[k] + ((index >> k) & 1 ? size[k] : 0));
+  for (let axis = 0; axis < 3; axis += 1) {
+    for (let index = 0; index < 8; index += 1) {
+      const isOnce = [0, 1, 2].every((k) => !flat[k] || !((index >> k) & 1));
+      if (!flat[axis] && !((index >> axis) & 1) && isOnce) {
+        edges.push(...corner(index), ...corner(index | (1 << axis)));
+      }
+    }
+  }
+  return new Float32Array(edges);
+}

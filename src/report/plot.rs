@@ -1,0 +1,84 @@
+//! Plots as SVG: curves with error bars or bands, and maps.
+//!
+//! Colours and letters come from the style sheet of the page, so that a plot follows its light or dark scheme.
+
+mod axis;
+mod curve;
+mod map;
+
+use std::fmt::Write;
+
+pub(super) use axis::Axis;
+pub(super) use curve::{COLOURS, Curves, Level, Line, Look, Point};
+pub(super) use map::{MOST_CELLS, Map};
+
+use super::html::escape;
+
+/// Size of a plot `[pixels]`, as letters are meant to be seen.
+const WIDTH: f64 = 480.0;
+const HEIGHT: f64 = 320.0;
+/// Where the axes are `[pixels]`.
+const LEFT: f64 = 74.0;
+const TOP: f64 = 12.0;
+const BOTTOM: f64 = 268.0;
+
+/// A coordinate: a tenth of a pixel is enough, and keeps pages small.
+fn px(x: f64) -> String {
+    let text = format!("{:.1}", x.clamp(-1e5, 1e5));
+    text.strip_suffix(".0").map_or_else(|| text.clone(), str::to_owned)
+}
+
+/// Begins a plot; `label` is for readers that cannot see it.
+fn open(label: &str) -> String {
+    format!(
+        "<svg class=\"plot\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{}\" \
+         xmlns=\"http://www.w3.org/2000/svg\">",
+        escape(label)
+    )
+}
+
+/// The axes with their grid, ticks and titles, around a field that ends at `right`.
+fn frame(svg: &mut String, x: &Axis, y: &Axis, titles: [&str; 2], right: f64) {
+    for (place, is_labelled) in x.marks() {
+        let at = px(x.place(place));
+        if is_labelled {
+            let text = escape(&x.label(place));
+            // Writing to a string cannot fail.
+            let _ = write!(svg, "<path class=\"grid\" d=\"M{at} {TOP}V{BOTTOM}\"/>");
+            let _ = write!(svg, "<text x=\"{at}\" y=\"{}\" text-anchor=\"middle\">{text}</text>", BOTTOM + 18.0);
+        }
+        let length = if is_labelled { 5 } else { 3 };
+        let _ = write!(svg, "<path class=\"axis\" d=\"M{at} {BOTTOM}v{length}\"/>");
+    }
+    for (place, is_labelled) in y.marks() {
+        let at = px(y.place(place));
+        if is_labelled {
+            let text = escape(&y.label(place));
+            let _ = write!(svg, "<path class=\"grid\" d=\"M{LEFT} {at}H{right}\"/>");
+            let _ = write!(svg, "<text x=\"{}\" y=\"{at}\" dy=\".32em\" text-anchor=\"end\">{text}</text>", LEFT - 8.0);
+        }
+        let length = if is_labelled { 5 } else { 3 };
+        let _ = write!(svg, "<path class=\"axis\" d=\"M{LEFT} {at}h-{length}\"/>");
+    }
+    let _ = write!(svg, "<path class=\"axis\" d=\"M{LEFT} {TOP}V{BOTTOM}H{right}\"/>");
+    let middle = px(0.5 * (LEFT + right));
+    let title = fitted(titles[0], right - LEFT);
+    let _ =
+        write!(svg, "<text class=\"name\" x=\"{middle}\" y=\"{}\" text-anchor=\"middle\"{title}</text>", HEIGHT - 10.0);
+    let middle = px(0.5 * (TOP + BOTTOM));
+    let title = fitted(titles[1], BOTTOM - TOP);
+    let turn = format!("rotate(-90 14 {middle})");
+    let _ = write!(
+        svg,
+        "<text class=\"name\" x=\"14\" y=\"{middle}\" text-anchor=\"middle\" transform=\"{turn}\"{title}</text>"
+    );
+}
+
+/// The end of a text element: a title that would be longer than its axis is squeezed.
+fn fitted(title: &str, room: f64) -> String {
+    // Letters are some 7 pixels wide.
+    let is_long = 7.0 * title.chars().count() as f64 > room;
+    let squeeze =
+        if is_long { format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", px(room)) } else { String::new() };
+    format!("{squeeze}>{}", escape(title))
+}

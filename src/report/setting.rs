@@ -1,0 +1,106 @@
+//! What was simulated, in words.
+
+use super::html::{escape, number};
+use super::inputs::Inputs;
+use crate::describe::{self, digits, plural};
+use crate::scene::Scene;
+
+/// The section of the page.
+pub(super) fn section(inputs: &Inputs) -> String {
+    let summary = &inputs.summary;
+    let mut list = Pairs::default();
+    match &inputs.scene {
+        Some(scene) => of_scene(&mut list, scene),
+        None => list.text("particles", &plural(summary.particles, "particle")),
+    }
+    list.text("engine", &summary.engine);
+    let equilibration = inputs.scene.as_ref().map(|scene| scene.run.equilibration);
+    if let Some(limit) = equilibration.filter(|limit| limit.time.is_some() || limit.events.is_some()) {
+        list.text("equilibrated", &describe::limit(&limit));
+    }
+    let events = &summary.events;
+    let kinds = [
+        ("core", events.core),
+        ("capture", events.capture),
+        ("release", events.release),
+        ("bounce", events.bounce),
+        ("wall", events.wall),
+    ];
+    let kinds: Vec<String> = kinds
+        .iter()
+        .filter(|(_, count)| *count > 0)
+        .map(|(name, count)| format!("{} {name}", grouped(*count)))
+        .collect();
+    let kinds = if kinds.is_empty() { String::new() } else { format!(" ({})", kinds.join(", ")) };
+    let total = events.total;
+    let noun = if total == 1 { "event" } else { "events" };
+    list.text("measured", &format!("{} {noun}{kinds}, up to t = {}", grouped(total), number(&digits(summary.time))));
+    let speed = &summary.speed;
+    let rate = speed
+        .events_per_second
+        .map_or_else(String::new, |rate| format!(", {} events per second", grouped(rate as u64)));
+    list.text("time on the clock", &format!("{} s{rate}", digits(speed.wall_seconds)));
+    list.html()
+}
+
+fn of_scene(list: &mut Pairs, scene: &Scene) {
+    list.text("particles", &describe::population(scene));
+    list.items("species", &species(scene));
+    list.items("interactions", &describe::interactions(scene));
+    list.items("space", &describe::space(scene).split("; ").map(str::to_owned).collect::<Vec<_>>());
+    let shown = |x: f64| number(&digits(x));
+    let gravity = scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
+    if let Some(a) = gravity {
+        list.text("acceleration", &format!("({}, {}, {}) [length / time²]", shown(a.x), shown(a.y), shown(a.z)));
+    }
+    if let Some(time) = scene.contact_time {
+        let what = "contacts of a particle that had another one less than this time before are elastic (TC model)";
+        list.text("contact time", &format!("{}: {what}", number(&digits(time))));
+    }
+    if !scene.meshes.is_empty() {
+        let names: Vec<&str> = scene.meshes.iter().map(|mesh| mesh.name.as_str()).collect();
+        list.text("meshes", &names.join(", "));
+    }
+}
+
+fn species(scene: &Scene) -> Vec<String> {
+    let counts = describe::counts(scene);
+    let line = |(species, count): (&crate::scene::Species, usize)| {
+        let what =
+            if species.is_static() { "static".to_owned() } else { format!("mass {}", number(&digits(species.mass))) };
+        format!("{}: {count} of diameter {}, {what}", species.name, number(&digits(species.diameter)))
+    };
+    scene.species.iter().zip(counts).map(line).collect()
+}
+
+/// Digits in groups of three: `1 234 567`, with narrow spaces.
+fn grouped(count: u64) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) && digits.len() > 4 {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// A list of names and what they are.
+#[derive(Default)]
+struct Pairs(String);
+
+impl Pairs {
+    fn text(&mut self, name: &str, value: &str) {
+        self.0.push_str(&format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), escape(value)));
+    }
+
+    fn items(&mut self, name: &str, values: &[String]) {
+        let items: String = values.iter().map(|value| format!("<li>{}</li>", escape(value))).collect();
+        self.0.push_str(&format!("<dt>{}</dt><dd><ul>{items}</ul></dd>\n", escape(name)));
+    }
+
+    fn html(self) -> String {
+        format!("<dl>\n{}</dl>\n", self.0)
+    }
+}

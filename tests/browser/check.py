@@ -1,0 +1,233 @@
+"""Looks at the pages of two runs, as a reader would: check.py RUNS PICTURES, or check.py --find."""
+
+import sys
+import time
+from pathlib import Path
+
+from devtools import Browser, Failure, find
+
+# What the canvas shows: how many colours, a number that changes with any pixel, and how many hues of 24 there are.
+PIXELS = """(() => {
+  const canvas = document.getElementById('player-view');
+  const gl = canvas.getContext('webgl2');
+  const bytes = new Uint8Array(4 * canvas.width * canvas.height);
+  gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+  const colours = new Set();
+  let hash = 0;
+  const hues = new Array(24).fill(0);
+  for (let k = 0; k < bytes.length; k += 4) {
+    const colour = bytes[k] << 16 | bytes[k + 1] << 8 | bytes[k + 2];
+    colours.add(colour);
+    hash = (Math.imul(hash, 31) + colour) | 0;
+    const [red, green, blue] = [bytes[k], bytes[k + 1], bytes[k + 2]];
+    const [most, least] = [Math.max(red, green, blue), Math.min(red, green, blue)];
+    if (most - least > 0.3 * most) {
+      const hue = Math.atan2(Math.sqrt(3) * (green - blue), 2 * red - green - blue);
+      hues[Math.floor((hue / Math.PI + 1) * 12) % 24] += 1;
+    }
+  }
+  return [colours.size, hash, hues.filter((count) => count > 30).length];
+})()"""
+
+# Whether everything that was asked for has been drawn; a resized canvas asks once more.
+DRAWN = """new Promise((done) => {
+  let still = 0;
+  const look = () => {
+    still = 'due' in document.getElementById('player').dataset ? 0 : still + 1;
+    if (still > 2) done(); else requestAnimationFrame(look);
+  };
+  look();
+})"""
+
+
+def expect(is_so, what):
+    if not is_so:
+        raise Failure(what)
+    print(f"  {what}")
+
+
+class Page:
+    """A page with a player."""
+
+    def __init__(self, browser, path):
+        self.browser = browser
+        self.path = path
+
+    def open(self, scheme="light", width=1280):
+        self.browser.resize(width, 900)
+        self.browser.scheme(scheme)
+        self.browser.open(self.path.as_uri())
+        self.browser.until("document.getElementById('player').dataset.frame === '0'")
+        self.browser.evaluate("document.getElementById('player').scrollIntoView()")
+
+    def pixels(self):
+        self.browser.evaluate(DRAWN)
+        return self.browser.evaluate(PIXELS)
+
+    def choose(self, control, value, event="change"):
+        self.browser.evaluate(
+            f"(() => {{ const control = document.getElementById('player-{control}');"
+            f" control.value = '{value}'; control.dispatchEvent(new Event('{event}')); }})()")
+
+    def click(self, control):
+        self.browser.evaluate(f"document.getElementById('player-{control}').click()")
+
+    def frame(self):
+        return int(self.browser.evaluate("document.getElementById('player').dataset.frame"))
+
+    def text(self, control):
+        return self.browser.evaluate(f"document.getElementById('player-{control}').textContent")
+
+    def middle(self):
+        return self.browser.evaluate(
+            "(() => { const box = document.getElementById('player-view').getBoundingClientRect();"
+            " return [box.left + box.width / 2, box.top + box.height / 2]; })()")
+
+
+def plays(page):
+    """Play, scrub and step."""
+    first = page.pixels()
+    expect(first[0] > 500, f"the picture has {first[0]} colours")
+    page.click("play")
+    page.browser.until("Number(document.getElementById('player').dataset.frame) >= 2", 20)
+    page.click("play")
+    page.browser.evaluate(DRAWN)
+    expect(page.pixels()[1] != first[1], f"playing shows frame {page.frame() + 1}, which looks different")
+    at = page.frame()
+    time.sleep(0.5)
+    expect(page.frame() == at, "a pause stays")
+    last = int(page.browser.evaluate("document.getElementById('player-frame').max"))
+    page.choose("frame", last, "input")
+    end = page.pixels()
+    expect(page.frame() == last and end[1] != first[1], f"the slider leads to frame {last + 1}, the last one")
+    expect(f"{last + 1} of {last + 1}" in page.text("time"), f"and says `{page.text('time')}`")
+    page.click("next")
+    expect(page.pixels() == end, "there is nothing after it")
+    page.choose("frame", 0, "input")
+    expect(page.pixels() == first, "the first frame looks as it did")
+    page.choose("speed", 30)
+    page.choose("frame", last, "input")
+    page.click("play")
+    page.browser.until("Number(document.getElementById('player').dataset.frame) < %d" % last, 20)
+    page.click("play")
+    expect(True, "at the end it begins again")
+    page.choose("frame", 0, "input")
+    return first
+
+
+def steers(page, first):
+    """Mouse and keys."""
+    x, y = page.middle()
+    seen = {first[1]}
+
+    def differs(what):
+        pixels = page.pixels()
+        expect(pixels[1] not in seen and pixels[0] > 100, what)
+        seen.add(pixels[1])
+
+    page.browser.drag((x, y), (x + 90, y + 40))
+    differs("a drag turns")
+    page.browser.drag((x, y), (x - 60, y + 30), "right")
+    differs("a right drag moves")
+    page.browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-240)
+    differs("the wheel zooms")
+    page.browser.key("+")
+    differs("a key zooms")
+    page.click("reset")
+    expect(page.pixels() == first, "the first view comes back")
+    page.browser.key("ArrowRight")
+    expect(page.pixels()[1] != first[1] and page.frame() == 1, "an arrow shows the next frame")
+    page.browser.key(" ", "Space", " ")
+    page.browser.until("document.getElementById('player').dataset.frame > 2", 20)
+    page.browser.key(" ", "Space", " ")
+    expect(page.text("play") == "▶", "space plays and pauses")
+    page.choose("frame", 0, "input")
+
+
+def colours(page, first):
+    """All choices of colour look different, and have a key."""
+    number = page.browser.evaluate("document.getElementById('player-colour').options.length")
+    seen = {first[1]}
+    for choice in range(number - 1):
+        page.choose("frame", 5, "input")
+        page.choose("colour", choice)
+        pixels = page.pixels()
+        expect(pixels[1] not in seen and pixels[2] > first[2] + 1,
+               f"{pixels[2]} hues instead of {first[2]} by another quantity: `{page.text('scale')}`")
+        seen.add(pixels[1])
+    page.choose("colour", -1)
+    page.choose("frame", 0, "input")
+    expect(page.pixels() == first, "by species as before")
+    return number
+
+
+def check_fluid(browser, path, pictures):
+    page = Page(browser, path)
+    page.open()
+    first = plays(page)
+    steers(page, first)
+    expect(colours(page, first) == 3, "species, speed, neighbours within a well")
+    expect(browser.evaluate("window.isBroken") is None, "names from files do nothing")
+    expect(browser.evaluate("document.querySelectorAll('main img, main b, main i').length") == 0, "and are no markup")
+    expect("insufficient data" in browser.evaluate("document.body.textContent"), "insufficient data is told")
+    plots = browser.evaluate("document.querySelectorAll('svg.plot').length")
+    expect(plots >= 5, f"{plots} plots")
+    page.click("box")
+    expect(page.pixels()[1] != first[1], "the box can be hidden")
+    for scheme, width in (("light", 1280), ("dark", 1280), ("light", 400), ("dark", 400)):
+        page.open(scheme, width)
+        wide = browser.evaluate("document.documentElement.scrollWidth")
+        expect(wide <= width and page.pixels()[0] > 200, f"fits {width} pixels, {scheme}")
+        browser.evaluate("window.scrollTo(0, 0)")
+        browser.screenshot(pictures / f"fluid_{scheme}_{width}.png", whole=True)
+
+
+def check_hopper(browser, path, pictures):
+    page = Page(browser, path)
+    page.open()
+    first = plays(page)
+    steers(page, first)
+    expect(colours(page, first) == 4, "species, speed, height, neighbours within a well")
+    seen = {first[1]}
+    for choice in ("solid", "hidden"):
+        page.choose("static", choice)
+        pixels = page.pixels()
+        expect(pixels[1] not in seen, f"the mesh can be {choice}")
+        seen.add(pixels[1])
+    page.open("light")
+    page.choose("frame", 11, "input")
+    page.pixels()
+    browser.screenshot(pictures / "hopper.png")
+
+
+def check_without_webgl(browser, path):
+    script = browser.call("Page.addScriptToEvaluateOnNewDocument", source="HTMLCanvasElement.prototype.getContext = () => null")
+    browser.open(path.as_uri())
+    words = browser.evaluate("document.getElementById('player-message').innerText")
+    expect("WebGL 2" in words, f"without WebGL: `{words}`")
+    browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=script["identifier"])
+
+
+def main():
+    if sys.argv[1:] == ["--find"]:
+        return 0 if find() else 1
+    runs, pictures = map(Path, sys.argv[1:3])
+    browser = Browser(find())
+    try:
+        for name, check in (("fluid", check_fluid), ("hopper", check_hopper)):
+            print(name)
+            check(browser, runs / name / "report.html", pictures)
+        check_without_webgl(browser, runs / "fluid/report.html")
+        expect(not browser.errors, f"no errors: {browser.errors}")
+        foreign = [url for url in browser.requests if not url.startswith("file://") or not url.endswith("/report.html")]
+        expect(not foreign, f"nothing is loaded from elsewhere: {foreign}")
+    except Failure as failure:
+        print(f"FAILED: {failure}\nerrors of the page: {browser.errors}", file=sys.stderr)
+        return 1
+    finally:
+        browser.close()
+    print("all as expected")
+    return 0
+
+
+sys.exit(main())

@@ -1,0 +1,27 @@
+#!/usr/bin/env bash
+# Looks at pages of `carom report` in a headless Chromium: tests/browser/run.sh PROGRAM [FOLDER FOR SCREENSHOTS]
+# PROGRAM is carom. Needs Python 3 and Chromium (CHROMIUM names another one); without them nothing is tested.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+program=$(realpath "${1:?usage: tests/browser/run.sh PROGRAM [FOLDER]}")
+runs=$(mktemp -d)
+trap 'rm -rf "$runs"' EXIT
+pictures=${2:-$runs}
+
+if ! command -v python3 >/dev/null; then
+    echo "skipped: no python3"
+    exit 0
+fi
+if ! python3 -B "$here/check.py" --find >/dev/null; then
+    echo "skipped: no Chromium"
+    exit 0
+fi
+mkdir -p "$pictures"
+"$program" run "$here/../../configs/square_well_fluid.toml" --quiet --out "$runs/fluid" --until-events 20000 \
+    --set run.equilibration_events=2000 --set fill.0.count=500 >/dev/null
+"$program" run "$here/../../configs/hopper.toml" --quiet --out "$runs/hopper" --until-time 12 >/dev/null
+cp "$here/measurements.json" "$runs/fluid/"
+for run in fluid hopper; do
+    "$program" report "$runs/$run" >/dev/null
+done
+timeout 300 python3 -B "$here/check.py" "$runs" "$pictures"
