@@ -191,6 +191,8 @@ pub struct Scene {
     pub particles: Vec<Particle>,
     /// The surfaces among the particles; empty if there are none.
     pub meshes: Vec<Mesh>,
+    /// Temperature of the walls of each axis `[energy]`; `None` where they reflect.
+    pub wall_temperatures: [Option<f64>; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
     pub shear_rate: Option<f64>,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
@@ -263,6 +265,12 @@ impl Scene {
     pub(crate) fn grow(&mut self, factor: f64) {
         self.species.iter_mut().for_each(|species| species.diameter *= factor);
         self.interactions.iter_mut().for_each(|interaction| interaction.potential.grow(factor));
+    }
+
+    /// Whether anything acts from outside: a thermostat, a growth, a sheared box, a thermal wall.
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        self.run.is_driven() || self.shear_rate.is_some() || self.wall_temperatures.iter().any(Option::is_some)
     }
 
     /// The fraction of the box that the particles fill.

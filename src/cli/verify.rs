@@ -135,7 +135,9 @@ fn words(certificate: &Certificate) -> String {
         End::Asked => proven.to_owned(),
         End::RunEnded => format!("{proven},\nup to the end of the run"),
         End::Idle => format!("{proven};\nnothing will happen any more"),
-        End::Driven => "NOTHING PROVEN: a thermostat, a growth or a sheared box acts from outside".to_owned(),
+        End::Driven => {
+            "NOTHING PROVEN: a thermostat, a growth, a sheared box or a thermal wall acts from outside".to_owned()
+        }
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
         End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
         End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),

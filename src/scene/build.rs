@@ -47,6 +47,7 @@ impl SceneBuilder {
             bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
             particles: groups.particles,
             meshes: groups.meshes,
+            wall_temperatures: self.wall_temperatures,
             shear_rate: self.shear_rate,
             contact_time: self.contact_time,
             allow_invalid_start: self.allow_invalid_start,
@@ -153,6 +154,9 @@ impl SceneBuilder {
         let place = Place::root().key("space");
         finite_vector(&self.lower, &place.key("lower"))?;
         for (k, boundary) in self.boundary.iter().enumerate() {
+            if let Some(temperature) = self.wall_temperatures[k] {
+                positive(temperature, place.key(["x", "y", "z"][k]).key("temperature"))?;
+            }
             if let Boundary::Bounded { lower, upper } = boundary {
                 for face in [lower, upper] {
                     if let Face::Wall { restitution: value } = face {

@@ -39,6 +39,7 @@ pub struct SceneBuilder {
     pub(crate) size: Option<Vector>,
     pub(crate) lower: Vector,
     pub(crate) boundary: [Boundary; 3],
+    pub(crate) wall_temperatures: [Option<f64>; 3],
     pub(crate) gravity: Vector,
     pub(crate) shear_rate: Option<f64>,
     pub(crate) contact_time: Option<f64>,
@@ -63,6 +64,7 @@ impl SceneBuilder {
             size: None,
             lower: Vector::zeros(),
             boundary: [Boundary::Periodic; 3],
+            wall_temperatures: [None; 3],
             gravity: Vector::zeros(),
             shear_rate: None,
             contact_time: None,
@@ -106,6 +108,14 @@ impl SceneBuilder {
     /// What happens at the sides of a box whose size follows from a fill.
     pub fn boundary(mut self, boundary: [Boundary; 3]) -> Self {
         self.boundary = boundary;
+        self
+    }
+
+    /// Makes the walls of an axis (0, 1, 2) thermal: whoever meets one leaves with a velocity of this temperature `[energy]`.
+    pub fn wall_temperature(mut self, axis: usize, temperature: f64) -> Self {
+        if let Some(wall) = self.wall_temperatures.get_mut(axis) {
+            *wall = Some(temperature);
+        }
         self
     }
 

@@ -79,6 +79,7 @@ pub(crate) struct SidesFile {
     pub lower: String,
     pub upper: String,
     pub restitution: Option<f64>,
+    pub temperature: Option<f64>,
 }
 
 impl<'de> Deserialize<'de> for AxisFile {

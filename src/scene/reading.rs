@@ -146,6 +146,11 @@ fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneEr
             },
             Some(AxisFile::Sides(sides)) => {
                 let restitution = sides.restitution.unwrap_or(1.0);
+                scene.wall_temperatures[k] = sides.temperature;
+                if sides.temperature.is_some() && sides.restitution.is_some() {
+                    let kind = SceneErrorKind::value("given as well", "either it or a temperature");
+                    return Err(SceneError::new(place.key("restitution"), kind));
+                }
                 let face = |key: &'static str, word: &str| match word {
                     "open" => Ok(Face::Open),
                     "wall" => Ok(Face::Wall { restitution }),

@@ -16,11 +16,14 @@ use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
 use crate::neighbours::{Neighbours, Search};
 use crate::queue::EventQueue;
-use crate::scene::Scene;
+use crate::scene::{Purpose, Random, Scene};
 use crate::space::{Boundary, Face as SpaceFace};
 
 /// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
 const LARGE: usize = 32_768;
+
+/// The random numbers of walls are those of a stage that no scene has.
+const WALLS: usize = 1 << 40;
 
 /// So many times have a median that is near enough to that of more.
 const MANY: usize = 32_768;
@@ -43,6 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
             .collect();
         let n = count as u64;
+        let has_thermal_walls = scene.wall_temperatures.iter().any(Option::is_some);
         let mut engine = Self {
             is_large: count > LARGE,
             bodies,
@@ -75,6 +79,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             epochs: 0,
             now: 0.0,
             last_reached: 0.0,
+            wall_random: has_thermal_walls.then(|| Random::new(scene.seed, Purpose::Thermostat, WALLS)),
             kicks: None,
             growing: None,
             shear: scene.shear_rate.map(|rate| Shear::new(rate, &scene.space)),
@@ -162,7 +167,8 @@ fn walls(scene: &Scene) -> Vec<Wall> {
                 [(false, lower, scene.space.lower[axis]), (true, upper, scene.space.upper()[axis])]
             {
                 if let SpaceFace::Wall { restitution } = side {
-                    walls.push(Wall { face: Face { axis: axis as u8, is_upper }, at, restitution });
+                    let temperature = scene.wall_temperatures[axis];
+                    walls.push(Wall { face: Face { axis: axis as u8, is_upper }, at, restitution, temperature });
                 }
             }
         }

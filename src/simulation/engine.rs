@@ -17,7 +17,7 @@ use crate::neighbours::Neighbours;
 use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
 use crate::queue::{EventQueue, Sleepers};
-use crate::scene::ParticleId;
+use crate::scene::{ParticleId, Random};
 use crate::space::Space;
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,8 @@ pub(super) struct Wall {
     /// Coordinate along its axis.
     pub at: f64,
     pub restitution: f64,
+    /// Of the velocities that it gives; `None` if it reflects.
+    pub temperature: Option<f64>,
 }
 
 /// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or remember a state; otherwise there is one
@@ -82,6 +84,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     /// How long the epoch before this one was.
     pub last_reached: f64,
     pub clock: Clock,
+    /// Random numbers of the walls, if some are thermal.
+    pub wall_random: Option<Random>,
     /// What gives particles new velocities from outside.
     pub kicks: Option<Kicks>,
     /// How the diameters grow.

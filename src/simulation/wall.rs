@@ -13,8 +13,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.stream(i, time);
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
-        let (at, restitution) =
-            self.walls.iter().find(|w| w.face == face).map_or((0.0, 1.0), |w| (w.at, w.restitution));
+        let (at, restitution, temperature) = self
+            .walls
+            .iter()
+            .find(|wall| wall.face == face)
+            .map_or((0.0, 1.0, None), |wall| (wall.at, wall.restitution, wall.temperature));
         let species = self.rules.species[usize::from(self.species[i as usize])];
         let body = self.bodies[i as usize];
         let vn = inwards * body.velocity[axis];
@@ -26,6 +29,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if vn >= 0.0 {
             self.tally.turning_point += 1;
+        }
+        if let Some(temperature) = temperature {
+            return self.execute_thermal_wall(i, face, temperature);
         }
         let mut after = if vn < 0.0 { -restitution * vn } else { vn };
         let mut tangential_scale = 1.0;
@@ -62,6 +68,44 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions: [position, Vector::zeros()],
             before: [before, Vector::zeros()],
             after: [velocity, Vector::zeros()],
+        }
+    }
+
+    /// A particle leaves a wall with a velocity from the flux of a gas of the wall's temperature: its normal component has the density
+    /// `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
+    fn execute_thermal_wall(&mut self, i: u32, face: Face, temperature: f64) -> Event {
+        let axis = usize::from(face.axis);
+        let inwards = if face.is_upper { -1.0 } else { 1.0 };
+        let species = self.rules.species[usize::from(self.species[i as usize])];
+        let width = (temperature * species.inverse_mass).sqrt();
+        let body = self.bodies[i as usize];
+        let (body_position, before) = (body.position, body.velocity);
+        let mut after = Vector::zeros();
+        if let Some(random) = &mut self.wall_random {
+            after = random.normal_vector(&self.space) * width;
+            after[axis] = inwards * width * (2.0 * random.exponential()).sqrt();
+        }
+        let mut normal = Vector::zeros();
+        normal[axis] = inwards;
+        let gained = 0.5 / species.inverse_mass * (after - before).dot(&(after + before));
+        self.tally.wall += 1;
+        self.tally.supplied.add(gained);
+        let body = &mut self.bodies[i as usize];
+        body.velocity = after;
+        body.events = body.events.wrapping_add(1);
+        Event {
+            time: self.time(),
+            kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
+            particle: self.name(i),
+            partner: None,
+            normal,
+            impulse: (after[axis] - before[axis]) * inwards / species.inverse_mass,
+            distance: species.radius,
+            energy_step: gained,
+            dissipated: 0.0,
+            positions: [body_position, Vector::zeros()],
+            before: [before, Vector::zeros()],
+            after: [after, Vector::zeros()],
         }
     }
 }

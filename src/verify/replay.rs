@@ -52,7 +52,7 @@ impl Progress {
 /// follow from the events alone.
 #[must_use]
 pub fn verify(scene: Scene, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Certificate {
-    if scene.run.is_driven() || scene.shear_rate.is_some() {
+    if scene.is_driven() {
         return Certificate { end: End::Driven, ..Certificate::blank(1, scene.start_time) };
     }
     let plan = scene.run.clone();

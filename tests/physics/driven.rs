@@ -177,3 +177,27 @@ fn in_a_sheared_box_nothing_is_ever_missed() {
         assert!(((energy.kinetic - start) / supplied - 1.0).abs() < 1e-11, "{} {supplied}", energy.kinetic - start);
     }
 }
+
+#[test]
+fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_that_agree() {
+    let walls = carom::space::Boundary::walls(1.0);
+    let fill = Fill::new(Lattice::SimpleCubic, "A").count(216).amount(Amount::PackingFraction(0.05));
+    let run = RunPlan { equilibration: Limit::time(200.0), limit: Limit::time(1500.0), ..RunPlan::default() };
+    let scene = SceneBuilder::new("walls")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", hard(), 1.0)
+        .boundary([walls; 3])
+        .add_fill(fill)
+        .temperature(5.0)
+        .wall_temperature(0, 1.5)
+        .wall_temperature(2, 1.5)
+        .run(run)
+        .build()
+        .unwrap();
+    let finished = finish(scene);
+    let temperature = finished.observables[0].1;
+    let error = temperature.standard_error.unwrap();
+    // Walls that gave velocities of the gas inside, not of its flux, would make it colder by a fifth.
+    assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.02, "{temperature:?}");
+    assert!(finished.audit.tally.supplied.total() < 0.0, "it was hotter at the start");
+}
