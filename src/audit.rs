@@ -202,6 +202,11 @@ impl Ledger {
         }
     }
 
+    /// Takes note of the size of energies that no row tells.
+    pub fn note(&mut self, energy: &Energy) {
+        self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
+    }
+
     /// Takes note of the size of the energies.
     pub fn see(&mut self, row: &Row) {
         let energy = row.kinetic + row.potential;

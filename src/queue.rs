@@ -177,10 +177,15 @@ impl EventQueue {
         self.front.dedup_by_key(|wake| wake.particle);
     }
 
-    /// Empties the queue for a new epoch, and tunes the width of its buckets to the last one's number of entries.
-    pub fn restart(&mut self) {
+    /// Removes all entries; the epoch goes on.
+    pub fn clear(&mut self) {
         self.front.clear();
         self.buckets.clear();
+    }
+
+    /// Empties the queue for a new epoch, and tunes the width of its buckets to the last one's number of entries.
+    pub fn restart(&mut self) {
+        self.clear();
         let per_bucket = self.popped as f64 / (self.cursor + 1) as f64;
         (self.cursor, self.popped) = (0, 0);
         // Within a factor of two of the target nothing changes; an empty epoch looks far ahead.

@@ -34,7 +34,7 @@ mod states;
 mod thermostat;
 mod wall;
 
-use crate::event::{Event, Tally};
+use crate::event::{Event, EventKind, Tally};
 use crate::neighbours::Search;
 use crate::scene::{Limit, ParticleId, Scene};
 use crate::space::Boundary;
@@ -249,7 +249,8 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.advance(until, observe))
     }
 
-    /// Executes the next event and stops at its time, if there is one up to a simulated time; otherwise goes on to that time.
+    /// Executes the next event of a pair or a wall and stops at its time, if there is one up to a simulated time; otherwise goes on to
+    /// that time.
     ///
     /// `None` with an infinite limit means that nothing will ever happen again.
     ///
@@ -258,7 +259,11 @@ impl Simulation {
     pub fn step_before(&mut self, limit: f64) -> Result<Option<Event>, Arrest> {
         let mut executed = None;
         let until = Until { time: limit, events: self.tally().physical() + 1 };
-        self.advance_with(until, |event| executed = Some(*event))?;
+        self.advance_with(until, |event| {
+            if event.kind != EventKind::Thermostat {
+                executed = Some(*event);
+            }
+        })?;
         Ok(executed)
     }
 
@@ -278,6 +283,9 @@ impl Simulation {
     /// # Errors
     /// [`Arrest`] if events go on without time.
     pub(crate) fn is_idle(&mut self) -> Result<bool, Arrest> {
+        if self.has_kicks() {
+            return Ok(false);
+        }
         let until = Until { time: f64::INFINITY, events: self.tally().physical() };
         let reason = with_engine!(&mut self.engine, engine => engine.advance(until, |_| {}))?;
         Ok(reason == Reason::Idle)

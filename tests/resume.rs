@@ -8,17 +8,81 @@ use std::time::Duration;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Scenes of every kind of engine, and as many events as take some tenths of a second.
-const SCENES: [(&str, &str); 5] = [
+/// Scenes of every kind of engine, with what acts from outside, and as many events as take some tenths of a second.
+const SCENES: [(&str, &str); 7] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
     ("pendulum", "400000"),
     ("hopper", "60000"),
     ("granular_cooling", "150000"),
+    ("grown", "100000"),
+    ("sheared", "60000"),
 ];
 
+/// Spheres that are compressed, then heated, and measured under a heat bath.
+const GROWN: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 500
+packing_fraction = 0.2
+temperature = 1.0
+[[stage]]
+name = "compress"
+grow = { rate = 0.05, packing_fraction = 0.5 }
+thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.3 }
+[[stage]]
+name = "heat"
+until_time = 1.0
+thermostat = { kind = "andersen", temperature = 2.0, rate = 5.0 }
+[run]
+thermostat = { kind = "andersen", temperature = 2.0, rate = 0.5 }
+until_events = 1000
+[measure]
+pressure_tensor = true
+radial_distribution = true
+diffusion = true
+free_paths = true
+bond_order = true
+"#;
+
+const SHEARED: &str = r#"
+[space]
+shear_rate = 0.5
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "square-well"
+lambda = 1.3
+well_depth = 0.5
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 500
+packing_fraction = 0.3
+temperature = 1.0
+[run]
+thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.2 }
+until_events = 1000
+[measure]
+pressure_tensor = true
+[[measure.profile]]
+name = "layers"
+bins = [1, 10, 1]
+"#;
+
 /// Times that each of them is stopped.
-const STOPS: usize = 10;
+const STOPS: usize = 8;
 
 fn carom(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
@@ -33,9 +97,22 @@ fn finish(mut command: Command) -> Output {
 }
 
 fn start(scene: &str, events: &str, folder: &Path) -> Command {
-    let scene = format!("{}/configs/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
+    let text = match scene {
+        "grown" => Some(GROWN),
+        "sheared" => Some(SHEARED),
+        _ => None,
+    };
+    let scene = text.map_or_else(
+        || format!("{}/configs/{scene}.toml", env!("CARGO_MANIFEST_DIR")),
+        |text| {
+            let path = folder.with_file_name(format!("{scene}.toml"));
+            fs::write(&path, text).unwrap();
+            path.to_string_lossy().into_owned()
+        },
+    );
     let mut command = carom(&["run", &scene, "--quiet", "--until-events", events, "--checkpoint-every", "0.01"]);
     let equilibration = if scene.contains("hard_sphere") { "100000" } else { "1000" };
+    command.arg("--set").arg("output.events=true");
     command.arg("--set").arg(format!("run.equilibration_events={equilibration}"));
     command.arg("--set").arg("output.contacts=true").arg("--out").arg(folder);
     command
@@ -68,6 +145,15 @@ fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml"] {
         results.push((name.to_owned(), fs::read(folder.join(name)).unwrap()));
     }
+    for (sub, is_needed) in [("events", true), ("measurements", false)] {
+        let Ok(entries) = fs::read_dir(folder.join(sub)) else {
+            assert!(!is_needed, "{sub}");
+            continue;
+        };
+        let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        results.extend(files.iter().map(|file| (file.to_string_lossy().into_owned(), fs::read(file).unwrap())));
+    }
     let summary = fs::read(folder.join("summary.json")).unwrap();
     let mut summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
     summary.as_object_mut().unwrap().remove("speed");
@@ -76,7 +162,9 @@ fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 fn assert_same(one: &Path, other: &Path, what: &str) {
-    for ((name, one), (_, other)) in results(one).into_iter().zip(results(other)) {
+    let (one, other) = (results(one), results(other));
+    assert_eq!(one.len(), other.len(), "{what}");
+    for ((name, one), (_, other)) in one.into_iter().zip(other) {
         assert!(!one.is_empty(), "{what}: {name} is empty");
         assert!(one == other, "{what}: {name} differs");
     }
@@ -87,7 +175,7 @@ fn files_of(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn fifty_random_stops_change_no_bit() {
+fn fifty_six_random_stops_change_no_bit() {
     let directory = tempfile::tempdir().unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let (mut stopped, mut killed) = (0, 0);
@@ -127,6 +215,7 @@ fn a_run_that_is_over_goes_on_as_if_it_had_been_longer() {
     let run = |time: &str, folder: &Path| {
         let mut command = carom(&["run", &scene, "--quiet", "--until-time", time]);
         command.args(["--set", "run.equilibration_events=5000", "--set", "output.contacts=true"]);
+        command.args(["--set", "output.events=true"]);
         // A tenth is no binary fraction: the tick before the end is not at the end.
         command.args(["--set", "output.thermo_interval=0.1", "--set", "output.frame_interval=0.3"]);
         command.arg("--out").arg(folder);

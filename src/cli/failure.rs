@@ -73,6 +73,7 @@ impl From<OutputError> for Failure {
             OutputError::Occupied(_)
             | OutputError::NotFolder(_)
             | OutputError::Folder { .. }
+            | OutputError::Busy(_)
             | OutputError::Unfinished(_)
             | OutputError::Checkpoint(_) => BAD_INPUT,
             _ => FAILED,

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use carom::checkpoint::Checkpoint;
 use carom::output::{Folder, OutputError, Summary};
-use carom::run::{self, Ending, Finished};
+use carom::run::{self, Ending, Finished, Recorder};
 use carom::scene::Limit;
 use carom::simulation::Arrest;
 use clap::Args;
@@ -114,6 +114,8 @@ impl Run {
         let mut folder = Folder::resume(path, &checkpoint)?.checkpoint_every(self.checkpoint_every);
         if let Some(limit) = self.limit() {
             checkpoint.extend(limit);
+            // Whatever happens next, the new end holds.
+            folder.checkpoint(&checkpoint.simulation, &checkpoint.course)?;
             folder.keep_limit(limit)?;
         }
         signals::watch();

@@ -80,6 +80,12 @@ impl Meaning {
         self.has_temperature.then(|| 2.0 * (kinetic - common).max(0.0) / self.degrees_of_freedom)
     }
 
+    /// The common velocity of all particles where it is a constant of the motion, from the total momentum `[length / time]`.
+    #[must_use]
+    pub fn drift(&self, momentum: &Vector) -> Vector {
+        if self.conserves_momentum { momentum / self.total_mass } else { Vector::zeros() }
+    }
+
     /// Whether there is a direction against gravity, and so a height.
     #[must_use]
     pub fn has_height(&self) -> bool {

@@ -64,7 +64,9 @@ impl Checkpoints {
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
-        if last.exists() {
+        // A second name first, so that there is one under the first name at every instant; where a disk knows no second names, almost.
+        remove(&previous)?;
+        if last.exists() && fs::hard_link(&last, &previous).is_err() {
             fs::rename(&last, &previous).map_err(OutputError::write(&previous))?;
         }
         fs::rename(&partial, &last).map_err(OutputError::write(&last))?;

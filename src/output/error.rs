@@ -43,6 +43,9 @@ pub enum OutputError {
         /// Why.
         source: WriteError,
     },
+    /// Another run writes to this file.
+    #[error("another run writes to {}", .0.display())]
+    Busy(PathBuf),
     /// The folder holds a run that was not finished, and can be.
     #[error("{} holds a run that has not ended", .0.display())]
     Unfinished(PathBuf),
@@ -63,6 +66,7 @@ impl OutputError {
             Self::Unfinished(_) => {
                 "go on with it, `carom run --resume DIR`; or choose another folder with --out, or remove it"
             }
+            Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
             Self::Convert(error) => return error.cure(),
             Self::NotFolder(_) => "choose another folder with --out",

@@ -1,6 +1,6 @@
 //! Files that get their name when they are complete.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,11 @@ impl PartialFile {
     /// An empty file beside `path`.
     pub fn create(path: PathBuf) -> Result<Self, OutputError> {
         let partial = partial_of(&path);
-        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
+        // Not emptied before it is certain that nobody else writes to it.
+        let file = OpenOptions::new().write(true).create(true).truncate(false).open(&partial);
+        let file = file.map_err(OutputError::write(&partial))?;
+        lock(&file, &partial)?;
+        file.set_len(0).map_err(OutputError::write(&partial))?;
         Ok(Self { path, partial, file: BufWriter::with_capacity(1 << 16, file) })
     }
 
@@ -47,6 +51,7 @@ impl PartialFile {
             fs::rename(&path, &partial).map_err(OutputError::write(&partial))?;
         }
         let mut file = OpenOptions::new().write(true).open(&partial).map_err(OutputError::write(&partial))?;
+        lock(&file, &partial)?;
         if let Some(length) = length {
             file.set_len(length).map_err(OutputError::write(&partial))?;
         }
@@ -123,6 +128,14 @@ impl PartialFile {
         self.file.get_ref().sync_all().map_err(OutputError::write(&self.partial))?;
         fs::rename(&self.partial, &self.path).map_err(OutputError::write(&self.path))?;
         Ok(self.path)
+    }
+}
+
+/// Keeps other processes from writing to a file, until it is closed; where the system has no locks, nothing does.
+fn lock(file: &File, path: &Path) -> Result<(), OutputError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(OutputError::Busy(path.to_owned())),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 

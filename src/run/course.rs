@@ -8,7 +8,7 @@ use crate::audit::Ledger;
 use crate::event::Tally;
 use crate::measure::{Instruments, Subject};
 use crate::observe::Observer;
-use crate::scene::Limit;
+use crate::scene::{Limit, Thermostat};
 use crate::simulation::Simulation;
 
 /// Where a stage began.
@@ -131,11 +131,26 @@ impl Course {
     }
 }
 
-/// The simulated time in which a typical particle crosses the box, by its speed or from rest; infinite if nothing moves.
+/// The simulated time in which a typical particle crosses the box, by its speed, from rest, or by the temperature that something outside
+/// gives it; or in which a heat bath is busy for a moment; infinite if nothing moves.
 fn crossing_time(simulation: &Simulation) -> f64 {
     let scene = simulation.scene();
     let length = scene.space.size.max().max(scene.longest_range());
-    let fastest = scene.particles.iter().map(|particle| particle.velocity.norm()).fold(0.0, f64::max);
+    let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
+    let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
+    let (mut hottest, mut kicks) = (scene.wall_temperatures.iter().flatten().copied().fold(0.0, f64::max), 0.0_f64);
+    for thermostat in thermostats {
+        let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = thermostat;
+        hottest = hottest.max(temperature);
+        if let Thermostat::Andersen { rate, .. } = thermostat {
+            kicks = kicks.max(rate * scene.particles.len() as f64);
+        }
+    }
+    let thermal = (hottest / lightest).sqrt();
+    let fastest = scene.particles.iter().map(|particle| particle.velocity.norm()).fold(thermal, f64::max);
     let steepest = scene.species.iter().map(|species| species.acceleration.norm()).fold(0.0, f64::max);
-    (length / fastest).min((2.0 * length / steepest).sqrt())
+    (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_KICKS / kicks)
 }
+
+/// Velocities that a heat bath gives between two looks at whether to go on: some hundredths of a second.
+const MANY_KICKS: f64 = 1e4;

@@ -137,7 +137,7 @@ impl<R: Recorder> Driver<'_, R> {
             Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
         }
         let now = *self.simulation.tally();
-        let is_quiet = now.physical() == done;
+        let is_quiet = now.physical() == done && now.kick == before.kick;
         let course = &mut self.course;
         let is_still = is_quiet && now.transition == before.transition;
         course.wait = if is_still { 2.0 * course.wait } else { course.crossing };
@@ -168,6 +168,9 @@ impl<R: Recorder> Driver<'_, R> {
         // A thousand crossings of a thousand cells each, per particle: nothing is there to be met.
         let most = 10_000_000 + 10_000 * self.course.observer.meaning().moving as u64;
         let (time, tally) = (self.simulation.time(), *self.simulation.tally());
+        if self.simulation.has_kicks() {
+            return false;
+        }
         if tally.transition - self.course.quiet_transitions > most {
             return true;
         }

@@ -9,7 +9,7 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{AXES, finite, finite_vector, on_flat_axes, positive, restitution};
 use crate::scene::place::{Place, Step};
-use crate::scene::{AuditPlan, CountRegion, Scene, Species, start};
+use crate::scene::{AuditPlan, CountRegion, Scene, Species, plans, start};
 use crate::space::{Boundary, Face, Space};
 
 impl SceneBuilder {
@@ -36,7 +36,7 @@ impl SceneBuilder {
             start::check_overlaps(&groups, &contacts, &space)?;
         }
         let (interactions, table) = interactions.finish();
-        Ok(Scene {
+        let scene = Scene {
             name: self.name.clone(),
             seed: self.seed,
             start_time: self.start_time,
@@ -55,7 +55,9 @@ impl SceneBuilder {
             run: self.run.clone(),
             output: self.output.clone(),
             measure: self.measure.clone(),
-        })
+        };
+        plans::check_growth_fits(&scene)?;
+        Ok(scene)
     }
 
     /// Adds the velocity of what streams in a sheared box to velocities that were drawn; given ones are what they are.

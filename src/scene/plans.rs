@@ -10,7 +10,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{finite, finite_vector, positive};
 use crate::scene::place::Place;
-use crate::scene::{Growth, GrowthTarget, Limit, Species, Thermostat};
+use crate::scene::{Growth, GrowthTarget, Limit, Scene, Species, Thermostat};
 use crate::space::{Boundary, Space};
 
 fn refuse<T>(place: Place, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
@@ -248,4 +248,37 @@ fn check_growth(growth: &Growth, place: &Place) -> Result<(), SceneError> {
         }
         _ => Ok(()),
     }
+}
+
+/// Whether spheres that grow begin below their target, and do not outgrow the box.
+pub(super) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
+    let dimensions = scene.space.dimensions();
+    let start = scene.packing_fraction();
+    let shortest = scene.space.periods().min();
+    let mut filled = start;
+    for (index, stage) in scene.run.stages.iter().enumerate() {
+        let Some(growth) = &stage.growth else { continue };
+        let place = Place::entry("stage", index).key("grow");
+        let target = match growth.until {
+            GrowthTarget::PackingFraction(target) if target <= filled => {
+                return refuse(
+                    place.key("packing_fraction"),
+                    target,
+                    format!("more than the {filled:.4} that it begins with"),
+                );
+            }
+            GrowthTarget::PackingFraction(target) => target,
+            // Where that ends is not known; nothing is denser than full.
+            GrowthTarget::CompressibilityFactor(_) => 1.0,
+        };
+        let range = scene.longest_range() * libm::pow(target / start, 1.0 / dimensions as f64);
+        if 2.0 * range > shortest {
+            let expected = format!("a box of at least two diameters, which grow up to {range:.4}, or more particles");
+            return refuse(Place::root().key("space").key("size"), shortest, expected);
+        }
+        if matches!(growth.until, GrowthTarget::PackingFraction(_)) {
+            filled = target;
+        }
+    }
+    Ok(())
 }

@@ -2,6 +2,7 @@
 
 use super::thermostat::Bath;
 use super::{Chosen, Simulation};
+use crate::Vector;
 use crate::scene::{Growth, Thermostat};
 use crate::simulation::engine::Engine;
 
@@ -18,9 +19,15 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.set_bath(bath, seed, stage));
     }
 
-    /// Multiplies all velocities, relative to what streams, by a factor; the energy that it takes is counted as supplied.
-    pub fn scale_velocities(&mut self, factor: f64) {
-        with_engine!(&mut self.engine, engine => engine.scale_velocities(factor));
+    /// Whether a heat bath gives particles new velocities.
+    #[must_use]
+    pub fn has_kicks(&self) -> bool {
+        with_engine!(&self.engine, engine => engine.kicks.is_some())
+    }
+
+    /// Multiplies all velocities, relative to `drift` and to what streams, by a factor; the energy that it takes is counted as supplied.
+    pub fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
+        with_engine!(&mut self.engine, engine => engine.scale_velocities(factor, drift));
     }
 
     /// Lets all diameters grow from now on, to at most `largest` times what they are.

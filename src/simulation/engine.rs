@@ -267,7 +267,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether particles have only crossed cells for so long that they will never meet again, as far as anyone can wait.
     fn is_dispersed(&self) -> bool {
-        self.tally.transition - self.transitions_at_event > 10_000_000 + 100 * self.bodies.len() as u64
+        self.kicks.is_none()
+            && self.tally.transition - self.transitions_at_event > 10_000_000 + 100 * self.bodies.len() as u64
     }
 
     /// Simulated time now.

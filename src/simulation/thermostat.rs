@@ -114,13 +114,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.find_interlude();
     }
 
-    /// Multiplies all velocities, relative to what streams, by a factor.
-    pub(super) fn scale_velocities(&mut self, factor: f64) {
+    /// Multiplies all velocities, relative to `drift` and to what streams, by a factor.
+    pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.now);
             let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
             let body = self.bodies[particle as usize];
-            let streaming = self.streaming_velocity(&body.position);
+            let streaming = self.streaming_velocity(&body.position) + drift;
             let after = streaming + (body.velocity - streaming) * factor;
             self.tally.supplied.add(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
             self.bodies[particle as usize].velocity = after;
@@ -133,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for body in &mut self.bodies {
             body.events = body.events.wrapping_add(1);
         }
-        self.queue.restart();
+        self.queue.clear();
         for particle in 0..self.bodies.len() as u32 {
             if !self.is_static(particle) {
                 self.predict(particle, self.now);

@@ -26,7 +26,10 @@ impl<R: Recorder> Driver<'_, R> {
         if self.course.measurement.is_none() {
             match self.pace()? {
                 Ok(pace) => self.set_up(pace),
-                Err(ending) => return Ok(ending),
+                Err(ending) => {
+                    self.keep()?;
+                    return Ok(ending);
+                }
             }
         }
         let ending = self.tick()?;

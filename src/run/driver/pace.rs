@@ -25,7 +25,7 @@ impl<R: Recorder> Driver<'_, R> {
         let duration = match self.course.stage.limit {
             Limit { time: Some(time), events: None } => time,
             _ if is_given => f64::INFINITY,
-            Limit { time, events } => match self.pilot(events.unwrap_or(u64::MAX))? {
+            Limit { time, events } => match self.pilot(time, events.unwrap_or(u64::MAX))? {
                 Ok(expected) => ticks::rounded(expected).min(time.unwrap_or(f64::INFINITY)),
                 Err(ending) => return Ok(Err(ending)),
             },
@@ -46,16 +46,18 @@ impl<R: Recorder> Driver<'_, R> {
         Ok(Ok(pace))
     }
 
-    /// How long so many events will take, from the first thousandth of them; or the ending, if the run ends before that is known.
-    fn pilot(&mut self, events: u64) -> Result<Result<f64, Ending>, R::Error> {
+    /// How long so many events will take, from the first thousandth of them, or of a limit in time; or the ending, if the run ends
+    /// before that is known.
+    fn pilot(&mut self, limit: Option<f64>, events: u64) -> Result<Result<f64, Ending>, R::Error> {
         let start = self.course.stage;
-        let (end_time, end_events) = start.end();
+        let (_, end_events) = start.end();
+        let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
         let mut pilot = self.course.pilot.unwrap_or_else(|| events.div_ceil(1000));
         loop {
             self.course.pilot = Some(pilot);
             let target = start.events.saturating_add(pilot).min(end_events);
-            match self.advance(end_time, target)? {
-                None => return Ok(Err(Ending::Time)),
+            match self.advance(soon, target)? {
+                None => break,
                 Some(Ending::Events) if target < end_events => {}
                 Some(ending) => return Ok(Err(ending)),
             }
@@ -66,6 +68,9 @@ impl<R: Recorder> Driver<'_, R> {
             pilot = pilot.saturating_mul(2);
         }
         let done = (self.simulation.tally().physical() - start.events) as f64;
+        if done == 0.0 {
+            return Ok(Ok(limit.unwrap_or(f64::INFINITY)));
+        }
         Ok(Ok((self.simulation.time() - start.time) * (events as f64 / done)))
     }
 }

@@ -41,6 +41,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Ends the present stage.
     pub(super) fn leave(&mut self, next: Stage) {
+        self.course.ledger.note(&self.simulation.energy());
         if self.growth().is_some() {
             // What growth has heated since the last scaling.
             self.rescale(self.simulation.time());
@@ -67,6 +68,7 @@ impl<R: Recorder> Driver<'_, R> {
             // Nothing is denser than full.
             GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
         };
+        // What is too little to begin with was refused with the scene, but for rounding.
         let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
         self.simulation.grow(growth, largest);
         if matches!(growth.until, GrowthTarget::PackingFraction(_)) {
@@ -110,7 +112,9 @@ impl<R: Recorder> Driver<'_, R> {
         if let Some(now) = meaning.temperature(energy.thermal, &energy.momentum)
             && now > 0.0
         {
-            self.simulation.scale_velocities((temperature / now).sqrt());
+            let drift = meaning.drift(&energy.momentum);
+            self.course.ledger.note(&energy);
+            self.simulation.scale_velocities((temperature / now).sqrt(), &drift);
         }
         // Counted from the start of the stage, so that rounding does not add up.
         let start = self.course.stage.time;
