@@ -9,6 +9,7 @@ mod picture;
 mod progress;
 mod report;
 mod run;
+mod schema;
 mod signals;
 mod verify;
 
@@ -30,6 +31,7 @@ Examples:
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom verify runs/fluid                   proves the first events of that run
   carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
+  carom schema > scene.schema.json          what a scene can contain, for editors
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
 
 Exit codes:
@@ -59,6 +61,8 @@ enum Command {
     Convert(convert::Convert),
     /// Prints a commented scene to start from
     New(new::New),
+    /// Prints the JSON Schema of scene files, for completion and checks in editors
+    Schema(schema::Schema),
 }
 
 /// A scene file, and what replaces its values.
@@ -129,6 +133,7 @@ pub fn main() -> ExitCode {
         Command::Picture(picture) => picture.execute(),
         Command::Convert(convert) => convert.execute(),
         Command::New(new) => new.execute(),
+        Command::Schema(schema) => schema.execute(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
