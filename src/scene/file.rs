@@ -92,7 +92,8 @@ pub(crate) struct SceneFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpaceFile {
-    /// Edges of the box `[length]`; 0 along flat axes. If not given, they follow from the one fill with a count and a density.
+    /// Edges of the box `[length]`; 0 along flat axes. If not given, they follow from the one fill with a count and a
+    /// density.
     #[schemars(inner(range(min = 0)))]
     pub size: Option<[f64; 3]>,
     /// Lower corner of the box `[length]`.

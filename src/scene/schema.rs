@@ -1,4 +1,4 @@
-//! The JSON Schema of the scene file, from the types that the file is read into and the tables of words it is read with.
+//! The JSON Schema of the scene file, from the types that it is read into and the tables of words it is read with.
 
 use schemars::Schema;
 use schemars::generate::SchemaSettings;
@@ -7,12 +7,12 @@ use serde_json::{Map, Value, json};
 
 use crate::scene::file::SceneFile;
 
-/// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, its type, range and default, and
-/// the words that it can have.
+/// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, its type, range and default,
+/// and the words that it can have.
 ///
-/// A scene that it refuses has a mistake. One that it accepts may still have one, since it knows nothing of what one part of a
-/// scene demands of another: the last word is that of [`Scene::from_toml`](crate::scene::Scene::from_toml). In JSON, which has
-/// no infinity, an infinite energy is null.
+/// A scene that it refuses has a mistake. One that it accepts may still have one, since it knows nothing of what one part
+/// of a scene demands of another: the last word is that of [`Scene::from_toml`](crate::scene::Scene::from_toml). In JSON,
+/// which has no infinity, an infinite energy is null.
 ///
 /// ```
 /// let schema = carom::scene::schema();
@@ -40,8 +40,8 @@ pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])])
     table.iter().map(rule).collect()
 }
 
-/// Takes out what comes from Rust and means nothing in TOML: names of number formats, line breaks of comments, and null for
-/// a key that is not given.
+/// Takes out what comes from Rust and means nothing in TOML: names of number formats, line breaks of comments, and null
+/// for a key that is not given.
 fn plain(schema: &mut Schema) {
     schema.remove("format");
     if let Some(Value::String(text)) = schema.get_mut("description") {

@@ -279,3 +279,26 @@ fn limits_are_those_of_the_reader() {
     });
     assert!(count > 50, "only {count} limits");
 }
+
+#[test]
+fn numbers_that_the_reader_refuses_by_themselves_are_refused() {
+    let base = Base::new();
+    let mut count = 0;
+    walk(&schema(), Some(&json_of(EVERY_KEY)), "", &mut |path, property, value| {
+        // The height of a shoulder is positive, that of a penetrable core need not be.
+        if value.is_none_or(|value| !value.is_number()) || path.ends_with(".height") {
+            return;
+        }
+        let is_whole = property["type"] == "integer";
+        for number in [-1.0, 0.0, 0.5, 1.0, 2.0] {
+            let text = if is_whole && number != 0.5 { format!("{number:.0}") } else { format!("{number:?}") };
+            let Err(error) = base.with(path, &text) else { continue };
+            let is_by_itself = matches!(error.kind(), SceneErrorKind::Value { .. } | SceneErrorKind::Syntax { .. });
+            if is_by_itself {
+                assert_eq!(mistakes(property, &json!(number)).len(), 1, "{path} = {number}: {error}");
+                count += 1;
+            }
+        }
+    });
+    assert!(count > 100, "only {count} refusals");
+}

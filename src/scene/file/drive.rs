@@ -31,7 +31,7 @@ pub(crate) struct StageFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("kind", &THERMOSTATS)))]
 pub(crate) struct ThermostatFile {
-    /// How the temperature is held: by new Maxwell velocities of single particles, or by scaling all velocities.
+    /// How the temperature is held: by new velocities of single particles, or by scaling all velocities.
     #[schemars(extend("enum" = words(&THERMOSTATS)))]
     pub kind: String,
     /// Temperature `[energy]`.
