@@ -8,6 +8,7 @@ mod picture;
 mod progress;
 mod report;
 mod run;
+mod schema;
 mod signals;
 mod table;
 mod verify;
@@ -30,6 +31,7 @@ Examples:
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom verify runs/fluid                   proves the first events of that run
   carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
+  carom schema > scene.schema.json          what a scene can contain, for editors
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
   carom report runs/fluid                   all of that run as a page, in runs/fluid/report.html
 
@@ -62,6 +64,8 @@ enum Command {
     Report(report::Report),
     /// Prints a commented scene to start from
     New(new::New),
+    /// Prints the JSON Schema of scene files, for completion and checks in editors
+    Schema(schema::Schema),
 }
 
 /// A scene file, and what replaces its values.
@@ -133,6 +137,7 @@ pub fn main() -> ExitCode {
         Command::Convert(convert) => convert.execute(),
         Command::Report(report) => report.execute(),
         Command::New(new) => new.execute(),
+        Command::Schema(schema) => schema.execute(),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

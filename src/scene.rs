@@ -2,6 +2,7 @@
 //!
 //! A [`Scene`] is built from a scene file ([`Scene::from_file`], [`Scene::from_toml`]) or in code with a
 //! [`SceneBuilder`]. Either way it has passed the same checks: a simulation can be made of it without further questions.
+//! [`schema`](fn@schema) tells editors which keys a scene file can have.
 //!
 //! text -> `file` (what was typed, in its `source`) -> `reading` -> [`SceneBuilder`] (the parts) -> `build` (the checks, with
 //! `groups`, `filling`, `placement`, `surface` and `start`) -> [`Scene`]. A [`SceneError`] knows its [`Place`] in the scene, and
@@ -27,6 +28,7 @@ mod plans;
 mod random;
 mod reading;
 mod record;
+mod schema;
 mod source;
 mod stage;
 mod start;
@@ -43,6 +45,7 @@ pub use mesh::{Gap, Leak, Mesh};
 pub use place::{Place, Step};
 pub(crate) use random::{Purpose, Random};
 pub(crate) use record::with_limit;
+pub use schema::schema;
 pub use stage::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 pub use surface::Side;
 

@@ -3,6 +3,9 @@
 use crate::Vector;
 use serde::{Deserialize, Serialize};
 
+/// The names of the axes.
+pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
+
 /// What one side of a bounded axis does to a particle that reaches it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Face {

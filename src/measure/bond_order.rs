@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// The largest number of bins.
 pub const MOST_BINS: u64 = 2000;
 
-const DEFAULT_BINS: u64 = 100;
+pub(super) const DEFAULT_BINS: u64 = 100;
 
 /// The degrees that are measured.
 const DEGREES: [usize; 2] = [6, 4];

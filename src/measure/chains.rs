@@ -17,7 +17,7 @@ use topology::{Component, Topology};
 /// The largest number of bins.
 pub const MOST_BINS: u64 = 2000;
 
-const DEFAULT_BINS: u64 = 100;
+pub(super) const DEFAULT_BINS: u64 = 100;
 
 /// Sizes of components that are told apart: the smallest ones.
 const MOST_GROUPS: usize = 256;

@@ -1,6 +1,12 @@
 //! What a scene asks to be measured: the table `[measure]`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use super::profiles::MOST_CELLS;
+use super::radial_distribution::MOST_BINS;
+use super::{bond_order, chains, radial_distribution};
+use crate::space::AXES;
 
 /// Everything that is to be measured; nothing by default.
 ///
@@ -38,92 +44,110 @@ impl Plan {
 }
 
 /// Pressure tensor `P_ab V = sum m v_a v_b + (1/t) sum r_a J_b` from the collisional virial, compressibility factor, event rates.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PressureTensor {
     /// Length of the shortest block of averages `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
 /// Radial distribution functions, one for each two species, with their values at contact.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RadialDistribution {
     /// Largest distance `[length]`; half of the shortest edge, or four times the largest diameter if that is less.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutoff: Option<f64>,
     /// Number of bins; 200 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = radial_distribution::DEFAULT_BINS))]
     pub bins: Option<u64>,
     /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
 /// Static structure factor `S(q) = |sum exp(i q.r)|^2 / N` at the wave vectors of a periodic box.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StructureFactor {
     /// Largest wave number `[1 / length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub largest: Option<f64>,
     /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
 /// Mean squared displacement and velocity autocorrelation from several origins, at linear and at logarithmic times.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Diffusion {
     /// Spacing of the linear times `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
     /// Longest time `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub span: Option<f64>,
 }
 
 /// Shear and bulk viscosity and thermal conductivity by Einstein-Helfand relations.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Transport {
     /// Spacing of the times `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
     /// Longest time `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub span: Option<f64>,
 }
 
 /// Distributions of the path and of the time between two Core contacts of a particle.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FreePaths {
     /// Number of bins; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = 100))]
     pub bins: Option<u64>,
 }
 
 /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Chains {
     /// Number of bins of the distributions; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = chains::DEFAULT_BINS))]
     pub bins: Option<u64>,
     /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
 /// Bond-orientational order `q_l` (Steinhardt, Nelson and Ronchetti) by particle and of the whole system.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BondOrder {
     /// Neighbours are closer than this `[length]`; 1.4 times the largest diameter if not given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutoff: Option<f64>,
     /// Number of bins of the distribution; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = bond_order::DEFAULT_BINS))]
     pub bins: Option<u64>,
     /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
 /// Density, velocity and temperature on a grid of one to three axes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Profile {
-    /// Name, unique among profiles and flows.
+    /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
+    #[schemars(length(min = 1, max = 50))]
     pub name: String,
     /// Number of bins along x, y and z; 1 for an axis that is averaged over.
+    #[schemars(inner(range(min = 1, max = MOST_CELLS)))]
     pub bins: [u64; 3],
     /// Lower corner `[length]`; that of the box if not given.
     pub lower: Option<[f64; 3]>,
@@ -132,16 +156,19 @@ pub struct Profile {
     /// Only particles of this species; all that move if not given.
     pub species: Option<String>,
     /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
 /// Particles that pass a plane, or a rectangle in it: an outflow with its rate.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Flow {
-    /// Name, unique among profiles and flows.
+    /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
+    #[schemars(length(min = 1, max = 50))]
     pub name: String,
     /// The axis that the plane is normal to: `x`, `y` or `z`.
+    #[schemars(extend("enum" = AXES))]
     pub axis: String,
     /// Its coordinate `[length]`.
     pub at: f64,
@@ -152,5 +179,6 @@ pub struct Flow {
     /// Only particles of this species; all that move if not given.
     pub species: Option<String>,
     /// Between two samples `[time]`, short against the time between two passages of one particle.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 /// The largest number of bins.
 pub const MOST_BINS: u64 = 2000;
 
-const DEFAULT_BINS: u64 = 200;
+pub(super) const DEFAULT_BINS: u64 = 200;
 
 /// With more species than this, all particles that move count as one.
 const MOST_SPECIES: usize = 8;

@@ -11,7 +11,7 @@ use crate::scene::place::Place;
 use crate::scene::{Interaction, InteractionId, Species, SpeciesId};
 
 /// The most steps of a stepped potential: more are a slip of the keyboard.
-const MOST_STEPS: usize = 10_000;
+pub(crate) const MOST_STEPS: usize = 10_000;
 
 /// The interactions in use. One draft makes several if it stands for pairs of different diameters.
 pub(crate) struct Interactions<'a> {

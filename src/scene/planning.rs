@@ -5,6 +5,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
 use crate::scene::place::Place;
 use crate::scene::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+use crate::space::AXES;
 
 fn missing(place: &Place, key: &'static str, why: impl Into<String>) -> SceneError {
     SceneError::new(place.clone(), SceneErrorKind::Missing { key, why: why.into() })
@@ -54,31 +55,30 @@ fn read_growth(file: &GrowthFile, place: &Place) -> Result<Growth, SceneError> {
     Ok(Growth { rate: file.rate, until })
 }
 
-/// The words for axes.
-const AXES: [&str; 3] = ["x", "y", "z"];
+/// The kinds of thermostats, and the keys that each one takes.
+pub(crate) const THERMOSTATS: [(&str, &[&str]); 2] =
+    [("andersen", &["temperature", "rate", "axes"]), ("rescaling", &["temperature", "interval"])];
 
 fn read_thermostat(file: ThermostatFile, place: &Place) -> Result<Thermostat, SceneError> {
-    let misplaced = |key: &'static str, known: &[&'static str]| {
-        let (context, known) = (format!("kind = \"{}\"", file.kind), known.to_vec());
-        Err(SceneError::new(place.key(key), SceneErrorKind::Misplaced { key, context, known }))
+    let Some((word, known)) = THERMOSTATS.into_iter().find(|(word, _)| *word == file.kind) else {
+        let kind = SceneErrorKind::unknown_word("kind", &file.kind, THERMOSTATS.map(|(word, _)| word));
+        return Err(SceneError::new(place.key("kind"), kind));
     };
-    match file.kind.as_str() {
-        "andersen" if file.interval.is_some() => misplaced("interval", &["temperature", "rate", "axes"]),
-        "rescaling" if file.rate.is_some() => misplaced("rate", &["temperature", "interval"]),
-        "rescaling" if file.axes.is_some() => misplaced("axes", &["temperature", "interval"]),
+    let given = [("rate", file.rate.is_some()), ("axes", file.axes.is_some()), ("interval", file.interval.is_some())];
+    if let Some((key, _)) = given.into_iter().find(|(key, is_given)| *is_given && !known.contains(key)) {
+        let (context, known) = (format!("kind = \"{word}\""), known.to_vec());
+        return Err(SceneError::new(place.key(key), SceneErrorKind::Misplaced { key, context, known }));
+    }
+    match word {
         "andersen" => Ok(Thermostat::Andersen {
             temperature: file.temperature,
             rate: file.rate.ok_or_else(|| missing(place, "rate", "how often a particle gets a new velocity"))?,
             axes: file.axes.map_or(Ok([true; 3]), |words| read_axes(&words, &place.key("axes")))?,
         }),
-        "rescaling" => Ok(Thermostat::Rescaling {
+        _ => Ok(Thermostat::Rescaling {
             temperature: file.temperature,
             interval: file.interval.ok_or_else(|| missing(place, "interval", "the time between two scalings"))?,
         }),
-        other => {
-            let kind = SceneErrorKind::unknown_word("kind", other, ["andersen", "rescaling"]);
-            Err(SceneError::new(place.key("kind"), kind))
-        }
     }
 }
 

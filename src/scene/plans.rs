@@ -11,7 +11,7 @@ use crate::scene::interactions::Interactions;
 use crate::scene::limits::{finite, finite_vector, positive};
 use crate::scene::place::Place;
 use crate::scene::{Growth, GrowthTarget, Limit, Scene, Species, Thermostat};
-use crate::space::{Boundary, Space};
+use crate::space::{AXES, Boundary, Space};
 
 fn refuse<T>(place: Place, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
     Err(SceneError::new(place, SceneErrorKind::value(value, expected)))
@@ -139,12 +139,9 @@ impl SceneBuilder {
         }
         for (index, flow) in self.measure.flows.iter().enumerate() {
             let place = place.key("flow").index(index);
-            let axis = ["x", "y", "z"].iter().position(|word| *word == flow.axis);
+            let axis = AXES.iter().position(|word| *word == flow.axis);
             if axis.is_none() {
-                return Err(SceneError::new(
-                    place.key("axis"),
-                    SceneErrorKind::unknown_word("axis", &flow.axis, ["x", "y", "z"]),
-                ));
+                return Err(SceneError::new(place.key("axis"), SceneErrorKind::unknown_word("axis", &flow.axis, AXES)));
             }
             finite(flow.at, place.key("at"))?;
             check_box(flow.lower, flow.upper, space, &place)?;

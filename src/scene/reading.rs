@@ -49,6 +49,19 @@ fn missing(place: &Place, key: &'static str, why: impl Into<String>) -> SceneErr
     SceneError::new(place.clone(), SceneErrorKind::Missing { key, why: why.into() })
 }
 
+/// What a word of a table stands for.
+fn meaning<'t, T>(
+    table: &'t [(&'static str, T)],
+    what: &'static str,
+    word: &str,
+    place: &Place,
+) -> Result<&'t T, SceneError> {
+    table.iter().find(|(known, _)| *known == word).map(|(_, meaning)| meaning).ok_or_else(|| {
+        let known = table.iter().map(|(known, _)| *known);
+        SceneError::new(place.clone(), SceneErrorKind::unknown_word(what, word, known))
+    })
+}
+
 fn vector(components: [f64; 3]) -> Vector {
     Vector::from(components)
 }
@@ -126,6 +139,17 @@ fn read_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
     })
 }
 
+/// The words for what happens at both sides of an axis.
+pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
+    ("periodic", Boundary::Periodic),
+    ("open", Boundary::OPEN),
+    ("walls", Boundary::walls(1.0)),
+    ("flat", Boundary::Flat),
+];
+
+/// The words for one side of an axis, with a perfectly elastic wall.
+pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face::Wall { restitution: 1.0 })];
+
 fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     scene.size = space.size.map(vector);
     scene.lower = vector(space.lower.unwrap_or_default());
@@ -134,30 +158,19 @@ fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneEr
         let place = Place::root().key("space").key(name);
         scene.boundary[k] = match axis {
             None => Boundary::Periodic,
-            Some(AxisFile::Word(word)) => match word.as_str() {
-                "periodic" => Boundary::Periodic,
-                "open" => Boundary::OPEN,
-                "walls" => Boundary::walls(1.0),
-                "flat" => Boundary::Flat,
-                _ => {
-                    let known = ["periodic", "open", "walls", "flat"];
-                    return Err(SceneError::new(place, SceneErrorKind::unknown_word("boundary", word, known)));
-                }
-            },
+            Some(AxisFile::Word(word)) => *meaning(&BOUNDARIES, "boundary", word, &place)?,
             Some(AxisFile::Sides(sides)) => {
-                let restitution = sides.restitution.unwrap_or(1.0);
                 scene.wall_temperatures[k] = sides.temperature;
                 if sides.temperature.is_some() && sides.restitution.is_some() {
                     let kind = SceneErrorKind::value("given as well", "either it or a temperature");
                     return Err(SceneError::new(place.key("restitution"), kind));
                 }
-                let face = |key: &'static str, word: &str| match word {
-                    "open" => Ok(Face::Open),
-                    "wall" => Ok(Face::Wall { restitution }),
-                    _ => {
-                        let kind = SceneErrorKind::unknown_word("side", word, ["open", "wall"]);
-                        Err(SceneError::new(place.key(key), kind))
-                    }
+                let face = |key: &'static str, word: &str| {
+                    let face = *meaning(&SIDES, "side", word, &place.key(key))?;
+                    Ok(match (face, sides.restitution) {
+                        (Face::Wall { .. }, Some(restitution)) => Face::Wall { restitution },
+                        _ => face,
+                    })
                 };
                 Boundary::Bounded { lower: face("lower", &sides.lower)?, upper: face("upper", &sides.upper)? }
             }
@@ -180,7 +193,7 @@ fn read_species(species: SpeciesFile, place: &Place) -> Result<SpeciesDraft, Sce
 }
 
 /// The shorthands, and the keys that each one takes.
-const POTENTIALS: [(&str, &[&str]); 8] = [
+pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
     ("hard-sphere", &["diameter"]),
     ("square-well", &["diameter", "lambda", "well_depth"]),
     ("square-shoulder", &["diameter", "lambda", "height"]),
@@ -291,7 +304,7 @@ fn read_chain(file: ChainFile, place: &Place) -> Result<Chain, SceneError> {
 }
 
 /// The words for arrangements.
-const ARRANGEMENTS: [(&str, Arrangement); 8] = [
+pub(crate) const ARRANGEMENTS: [(&str, Arrangement); 8] = [
     ("sc", Arrangement::Lattice(Lattice::SimpleCubic)),
     ("bcc", Arrangement::Lattice(Lattice::BodyCentredCubic)),
     ("fcc", Arrangement::Lattice(Lattice::FaceCentredCubic)),
@@ -303,11 +316,7 @@ const ARRANGEMENTS: [(&str, Arrangement); 8] = [
 ];
 
 fn read_fill(file: FillFile, place: &Place, has_size: bool) -> Result<Fill, SceneError> {
-    let Some((_, arrangement)) = ARRANGEMENTS.into_iter().find(|(word, _)| *word == file.arrangement) else {
-        let known = ARRANGEMENTS.map(|(word, _)| word);
-        let kind = SceneErrorKind::unknown_word("arrangement", &file.arrangement, known);
-        return Err(SceneError::new(place.key("arrangement"), kind));
-    };
+    let arrangement = *meaning(&ARRANGEMENTS, "arrangement", &file.arrangement, &place.key("arrangement"))?;
     let contradiction = |key: &'static str, given: &str| {
         let kind = SceneErrorKind::value("given as well", format!("either it or {given}"));
         Err(SceneError::new(place.key(key), kind))
@@ -339,7 +348,7 @@ fn read_fill(file: FillFile, place: &Place, has_size: bool) -> Result<Fill, Scen
 }
 
 /// The surfaces, and the keys that each one takes.
-const SURFACES: [(&str, &[&str]); 6] = [
+pub(crate) const SURFACES: [(&str, &[&str]); 6] = [
     ("plane", &["corner", "edge_1", "edge_2"]),
     ("box", &["lower", "upper", "open"]),
     ("cylinder", &["base", "axis", "radius", "length"]),
@@ -400,11 +409,7 @@ fn read_mesh(file: MeshFile, place: &Place) -> Result<MeshDraft, SceneError> {
 }
 
 fn read_sides(words: &[String], place: &Place) -> Result<Vec<Side>, SceneError> {
-    let side = |(index, word): (usize, &String)| {
-        Side::NAMES.into_iter().find(|(name, _)| name == word).map(|(_, side)| side).ok_or_else(|| {
-            let kind = SceneErrorKind::unknown_word("side", word, Side::NAMES.map(|(name, _)| name));
-            SceneError::new(place.key("open").index(index), kind)
-        })
-    };
+    let side =
+        |(index, word): (usize, &String)| meaning(&Side::NAMES, "side", word, &place.key("open").index(index)).copied();
     words.iter().enumerate().map(side).collect()
 }

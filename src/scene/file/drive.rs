@@ -1,34 +1,64 @@
 //! What was typed about stages and thermostats.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::json;
 
-/// `[[stage]]`
-#[derive(Debug, Deserialize)]
+use crate::scene::planning::THERMOSTATS;
+use crate::scene::schema::{keys_by_kind, words};
+use crate::space::AXES;
+
+/// `[[stage]]`: a stretch before the run, until a time, a number of events or the end of growth.
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StageFile {
+    /// Name of the stage in reports.
     pub name: String,
+    /// Longest duration of the stage `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
+    /// Largest number of events of the stage.
+    #[schemars(range(min = 1))]
     pub until_events: Option<u64>,
+    /// What holds the temperature during the stage; nothing if not given.
     pub thermostat: Option<ThermostatFile>,
+    /// Hard spheres that grow during the stage.
     pub grow: Option<GrowthFile>,
 }
 
 /// `{ kind = "andersen", temperature = 1.0, rate = 0.5 }` or `{ kind = "rescaling", temperature = 1.0, interval = 1.0 }`
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("allOf" = keys_by_kind("kind", &THERMOSTATS)))]
 pub(crate) struct ThermostatFile {
+    /// How the temperature is held: by new velocities of single particles, or by scaling all velocities.
+    #[schemars(extend("enum" = words(&THERMOSTATS)))]
     pub kind: String,
+    /// Temperature `[energy]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: f64,
+    /// How often a particle gets a new velocity `[1 / time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: Option<f64>,
+    /// Axes along which velocities are drawn anew; all if not given.
+    #[schemars(length(min = 1), extend("items" = json!({ "type": "string", "enum": AXES }), "default" = AXES))]
     pub axes: Option<Vec<String>>,
+    /// Time between two scalings `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
 }
 
 /// `{ rate = 0.01, packing_fraction = 0.62 }`, or up to a `compressibility_factor`
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct GrowthFile {
+    /// Rate of growth `[1 / time]`: diameters grow by this fraction of those at the start of the stage.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
+    /// Packing fraction at which growth ends.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub packing_fraction: Option<f64>,
+    /// Compressibility factor at which growth ends.
+    #[schemars(range(max = 1e12), extend("exclusiveMinimum" = 1))]
     pub compressibility_factor: Option<f64>,
 }

@@ -1,8 +1,10 @@
 //! What was typed about measurements: for each kind `true`, or a table of what is to differ.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::marker::PhantomData;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
@@ -12,19 +14,29 @@ use crate::measure::plan::{
     Transport,
 };
 
-/// `[measure]`
-#[derive(Debug, Default, Deserialize)]
+/// `[measure]`: what to measure; nothing by default.
+#[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct MeasureFile {
+    /// Pressure tensor, compressibility factor and rates of events.
     pub pressure_tensor: Switch<PressureTensor>,
+    /// Radial distribution functions of each two species.
     pub radial_distribution: Switch<RadialDistribution>,
+    /// Static structure factor.
     pub structure_factor: Switch<StructureFactor>,
+    /// Mean squared displacement, velocity autocorrelation and diffusion coefficient.
     pub diffusion: Switch<Diffusion>,
+    /// Shear and bulk viscosity and thermal conductivity.
     pub transport: Switch<Transport>,
+    /// Distributions of free paths and free times.
     pub free_paths: Switch<FreePaths>,
+    /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
     pub chains: Switch<Chains>,
+    /// Bond-orientational order.
     pub bond_order: Switch<BondOrder>,
+    /// Density, velocity and temperature on grids.
     pub profile: Vec<Profile>,
+    /// Particles that pass planes.
     pub flow: Vec<Flow>,
 }
 
@@ -51,5 +63,15 @@ impl<'de, T: Deserialize<'de> + Default> Deserialize<'de> for Switch<T> {
             }
         }
         deserializer.deserialize_any(BoolOrTable(PhantomData))
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for Switch<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("Switch_{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "anyOf": [{ "type": "boolean" }, generator.subschema_for::<T>()], "default": false })
     }
 }

@@ -1,0 +1,26 @@
+//! `carom schema`: the JSON Schema of scene files.
+
+use clap::Args;
+
+use super::failure::Failure;
+
+const HELP: &str = "\
+Example:
+  carom schema > scene.schema.json
+
+and, as the first line of a scene beside it,
+
+  #:schema scene.schema.json
+
+Editors with Taplo (Even Better TOML in VS Code) then complete, explain and check its keys.";
+
+/// Prints the JSON Schema of scene files, for completion and checks in editors
+#[derive(Debug, Args)]
+#[command(after_help = HELP)]
+pub struct Schema {}
+
+impl Schema {
+    pub fn execute(&self) -> Result<(), Failure> {
+        super::print(&format!("{:#}\n", carom::scene::schema()))
+    }
+}

@@ -1,0 +1,79 @@
+//! The JSON Schema of the scene file, from the types that it is read into and the tables of words it is read with.
+
+use schemars::Schema;
+use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
+use serde_json::{Map, Value, json};
+
+use crate::scene::file::SceneFile;
+
+/// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, its type, range and default,
+/// and the words that it can have.
+///
+/// A scene that it refuses has a mistake. One that it accepts may still have one, since it knows nothing of what one part
+/// of a scene demands of another: the last word is that of [`Scene::from_toml`](crate::scene::Scene::from_toml). In JSON,
+/// which has no infinity, an infinite energy is null.
+///
+/// ```
+/// let schema = carom::scene::schema();
+/// assert_eq!(schema["properties"]["seed"]["type"], "integer");
+/// ```
+#[must_use]
+pub fn schema() -> Value {
+    let settings = SchemaSettings::draft2020_12().with(|settings| settings.inline_subschemas = true);
+    let generator = settings.with_transform(RecursiveTransform(plain)).into_generator();
+    generator.into_root_schema_for::<SceneFile>().to_value()
+}
+
+/// The words of a table.
+pub(crate) fn words<T>(table: &[(&'static str, T)]) -> Vec<&'static str> {
+    table.iter().map(|(word, _)| *word).collect()
+}
+
+/// For each kind of a table, that the keys of other kinds have no place.
+pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])]) -> Vec<Value> {
+    let rule = |&(word, known): &(&'static str, &[&'static str])| {
+        let others = table.iter().flat_map(|(_, keys)| *keys).filter(|other| !known.contains(other));
+        let misplaced: Map<String, Value> = others.map(|other| ((*other).to_owned(), Value::Bool(false))).collect();
+        json!({ "if": { "properties": { key: { "const": word } }, "required": [key] }, "then": { "properties": misplaced } })
+    };
+    table.iter().map(rule).collect()
+}
+
+/// Takes out what comes from Rust and means nothing in TOML: names of number formats, line breaks of comments, and null
+/// for a key that is not given.
+fn plain(schema: &mut Schema) {
+    schema.remove("format");
+    if let Some(Value::String(text)) = schema.get_mut("description") {
+        *text = text.replace('\n', " ");
+    }
+    let properties = schema.get_mut("properties").and_then(Value::as_object_mut);
+    for property in properties.into_iter().flat_map(Map::values_mut).filter_map(Value::as_object_mut) {
+        given(property);
+    }
+}
+
+/// A property as it is where it is given.
+fn given(property: &mut Map<String, Value>) {
+    let null = json!({ "type": "null" });
+    for (key, nothing) in [("type", &json!("null")), ("enum", &Value::Null), ("anyOf", &null)] {
+        if let Some(Value::Array(choices)) = property.get_mut(key) {
+            choices.retain(|choice| choice != nothing);
+        }
+    }
+    if let Some(Value::Array(types)) = property.get("type")
+        && let [only] = types.as_slice()
+    {
+        let only = only.clone();
+        property.insert("type".to_owned(), only);
+    }
+    if let Some(Value::Array(choices)) = property.get("anyOf")
+        && let [Value::Object(only)] = choices.as_slice()
+    {
+        let only = only.clone();
+        property.remove("anyOf");
+        for (key, value) in only {
+            property.entry(key).or_insert(value);
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! A small JSON Schema validator: the keywords that the schema of scene files uses, and a panic for any other.
+
+use serde_json::Value;
+
+/// What a schema finds wrong with a value, each with its place.
+pub fn mistakes(schema: &Value, value: &Value) -> Vec<String> {
+    let mut found = Vec::new();
+    check(schema, value, "scene", &mut found);
+    found
+}
+
+fn is_valid(schema: &Value, value: &Value) -> bool {
+    mistakes(schema, value).is_empty()
+}
+
+fn check(schema: &Value, value: &Value, place: &str, found: &mut Vec<String>) {
+    let rules = match schema {
+        Value::Bool(true) => return,
+        Value::Bool(false) => return found.push(format!("{place} has no place here")),
+        Value::Object(rules) => rules,
+        other => panic!("{other} is no schema"),
+    };
+    for (keyword, rule) in rules {
+        if !holds(rules, keyword, rule, value, place, found) {
+            found.push(format!("{place} is {value}, not of {keyword} {rule}"));
+        }
+    }
+}
+
+/// Whether a value obeys one rule; mistakes inside of the value are listed by themselves.
+fn holds(
+    rules: &serde_json::Map<String, Value>,
+    keyword: &str,
+    rule: &Value,
+    value: &Value,
+    place: &str,
+    found: &mut Vec<String>,
+) -> bool {
+    let number =
+        |is_good: fn(f64, f64) -> bool| value.as_f64().is_none_or(|value| is_good(value, rule.as_f64().unwrap()));
+    let length = |is_good: fn(u64, u64) -> bool| {
+        let length = match value {
+            Value::Array(items) if keyword.ends_with("Items") => items.len(),
+            Value::String(text) if keyword.ends_with("Length") => text.chars().count(),
+            _ => return true,
+        };
+        is_good(length as u64, rule.as_u64().unwrap())
+    };
+    match keyword {
+        "$id" | "$schema" | "title" | "description" | "default" | "then" => true,
+        "type" => match rule {
+            Value::Array(types) => types.iter().any(|one| is_of(one.as_str().unwrap(), value)),
+            one => is_of(one.as_str().unwrap(), value),
+        },
+        "enum" => rule.as_array().unwrap().contains(value),
+        "const" => rule == value,
+        "minimum" => number(|value, limit| value >= limit),
+        "maximum" => number(|value, limit| value <= limit),
+        "exclusiveMinimum" => number(|value, limit| value > limit),
+        "exclusiveMaximum" => number(|value, limit| value < limit),
+        "minItems" | "minLength" => length(|length, limit| length >= limit),
+        "maxItems" | "maxLength" => length(|length, limit| length <= limit),
+        "anyOf" => rule.as_array().unwrap().iter().any(|one| is_valid(one, value)),
+        "allOf" => {
+            rule.as_array().unwrap().iter().for_each(|one| check(one, value, place, found));
+            true
+        }
+        "if" => {
+            if is_valid(rule, value) {
+                check(&rules["then"], value, place, found);
+            }
+            true
+        }
+        "items" => {
+            for (index, item) in value.as_array().into_iter().flatten().enumerate() {
+                check(rule, item, &format!("{place}.{index}"), found);
+            }
+            true
+        }
+        "properties" | "additionalProperties" => {
+            for (key, item) in value.as_object().into_iter().flatten() {
+                let known = rules.get("properties").and_then(|properties| properties.get(key));
+                match (keyword, known) {
+                    ("properties", Some(property)) => check(property, item, &format!("{place}.{key}"), found),
+                    ("additionalProperties", None) => check(rule, item, &format!("{place}.{key}"), found),
+                    _ => {}
+                }
+            }
+            true
+        }
+        "required" => value
+            .as_object()
+            .is_none_or(|table| rule.as_array().unwrap().iter().all(|key| table.contains_key(key.as_str().unwrap()))),
+        other => panic!("{other} is unknown to this validator"),
+    }
+}
+
+fn is_of(name: &str, value: &Value) -> bool {
+    match name {
+        "object" => value.is_object(),
+        "array" => value.is_array(),
+        "string" => value.is_string(),
+        "boolean" => value.is_boolean(),
+        "number" => value.is_number(),
+        "integer" => value.as_f64().is_some_and(|number| number.fract() == 0.0),
+        "null" => value.is_null(),
+        other => panic!("{other} is no type"),
+    }
+}
