@@ -9,7 +9,9 @@
 
 mod build;
 mod builder;
+mod classes;
 mod coordinates;
+mod dense;
 mod diagnostic;
 mod draft;
 mod file;
@@ -27,6 +29,7 @@ mod plans;
 mod random;
 mod reading;
 mod record;
+mod sizes;
 mod source;
 mod stage;
 mod start;

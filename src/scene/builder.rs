@@ -3,6 +3,7 @@
 use crate::Vector;
 use crate::measure::Plan;
 use crate::potential::Potential;
+use crate::scene::classes::Origins;
 use crate::scene::draft::{
     Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Listed, MeshDraft, Model, PlacedGroup,
     SpeciesDraft,
@@ -50,6 +51,7 @@ pub struct SceneBuilder {
     pub(crate) run: RunPlan,
     pub(crate) output: OutputPlan,
     pub(crate) measure: Plan,
+    pub(crate) origins: Origins,
 }
 
 impl SceneBuilder {
@@ -74,6 +76,7 @@ impl SceneBuilder {
             run: RunPlan::default(),
             output: OutputPlan::default(),
             measure: Plan::default(),
+            origins: Origins::default(),
         }
     }
 

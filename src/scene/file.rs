@@ -2,9 +2,11 @@
 
 mod drive;
 mod measure;
+mod sizes;
 
 pub(crate) use drive::{GrowthFile, StageFile, ThermostatFile};
 pub(crate) use measure::MeasureFile;
+pub(crate) use sizes::{DiameterFile, DistributionFile};
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -116,7 +118,7 @@ pub(crate) struct DynamicsFile {
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpeciesFile {
     pub name: String,
-    pub diameter: f64,
+    pub diameter: DiameterFile,
     pub mass: Option<f64>,
     #[serde(default, rename = "static")]
     pub is_static: bool,
