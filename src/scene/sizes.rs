@@ -158,7 +158,7 @@ mod tests {
 
     #[test]
     fn quantiles_are_those_of_the_tables() {
-        assert_eq!(normal_quantile(0.5), 0.0);
+        assert!(normal_quantile(0.5).abs() < 1e-15);
         assert!((normal_quantile(0.975) - 1.959_963_984_540_054).abs() < 1e-14);
         assert!((normal_quantile(0.001) + 3.090_232_306_167_813_5).abs() < 1e-14);
     }
