@@ -10,7 +10,9 @@
 
 mod build;
 mod builder;
+mod classes;
 mod coordinates;
+mod dense;
 mod diagnostic;
 mod draft;
 mod file;
@@ -29,6 +31,7 @@ mod random;
 mod reading;
 mod record;
 mod schema;
+mod sizes;
 mod source;
 mod stage;
 mod start;

@@ -163,3 +163,91 @@ fn code_and_text_pass_the_same_checks() {
     let error = builder(1.1).build().unwrap_err();
     assert_eq!(error.to_string(), "interaction[0].restitution is 1.1, expected a number from 0 to 1");
 }
+
+/// A fluid of a lognormal distribution of diameters beside equal spheres.
+const POLYDISPERSE: &str = r#"
+[[species]]
+name = "A"
+mass = 2.0
+diameter = { distribution = "lognormal", mean = 1.2, deviation = 0.12, classes = 20 }
+[[species]]
+name = "B"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+name = "contact"
+species = ["A", "A"]
+potential = "hard-sphere"
+restitution = 0.9
+[[interaction]]
+species = ["B", "A"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 1.0
+[[interaction]]
+species = ["B", "B"]
+potential = "hard-sphere"
+[[fill]]
+composition = { A = 3.0, B = 1.0 }
+arrangement = "random"
+count = 410
+packing_fraction = 0.55
+temperature = 1.0
+[run]
+until_time = 0.5
+"#;
+
+#[test]
+fn a_distribution_of_diameters_becomes_classes() {
+    let scene = Scene::from_toml(POLYDISPERSE, "polydisperse").unwrap();
+    let names: Vec<&str> = scene.species.iter().map(|species| species.name.as_str()).collect();
+    assert_eq!((names.len(), names[0], names[19], names[20]), (21, "A-1", "A-20", "B"));
+    let mut counts = [0; 21];
+    scene.particles.iter().for_each(|particle| counts[particle.species.0 as usize] += 1);
+    // 307.5 in classes of 15.375, and 102.5.
+    assert!(counts[..20].iter().all(|count| (15..=16).contains(count)), "{counts:?}");
+    assert!((102..=103).contains(&counts[20]) && counts.iter().sum::<i32>() == 410);
+    // Those with one more are spread over the sizes: the mean is off by at most a few of 307 particles with a deviation of a tenth.
+    let diameters = (0..20).map(|class| scene.species[class].diameter * f64::from(counts[class]));
+    let mean = diameters.sum::<f64>() / f64::from(410 - counts[20]);
+    assert!((mean / 1.2 - 1.0).abs() < 1e-3, "{mean}");
+    let packing_fraction = scene.packing_fraction();
+    assert!((packing_fraction / 0.55 - 1.0).abs() < 1e-12, "{packing_fraction}");
+    for species in &scene.species[..20] {
+        assert!((species.mass / (2.0 * (species.diameter / 1.2).powi(3)) - 1.0).abs() < 1e-12);
+    }
+    for (a, b, range) in [(2, 7, 1.0), (20, 3, 1.5), (20, 20, 1.0)] {
+        let id = scene.table[a * 21 + b].unwrap();
+        let interaction = &scene.interactions[id.0 as usize];
+        let contact = 0.5 * (scene.species[a].diameter + scene.species[b].diameter);
+        assert_eq!(interaction.potential.core(), Some(contact));
+        assert_eq!(interaction.potential.range(), range * contact);
+        assert_eq!(interaction.restitution, if a == 2 { 0.9 } else { 1.0 });
+    }
+    assert_eq!(scene, Scene::from_toml(POLYDISPERSE, "polydisperse").unwrap());
+}
+
+#[test]
+fn a_polydisperse_fluid_runs_with_a_sound_audit() {
+    let scene = Scene::from_toml(POLYDISPERSE, "polydisperse").unwrap();
+    let finished = carom::run::run(scene, &mut (), &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    assert!(finished.stretch.tally.core > 1000);
+}
+
+#[test]
+fn lists_of_diameters_keep_their_shares_and_disks_the_mass_of_their_area() {
+    let overrides = [
+        ("species.A.diameter", "{ distribution = \"list\", diameters = [1.0, 2.0], shares = [3, 1] }"),
+        ("fill.0.composition", "{ A = 1.0 }"),
+        ("fill.0.count", "400"),
+        ("space.z", "flat"),
+    ];
+    let scene = Scene::from_toml_with(POLYDISPERSE, "list", &overrides).unwrap();
+    let count = |class| scene.particles.iter().filter(|particle| particle.species.0 == class).count();
+    assert_eq!((count(0), count(1), scene.species.len()), (300, 100, 3));
+    for species in &scene.species[..2] {
+        assert!((species.mass - 2.0 * (species.diameter / 1.25).powi(2)).abs() < 1e-14);
+    }
+    assert!((scene.packing_fraction() / 0.55 - 1.0).abs() < 1e-12);
+}

@@ -18,6 +18,10 @@ impl SceneBuilder {
     /// # Errors
     /// [`SceneError`] with the first mistake: its kind, and its place in the scene.
     pub fn build(&self) -> Result<Scene, SceneError> {
+        self.checked().map_err(|error| self.origins.located(error))
+    }
+
+    fn checked(&self) -> Result<Scene, SceneError> {
         self.check_header()?;
         let mut species = self.checked_species()?;
         let space = self.checked_space(&species)?;

@@ -3,6 +3,7 @@
 use crate::Vector;
 use crate::measure::Plan;
 use crate::potential::Potential;
+use crate::scene::classes::Origins;
 use crate::scene::draft::{
     Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Listed, MeshDraft, Model, PlacedGroup,
     SpeciesDraft,
@@ -51,6 +52,7 @@ pub struct SceneBuilder {
     pub(crate) run: RunPlan,
     pub(crate) output: OutputPlan,
     pub(crate) measure: Plan,
+    pub(crate) origins: Origins,
 }
 
 impl SceneBuilder {
@@ -76,6 +78,7 @@ impl SceneBuilder {
             run: RunPlan::default(),
             output: OutputPlan::default(),
             measure: Plan::default(),
+            origins: Origins::default(),
         }
     }
 

@@ -86,6 +86,9 @@ pub enum SceneErrorKind {
     /// A region without room for more.
     #[error("only {placed} of {count} fitted: {attempts} random attempts found no place for the next one")]
     NoRoom { placed: usize, count: usize, attempts: usize },
+    /// Growing spheres that jam before they have their size.
+    #[error("a random packing fraction of {wanted:.4} was not reached: these particles jam at {reached:.4}")]
+    Jammed { wanted: f64, reached: f64 },
     /// More particles than the memory is meant for.
     #[error("{particles} particles need about {} GiB, more than the {} GiB a scene may take", bytes >> 30, budget >> 30)]
     TooMany { particles: u64, bytes: u64, budget: u64 },
@@ -126,7 +129,13 @@ impl SceneErrorKind {
                 Some("move them apart, or let the stable rule resolve it with allow_invalid_start = true".to_owned())
             }
             Self::NoRoom { .. } => Some(
-                "random insertion jams at a packing fraction of about 0.38 in 3D, 0.54 in 2D and 0.74 in 1D: use a lattice"
+                "placed one by one, particles jam at a packing fraction of about 0.38 in 3D, 0.54 in 2D and 0.74 in 1D; dense random starts \
+                 need a fully periodic box with one fill and nothing else in it: use that, or a lattice"
+                    .to_owned(),
+            ),
+            Self::Jammed { .. } => Some(
+                "equal spheres reach about 0.64 at random (random close packing), mixtures of sizes more, disks about 0.84: use a \
+                 lower density or a lattice"
                     .to_owned(),
             ),
             Self::Empty => Some("a scene needs [space], [[species]], particles and [run]; `carom new` prints one".to_owned()),
@@ -181,6 +190,20 @@ impl SceneError {
     #[must_use]
     pub fn kind(&self) -> &SceneErrorKind {
         &self.0.kind
+    }
+
+    /// The same mistake, with every place that it names moved.
+    pub(crate) fn moved(mut self, to: impl Fn(&Place) -> Place) -> Self {
+        self.0.place = to(&self.0.place);
+        if let SceneErrorKind::Duplicate { first, .. } = &mut self.0.kind {
+            *first = to(first);
+        }
+        self
+    }
+
+    /// What is wrong, without the place.
+    pub(crate) fn into_kind(self) -> SceneErrorKind {
+        self.0.kind
     }
 
     /// Where in the scene; the root if no one place is to blame.

@@ -5,9 +5,11 @@
 
 mod drive;
 mod measure;
+mod sizes;
 
 pub(crate) use drive::{GrowthFile, StageFile, ThermostatFile};
 pub(crate) use measure::MeasureFile;
+pub(crate) use sizes::{DiameterFile, DistributionFile};
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -180,10 +182,9 @@ pub(crate) struct SpeciesFile {
     /// Name without blanks, unique in the scene.
     #[schemars(length(min = 1))]
     pub name: String,
-    /// Diameter `[length]`.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub diameter: f64,
-    /// Mass `[mass]`; every species that moves has one.
+    /// Diameter `[length]`, or how the diameters are distributed.
+    pub diameter: DiameterFile,
+    /// Mass `[mass]`; every species that moves has one. That of the mean diameter where diameters are distributed.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub mass: Option<f64>,
     /// Whether its particles never move.

@@ -143,6 +143,20 @@ fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, u
     shares.iter().zip(numbers).map(|((species, _), number)| (*species, number)).collect()
 }
 
+/// The shares that whole numbers of particles have, so that the box fits them exactly.
+fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    let numbers = whole_numbers(&shares, count as usize);
+    let is_exact = |((_, share), (_, number)): (&(SpeciesId, f64), &(SpeciesId, usize))| {
+        // But for rounding, which would change the last digits of the box for nothing.
+        (share / total * count as f64 - *number as f64).abs() < 1e-6
+    };
+    if shares.iter().zip(&numbers).all(is_exact) {
+        return shares;
+    }
+    numbers.into_iter().map(|(species, number)| (species, number as f64)).collect()
+}
+
 fn region(fill: &Fill, space: &Space, place: &Place) -> Result<Region, SceneError> {
     let whole = Region { lower: space.lower, upper: space.upper() };
     let Some(region) = fill.region else { return Ok(whole) };
@@ -228,7 +242,7 @@ impl SceneBuilder {
         };
         affordable(count, place)?;
         let shares = shares(fill, species, place)?;
-        let volume = count as f64 * volume_per_particle(amount, &shares, species, space, place)?;
+        let volume = count as f64 * volume_per_particle(amount, &realised(shares, count), species, space, place)?;
         let edge = root(volume, space.dimensions());
         Ok(Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Flat { 0.0 } else { edge }))
     }

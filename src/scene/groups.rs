@@ -2,9 +2,10 @@
 
 use crate::Vector;
 use crate::scene::builder::SceneBuilder;
+use crate::scene::dense::Dense;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Arrangement, Chain, Group, Listed, MeshDraft, PlacedGroup};
-use crate::scene::filling::Filling;
+use crate::scene::draft::{Arrangement, Chain, Fill, Group, Listed, MeshDraft, PlacedGroup, Region};
+use crate::scene::filling::{Filling, own_volume};
 use crate::scene::interactions::{Interactions, species_named};
 use crate::scene::limits::{affordable, finite_vector, not_negative, on_flat_axes, positive};
 use crate::scene::mesh::Mesh;
@@ -232,18 +233,14 @@ impl<'a> Placing<'a> {
         let filling = Filling::new(fill, self.species, self.space, place)?;
         let mut kinds = filling.kinds();
         Random::new(self.scene.seed, Purpose::Composition, index).shuffle(&mut kinds);
-        let radius = |kind: &SpeciesId| 0.5 * self.species[kind.0 as usize].diameter;
         let positions = match (fill.arrangement, occupancy) {
             (Arrangement::Lattice(lattice), _) => {
                 let contacts = (!self.scene.allow_invalid_start).then_some(self.contacts);
                 filling.on_lattice(lattice, self.space, self.species, contacts, place)?
             }
-            (Arrangement::Random, Some(occupancy)) => {
-                let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
-                let sizes = kinds.iter().map(|kind| (radius(kind), kind.0));
-                insert(sizes, &filling.region, self.space, occupancy, &mut random)
-                    .map_err(|kind| SceneError::new(place.clone(), kind))?
-            }
+            (Arrangement::Random, Some(occupancy)) => self
+                .at_random(index, fill, &filling.region, &kinds, occupancy)
+                .map_err(|kind| SceneError::new(place.clone(), kind))?,
             (Arrangement::Random, None) => Vec::new(),
         };
         for kind in filling.species() {
@@ -264,6 +261,37 @@ impl<'a> Placing<'a> {
             particle.velocity += fill.velocity;
         }
         Ok(particles)
+    }
+
+    /// One by one, or all together where that is too dense and they have a periodic box for themselves.
+    fn at_random(
+        &self,
+        index: usize,
+        fill: &Fill,
+        region: &Region,
+        kinds: &[SpeciesId],
+        occupancy: &mut Occupancy<'_>,
+    ) -> Result<Vec<Vector>, SceneErrorKind> {
+        let diameter = |kind: &SpeciesId| self.species[kind.0 as usize].diameter;
+        let is_alone = self.scene.groups.len() == 1 && fill.region.is_none() && self.space.is_fully_periodic();
+        let is_moving = kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
+        let dense = (is_alone && is_moving).then(|| {
+            let volumes = kinds.iter().map(|kind| own_volume(diameter(kind), self.space.dimensions()));
+            let packing_fraction = volumes.sum::<f64>() / self.space.volume();
+            let (seed, contacts, space) = (self.scene.seed, self.contacts, self.space);
+            Dense { kinds, contacts, space, seed, group: index, packing_fraction }
+        });
+        if let Some(dense) = &dense
+            && dense.is_too_dense_to_insert()
+        {
+            return dense.positions();
+        }
+        let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
+        let sizes = kinds.iter().map(|kind| (0.5 * diameter(kind), kind.0));
+        match (insert(sizes, region, self.space, occupancy, &mut random), dense) {
+            (Err(SceneErrorKind::NoRoom { .. }), Some(dense)) => dense.positions(),
+            (placed, _) => placed,
+        }
     }
 
     fn heat(

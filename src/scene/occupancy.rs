@@ -24,6 +24,12 @@ impl Contacts {
         self.distances[a * self.species + b]
     }
 
+    /// The same distances, all times a factor.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        let distances = self.distances.iter().map(|distance| distance * factor).collect();
+        Self { species: self.species, distances }
+    }
+
     pub(crate) fn largest(&self) -> f64 {
         self.distances.iter().copied().fold(0.0, f64::max)
     }

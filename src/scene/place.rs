@@ -45,6 +45,19 @@ impl Place {
         Self::root().key(table).index(index)
     }
 
+    /// The place that has another index in the top-level array `table`, where `indices` has one for it.
+    #[must_use]
+    pub(crate) fn entry_moved(&self, table: &str, indices: &[usize]) -> Self {
+        let mut steps = self.0.clone();
+        if let [Step::Key(key), Step::Index(index), ..] = &mut steps[..]
+            && key == table
+            && let Some(moved) = indices.get(*index)
+        {
+            *index = *moved;
+        }
+        Self(steps)
+    }
+
     /// The steps, from the root.
     #[must_use]
     pub fn steps(&self) -> &[Step] {

@@ -15,6 +15,18 @@ pub(crate) enum Purpose {
     Velocities,
     Composition,
     Thermostat,
+    Growth,
+}
+
+impl Purpose {
+    /// The number of the stream for one group. Numbers never change, so that a scene keeps its start: what came later than the
+    /// first four has numbers far behind theirs.
+    fn stream(self, group: usize) -> u64 {
+        match self {
+            Self::Growth => (1 << 63) + group as u64,
+            _ => 4 * group as u64 + self as u64,
+        }
+    }
 }
 
 /// A ChaCha8 generator with the distributions that a start needs.
@@ -25,7 +37,7 @@ impl Random {
     /// The stream for one purpose in one group of particles.
     pub(crate) fn new(seed: u64, purpose: Purpose, group: usize) -> Self {
         let mut generator = ChaCha8Rng::seed_from_u64(seed);
-        generator.set_stream(4 * group as u64 + purpose as u64);
+        generator.set_stream(purpose.stream(group));
         Self(generator)
     }
 
@@ -91,6 +103,13 @@ mod tests {
         assert_ne!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Velocities, 0));
         assert_ne!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Placement, 1));
         assert_ne!(draw(1, Purpose::Placement, 0), draw(2, Purpose::Placement, 0));
+    }
+
+    #[test]
+    fn streams_keep_their_numbers() {
+        let first_four = [Purpose::Placement, Purpose::Velocities, Purpose::Composition, Purpose::Thermostat];
+        assert_eq!(first_four.map(|purpose| purpose.stream(3)), [12, 13, 14, 15]);
+        assert_eq!(Purpose::Growth.stream(3), (1 << 63) + 3);
     }
 
     #[test]

@@ -6,6 +6,7 @@ use crate::Vector;
 use crate::output::Format;
 use crate::potential::Potential;
 use crate::scene::builder::SceneBuilder;
+use crate::scene::classes::{self, Distributed};
 use crate::scene::coordinates;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{
@@ -13,23 +14,25 @@ use crate::scene::draft::{
     PlacedGroup, Region, SpeciesDraft,
 };
 use crate::scene::file::{
-    AxisFile, ChainFile, CountFile, FillFile, InteractionFile, MeshFile, OutputFile, SceneFile, SpaceFile, SpeciesFile,
+    AxisFile, ChainFile, CountFile, DiameterFile, FillFile, InteractionFile, MeshFile, OutputFile, SceneFile,
+    SpaceFile, SpeciesFile,
 };
 use crate::scene::place::Place;
+use crate::scene::sizes::{self, Class};
 use crate::scene::surface::{Side, Surface};
 use crate::scene::{AuditPlan, CountRegion, OutputPlan, planning};
 use crate::space::{Boundary, Face};
 
 /// The keys of an entry that depend on its kind, and which of them are given.
-struct Keys<'k> {
-    place: &'k Place,
-    context: String,
-    given: &'k [(&'static str, bool)],
+pub(super) struct Keys<'k> {
+    pub place: &'k Place,
+    pub context: String,
+    pub given: &'k [(&'static str, bool)],
 }
 
 impl Keys<'_> {
     /// Refuses every given key that is not among those of the kind.
-    fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
+    pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
         match self.given.iter().find(|(key, is_given)| *is_given && !known.contains(key)) {
             None => Ok(()),
             Some((key, _)) => {
@@ -40,7 +43,7 @@ impl Keys<'_> {
     }
 
     /// The value of a key that the kind needs.
-    fn need<T>(&self, value: Option<T>, key: &'static str) -> Result<T, SceneError> {
+    pub fn need<T>(&self, value: Option<T>, key: &'static str) -> Result<T, SceneError> {
         value.ok_or_else(|| missing(self.place, key, format!("{} needs it", self.context)))
     }
 }
@@ -76,8 +79,11 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     scene.contact_time = file.dynamics.contact_time;
     scene.audit = AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
     read_space(&file.space, &mut scene)?;
+    let mut distributed = Vec::new();
     for (index, species) in file.species.into_iter().enumerate() {
-        scene.species.push(read_species(species, &Place::entry("species", index))?);
+        let (draft, classes) = read_species(species, &Place::entry("species", index))?;
+        distributed.extend(classes.map(|classes| Distributed { index, name: draft.name.clone(), classes }));
+        scene.species.push(draft);
     }
     for (index, interaction) in file.interaction.into_iter().enumerate() {
         scene.interactions.push(read_interaction(interaction, &Place::entry("interaction", index))?);
@@ -115,6 +121,7 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     scene.run = planning::read_run(file.run, file.stage)?;
     scene.measure = planning::read_measure(file.measure);
     scene.output = read_output(file.output)?;
+    classes::expand(&mut scene, &distributed)?;
     Ok(scene)
 }
 
@@ -179,7 +186,8 @@ fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneEr
     Ok(())
 }
 
-fn read_species(species: SpeciesFile, place: &Place) -> Result<SpeciesDraft, SceneError> {
+/// A species, and the classes of its diameters if they are distributed.
+fn read_species(species: SpeciesFile, place: &Place) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
     let SpeciesFile { name, diameter, mass, is_static, acceleration } = species;
     match mass {
         None if !is_static => return Err(missing(place, "mass", "every species that moves has one")),
@@ -189,7 +197,12 @@ fn read_species(species: SpeciesFile, place: &Place) -> Result<SpeciesDraft, Sce
         }
         _ => {}
     }
-    Ok(SpeciesDraft { name, mass, diameter, acceleration: acceleration.map(vector) })
+    let (diameter, classes) = match diameter {
+        DiameterFile::Number(diameter) => (diameter, None),
+        // Every class will have its own.
+        DiameterFile::Distribution(file) => (0.0, Some(sizes::read(file, &place.key("diameter"))?)),
+    };
+    Ok((SpeciesDraft { name, mass, diameter, acceleration: acceleration.map(vector) }, classes))
 }
 
 /// The shorthands, and the keys that each one takes.

@@ -5,6 +5,7 @@
 
 mod chains;
 mod conservation;
+mod dense_starts;
 mod driven;
 mod granular;
 mod hard_spheres;

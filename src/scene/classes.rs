@@ -1,0 +1,214 @@
+//! Species with a distribution of diameters become several species, wherever a scene names them.
+
+use crate::scene::SceneBuilder;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::draft::{Fill, Group, InteractionDraft, Listed, Model, PlacedGroup, SpeciesDraft};
+use crate::scene::limits::positive;
+use crate::scene::place::Place;
+use crate::scene::sizes::Class;
+
+/// Species of one scene, where some have a distribution: their pairs, 32,896, have to be countable in 16 bits.
+const MOST_SPECIES: usize = 256;
+
+/// A species with a distribution of diameters.
+#[derive(Debug)]
+pub(crate) struct Distributed {
+    /// Among the species that were typed.
+    pub index: usize,
+    pub name: String,
+    pub classes: Vec<Class>,
+}
+
+impl Distributed {
+    /// The name of one of its classes, from 0.
+    fn class(&self, k: usize) -> String {
+        format!("{}-{}", self.name, k + 1)
+    }
+
+    fn mean(&self) -> f64 {
+        self.classes.iter().map(|class| class.share * class.diameter).sum()
+    }
+}
+
+/// Puts the classes where the species were named.
+pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
+    if distributed.is_empty() {
+        return Ok(());
+    }
+    expand_species(scene, distributed)?;
+    expand_interactions(scene, distributed)?;
+    for PlacedGroup { place, group } in &mut scene.groups {
+        let (name, what) = match group {
+            Group::Fill(fill) => {
+                expand_fill(fill, distributed, place)?;
+                continue;
+            }
+            Group::Listed(listed) => {
+                let is_distributed = |listed: &&Listed| named(distributed, &listed.species).is_some();
+                let Some(listed) = listed.iter().find(is_distributed) else { continue };
+                (&listed.species, "a particle has one diameter")
+            }
+            Group::Chain(chain) => (&chain.species, "the beads of a chain are equal"),
+            Group::Mesh(mesh) => (&mesh.species, "the spheres of a mesh are equal"),
+        };
+        if let Some(distributed) = named(distributed, name) {
+            return Err(refused(distributed, what, &place.key("species")));
+        }
+    }
+    let profiles = scene.measure.profiles.iter().map(|it| &it.species).enumerate().map(|it| ("profile", it));
+    let flows = scene.measure.flows.iter().map(|it| &it.species).enumerate().map(|it| ("flow", it));
+    for (kind, (index, name)) in profiles.chain(flows) {
+        if let Some(distributed) = name.as_ref().and_then(|name| named(distributed, name)) {
+            let place = Place::root().key("measure").key(kind).index(index).key("species");
+            return Err(refused(distributed, "one species is measured", &place));
+        }
+    }
+    Ok(())
+}
+
+fn named<'d>(distributed: &'d [Distributed], name: &str) -> Option<&'d Distributed> {
+    distributed.iter().find(|candidate| candidate.name == name)
+}
+
+fn refused(distributed: &Distributed, what: &str, place: &Place) -> SceneError {
+    let last = distributed.class(distributed.classes.len() - 1);
+    let first = distributed.class(0);
+    let expected = format!("a species with one diameter, because {what}: one of its classes, `{first}` to `{last}`");
+    let value = format!("`{}`, which has a distribution of diameters", distributed.name);
+    SceneError::new(place.clone(), SceneErrorKind::value(value, expected))
+}
+
+/// Masses go with the volumes: the material is the same, and the given mass is that of the mean diameter.
+fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
+    let unsized_space =
+        crate::space::Space { lower: scene.lower, size: crate::Vector::zeros(), boundary: scene.boundary };
+    let dimensions = unsized_space.dimensions() as f64;
+    let mut species = Vec::new();
+    for (index, draft) in std::mem::take(&mut scene.species).into_iter().enumerate() {
+        let place = Place::entry("species", index);
+        let Some(of) = distributed.iter().find(|it| it.index == index) else {
+            species.push(draft);
+            scene.origins.species.push(index);
+            continue;
+        };
+        let Some(mass) = draft.mass else {
+            let kind = SceneErrorKind::value("true", "a species that moves, because its diameters are distributed");
+            return Err(SceneError::new(place.key("static"), kind));
+        };
+        positive(mass, place.key("mass"))?;
+        for (k, class) in of.classes.iter().enumerate() {
+            let mass = Some(mass * libm::pow(class.diameter / of.mean(), dimensions));
+            species.push(SpeciesDraft { name: of.class(k), mass, diameter: class.diameter, ..draft.clone() });
+            scene.origins.species.push(index);
+        }
+        if species.len() > MOST_SPECIES {
+            let kind =
+                SceneErrorKind::value(species.len(), format!("at most {MOST_SPECIES} species, classes included"));
+            return Err(SceneError::new(place.key("diameter"), kind));
+        }
+    }
+    scene.species = species;
+    Ok(())
+}
+
+fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
+    let mut interactions = Vec::new();
+    for (index, draft) in std::mem::take(&mut scene.interactions).into_iter().enumerate() {
+        let parts = draft.species.as_ref().map(|species| species.each_ref().map(|name| named(distributed, name)));
+        let (Some(species), Some(parts)) = (&draft.species, parts.filter(|parts| parts.iter().any(Option::is_some)))
+        else {
+            interactions.push(draft);
+            scene.origins.interactions.push(index);
+            continue;
+        };
+        check_diameter(&draft, &Place::entry("interaction", index))?;
+        let names = |k: usize| match parts[k] {
+            Some(of) => (0..of.classes.len()).map(|class| of.class(class)).collect(),
+            None => vec![species[k].clone()],
+        };
+        let is_alike = species[0] == species[1];
+        let (first, second) = (names(0), names(1));
+        // One of them keeps the name, for bonds, which make their potentials from it.
+        let mut name = draft.name.clone();
+        for (k, a) in first.iter().enumerate() {
+            for b in second.iter().skip(if is_alike { k } else { 0 }) {
+                let pair = Some([a.clone(), b.clone()]);
+                interactions.push(InteractionDraft { name: name.take(), species: pair, ..draft.clone() });
+                scene.origins.interactions.push(index);
+            }
+        }
+    }
+    scene.interactions = interactions;
+    Ok(())
+}
+
+/// Pairs of classes differ in what follows from their diameters, so nothing else may say it.
+fn check_diameter(draft: &InteractionDraft, place: &Place) -> Result<(), SceneError> {
+    let expected = "no length of its own: it follows from the diameters of each two classes of a distribution";
+    let (key, value) = match (&draft.model, draft.diameter) {
+        (_, Some(diameter)) => ("diameter", diameter.to_string()),
+        (Model::Exact(_), None) => ("potential", "given by its radii".to_owned()),
+        _ => return Ok(()),
+    };
+    Err(SceneError::new(place.key(key), SceneErrorKind::value(value, expected)))
+}
+
+fn expand_fill(fill: &mut Fill, distributed: &[Distributed], place: &Place) -> Result<(), SceneError> {
+    let mut composition = Vec::new();
+    for (name, share) in std::mem::take(&mut fill.composition) {
+        let Some(of) = named(distributed, &name) else {
+            composition.push((name, share));
+            continue;
+        };
+        positive(share, place.key("composition").key(name))?;
+        composition.extend(spread(of.classes.len()).map(|k| (of.class(k), share * of.classes[k].share)));
+    }
+    fill.composition = composition;
+    Ok(())
+}
+
+/// All numbers below `count`, any first few of them spread evenly and in pairs about the middle: where a number of particles is not a
+/// multiple of that of the classes, the first classes have one more, and the mean diameter should not feel it.
+fn spread(count: usize) -> impl Iterator<Item = usize> {
+    let bits = count.next_power_of_two().trailing_zeros();
+    let reversed =
+        (0..1_usize << bits).map(move |k| if bits == 0 { 0 } else { k.reverse_bits() >> (usize::BITS - bits) });
+    let half = count.div_ceil(2);
+    reversed.filter(move |&k| k < half).flat_map(move |k| {
+        let mirror = count - 1 - k;
+        std::iter::once(k).chain((mirror != k).then_some(mirror))
+    })
+}
+
+/// Where the species and interactions of a builder stand in its file, by index; empty where they have the same index.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Origins {
+    species: Vec<usize>,
+    interactions: Vec<usize>,
+}
+
+impl Origins {
+    /// The same error at the place in the file.
+    pub(crate) fn located(&self, error: SceneError) -> SceneError {
+        error.moved(|place| place.entry_moved("species", &self.species).entry_moved("interaction", &self.interactions))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_few_are_spread_about_the_middle() {
+        let first = |count: usize| spread(count).collect::<Vec<_>>();
+        assert_eq!(first(1), [0]);
+        assert_eq!(first(2), [0, 1]);
+        assert_eq!(first(3), [0, 2, 1]);
+        assert_eq!(first(8), [0, 7, 2, 5, 1, 6, 3, 4]);
+        for count in 1..=64 {
+            let mut all = first(count);
+            all.sort_unstable();
+            assert_eq!(all, (0..count).collect::<Vec<_>>());
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! Random starts that are too dense for placing one by one: small spheres grow to their size while they move.
+//!
+//! B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990), [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use crate::Vector;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::draft::{Group, InteractionDraft, Listed, Model, PlacedGroup, Region, SpeciesDraft};
+use crate::scene::filling::own_volume;
+use crate::scene::limits::AXES;
+use crate::scene::occupancy::{Contacts, Occupancy};
+use crate::scene::place::Place;
+use crate::scene::placement::{insert, wrapped};
+use crate::scene::random::{Purpose, Random};
+use crate::scene::velocity::maxwell;
+use crate::scene::{Growth, GrowthTarget, Scene, SceneBuilder, SpeciesId};
+use crate::simulation::{Simulation, Until};
+use crate::space::Space;
+
+/// Fractions of a line, a plane and space at which the spheres start to grow: half of where random insertion jams.
+const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
+
+/// Fractions at which random insertion is not even tried: far beyond where it jams in a large box (0.75, 0.55 and 0.38), because
+/// a small box may be lucky.
+const HOPELESS: [f64; 3] = [0.9, 0.65, 0.46];
+
+/// Equal spheres beyond random close packing are crystals, in part at least: 0.64 for large systems, some 0.01 more for some small ones.
+const RANDOM_CLOSE: f64 = 0.66;
+
+/// Speeds of growth of a mean diameter, in thermal speeds. Slower growth jams later, by less and less; still slower, equal spheres would
+/// crystallise.
+const SPEEDS: [f64; 4] = [0.03, 0.01, 0.003, 0.001];
+
+/// Up to this part of the fraction it may be faster: a fluid relaxes as quickly.
+const FLUID: f64 = 0.8;
+
+/// The speed in a fluid.
+const FAST: f64 = 0.1;
+
+/// The compressibility factor of a jammed packing, of which `Z = D / (1 - phi / phi_J)` leaves 0.3 % to its limit.
+const JAMMED: f64 = 1000.0;
+
+/// From this compressibility factor on the limit `phi_J` can be told, to within [`TOLERANCE`].
+const CLOSE: f64 = 60.0;
+
+/// What `Z` of a short time, in spheres that grow, leaves uncertain about the limit.
+const TOLERANCE: f64 = 1.01;
+
+/// Slower growth raises the fraction at which a packing jams by less than this part.
+const GAIN: f64 = 0.06;
+
+/// Events for each particle between two looks at temperature and pressure.
+const STRETCH: u64 = 5;
+
+/// Stretches of one growth, at most: many more than the slowest takes to [`JAMMED`].
+const MOST_STRETCHES: u64 = 20_000;
+
+/// Growth goes so much too far that rounding leaves no overlap: the rounding of a coordinate in a box of 10^5 diameters.
+const BEYOND: f64 = 1.0 + 1e-10;
+
+/// Attempts to find a loose start, each with half of the diameters: where unlike spheres keep a larger distance than like ones.
+const LOOSER: usize = 6;
+
+/// The particles of a fill that has a periodic box for itself.
+pub(crate) struct Dense<'a> {
+    pub kinds: &'a [SpeciesId],
+    pub contacts: &'a Contacts,
+    pub space: &'a Space,
+    pub seed: u64,
+    /// Index of the group.
+    pub group: usize,
+    /// What the particles fill of the box, by the diameters of their species.
+    pub packing_fraction: f64,
+}
+
+impl Dense<'_> {
+    /// The fraction of the box that the cores fill.
+    fn core_fraction(&self) -> f64 {
+        let core = |kind: &SpeciesId| self.contacts.get(kind.0 as usize, kind.0 as usize);
+        let volumes = self.kinds.iter().map(|kind| own_volume(core(kind), self.space.dimensions()));
+        volumes.sum::<f64>() / self.space.volume()
+    }
+
+    fn of_dimensions(&self, values: [f64; 3]) -> f64 {
+        values[self.space.dimensions().clamp(1, 3) - 1]
+    }
+
+    /// Whether placing one by one has no chance.
+    pub(crate) fn is_too_dense_to_insert(&self) -> bool {
+        self.core_fraction() > self.of_dimensions(HOPELESS)
+    }
+
+    /// Places where no two cores overlap.
+    ///
+    /// # Errors
+    /// [`SceneErrorKind::Jammed`] where spheres of this size find none.
+    pub(crate) fn positions(&self) -> Result<Vec<Vector>, SceneErrorKind> {
+        self.check_room()?;
+        let is_equal = self.kinds.iter().all(|kind| Some(kind) == self.kinds.first());
+        let fraction = self.core_fraction();
+        if is_equal && self.space.dimensions() == 3 && fraction > RANDOM_CLOSE {
+            return Err(self.jammed(self.packing_fraction / fraction * RANDOM_CLOSE));
+        }
+        let (start, factor) = self.loose()?;
+        let mut densest = 0.0_f64;
+        for speed in SPEEDS {
+            match self.grown(&start, factor, speed) {
+                Ok(positions) => return Ok(positions),
+                Err(part) => densest = densest.max(part),
+            }
+            if densest * (1.0 + GAIN) < 1.0 {
+                break;
+            }
+        }
+        Err(self.jammed(self.packing_fraction * densest.min(1.0)))
+    }
+
+    fn jammed(&self, reached: f64) -> SceneErrorKind {
+        SceneErrorKind::Jammed { wanted: self.packing_fraction, reached }
+    }
+
+    /// Refuses a periodic axis on which a pair would meet twice.
+    fn check_room(&self) -> Result<(), SceneErrorKind> {
+        let range = self.contacts.largest();
+        let periods = self.space.periods();
+        match (0..3).find(|&k| periods[k] < 2.0 * range) {
+            None => Ok(()),
+            Some(k) => Err(SceneErrorKind::SmallBox { axis: AXES[k], size: periods[k], range, needed: 2.0 * range }),
+        }
+    }
+
+    /// A scene of hard spheres that are smaller by a factor, with a temperature of 1.
+    fn loose(&self) -> Result<(Scene, f64), SceneErrorKind> {
+        let mut random = Random::new(self.seed, Purpose::Growth, self.group);
+        let region = Region { lower: self.space.lower, upper: self.space.upper() };
+        let share = self.of_dimensions(LOOSE) / self.core_fraction();
+        let largest = libm::pow(share, 1.0 / self.space.dimensions() as f64).min(FRAC_1_SQRT_2);
+        let mut tried = None;
+        for halvings in 0..LOOSER {
+            let factor = largest * 0.5_f64.powi(halvings as i32);
+            let contacts = self.contacts.scaled(factor);
+            let mut occupancy = Occupancy::new(self.space, &contacts, self.kinds.len());
+            // In a periodic box the radius does not matter.
+            let sizes = self.kinds.iter().map(|kind| (0.0, kind.0));
+            match insert(sizes, &region, self.space, &mut occupancy, &mut random) {
+                Ok(positions) => return Ok((self.scene(&positions, &contacts, &mut random)?, factor)),
+                Err(kind) => tried = Some(kind),
+            }
+        }
+        Err(tried.unwrap_or_else(|| self.jammed(0.0)))
+    }
+
+    fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, SceneErrorKind> {
+        let mut used: Vec<u32> = self.kinds.iter().map(|kind| kind.0).collect();
+        used.sort_unstable();
+        used.dedup();
+        let mut scene = SceneBuilder::new("growth").space(self.space.clone());
+        for &a in &used {
+            let reach = used.iter().map(|&b| contacts.get(a as usize, b as usize)).fold(0.0, f64::max);
+            let diameter = if reach > 0.0 { reach } else { contacts.largest() };
+            scene.species.push(SpeciesDraft { name: a.to_string(), mass: Some(1.0), diameter, acceleration: None });
+            for &b in used.iter().filter(|&&b| b <= a) {
+                let contact = contacts.get(a as usize, b as usize);
+                let is_hard = contact > 0.0;
+                scene.interactions.push(InteractionDraft {
+                    name: None,
+                    species: Some([a.to_string(), b.to_string()]),
+                    model: if is_hard { Model::HardSphere } else { Model::None },
+                    diameter: is_hard.then_some(contact),
+                    restitution: 1.0,
+                });
+            }
+        }
+        let listed = |(kind, position): (&SpeciesId, &Vector)| Listed {
+            species: kind.0.to_string(),
+            position: *position,
+            velocity: Vector::zeros(),
+        };
+        let group = Group::Listed(self.kinds.iter().zip(positions).map(listed).collect());
+        scene.groups.push(PlacedGroup { place: Place::root(), group });
+        let mut scene = scene.build().map_err(SceneError::into_kind)?;
+        let Scene { particles, species, space, .. } = &mut scene;
+        maxwell(particles, species, space, 1.0, random);
+        Ok(scene)
+    }
+
+    /// Lets the spheres of a scene grow to full size. Otherwise, the part of the fraction at which they jam.
+    fn grown(&self, start: &Scene, factor: f64, speed: f64) -> Result<Vec<Vector>, f64> {
+        let mut simulation = Simulation::new(start.clone());
+        let half_way = libm::pow(FLUID, 1.0 / self.space.dimensions() as f64);
+        self.grow_to(half_way, FAST.max(speed), factor, &mut simulation)?;
+        simulation.end_growth();
+        self.grow_to(BEYOND, speed, factor, &mut simulation)?;
+        let positions = simulation.snapshot().positions;
+        Ok(positions.into_iter().map(|position| wrapped(position, self.space)).collect())
+    }
+
+    /// Lets spheres that started with `factor` times their full diameters grow to `size` times them.
+    fn grow_to(&self, size: f64, speed: f64, factor: f64, simulation: &mut Simulation) -> Result<(), f64> {
+        let Scene { particles, species, .. } = simulation.scene();
+        let count = particles.len() as u64;
+        let diameters = particles.iter().map(|particle| species[particle.species.0 as usize].diameter);
+        let (rate, largest) = (speed * count as f64 / diameters.sum::<f64>(), size / (factor * simulation.scale()));
+        let end = simulation.time() + (largest - 1.0) / rate;
+        let dimensions = self.space.dimensions() as f64;
+        let degrees = dimensions * count.saturating_sub(1).max(1) as f64;
+        simulation.grow(&Growth { rate, until: GrowthTarget::PackingFraction(1.0) }, largest);
+        let part = |simulation: &Simulation| libm::pow(factor * simulation.scale(), dimensions);
+        for _ in 0..MOST_STRETCHES {
+            let (time, before) = (simulation.time(), *simulation.tally());
+            let until = Until { time: end, events: before.physical() + STRETCH * count };
+            if simulation.advance(until).is_err() {
+                break;
+            }
+            if simulation.time() >= end {
+                return Ok(());
+            }
+            let temperature = 2.0 * simulation.energy().kinetic / degrees;
+            let exchanged = (simulation.tally().virial - before.virial) / (degrees * 0.5 * (1.0 + temperature));
+            let factor = 1.0 + exchanged / (simulation.time() - time);
+            let jams_at = part(simulation) / (1.0 - dimensions / factor);
+            if factor > JAMMED || (factor > CLOSE && jams_at * TOLERANCE < 1.0) {
+                return Err(jams_at);
+            }
+            simulation.scale_velocities((1.0 / temperature).sqrt(), &crate::Vector::zeros());
+        }
+        Err(part(simulation))
+    }
+}

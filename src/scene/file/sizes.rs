@@ -1,0 +1,73 @@
+//! `diameter` of a species: a number or a distribution.
+
+use std::fmt;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+
+/// `1.0`, or `{ distribution = "lognormal", mean = 1.0, deviation = 0.1 }`
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum DiameterFile {
+    Number(#[schemars(extend("exclusiveMinimum" = 0))] f64),
+    Distribution(DistributionFile),
+}
+
+/// A distribution of diameters; the keys depend on its kind.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DistributionFile {
+    /// Its kind.
+    #[schemars(extend("enum" = ["uniform", "gaussian", "lognormal", "list"]))]
+    pub distribution: String,
+    /// The smallest diameter, of a uniform distribution `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub lower: Option<f64>,
+    /// The largest one `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub upper: Option<f64>,
+    /// Mean diameter `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub mean: Option<f64>,
+    /// Standard deviation of the diameters `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub deviation: Option<f64>,
+    /// The diameters of a list `[length]`.
+    pub diameters: Option<Vec<f64>>,
+    /// Their shares, which need not add up to one; equal if not given.
+    pub shares: Option<Vec<f64>>,
+    /// Number of species that stand for the distribution; 16 if not given.
+    pub classes: Option<u64>,
+}
+
+impl<'de> Deserialize<'de> for DiameterFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct NumberOrDistribution;
+        impl<'de> Visitor<'de> for NumberOrDistribution {
+            type Value = DiameterFile;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number or { distribution = ..., ... }")
+            }
+
+            fn visit_f64<E: Error>(self, number: f64) -> Result<DiameterFile, E> {
+                Ok(DiameterFile::Number(number))
+            }
+
+            fn visit_i64<E: Error>(self, number: i64) -> Result<DiameterFile, E> {
+                Ok(DiameterFile::Number(number as f64))
+            }
+
+            fn visit_u64<E: Error>(self, number: u64) -> Result<DiameterFile, E> {
+                Ok(DiameterFile::Number(number as f64))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<DiameterFile, A::Error> {
+                DistributionFile::deserialize(MapAccessDeserializer::new(map)).map(DiameterFile::Distribution)
+            }
+        }
+        deserializer.deserialize_any(NumberOrDistribution)
+    }
+}

@@ -1,0 +1,186 @@
+//! Random starts that are too dense for placing one by one.
+
+use carom::Vector;
+use carom::measure::bond_order::per_particle;
+use carom::measure::{Sample, Subject};
+use carom::potential::Potential;
+use carom::scene::{Amount, Arrangement, Fill, Lattice, Scene, SceneBuilder, SceneError, SceneErrorKind};
+use carom::space::Boundary;
+
+fn hard(diameter: f64) -> Potential {
+    Potential::hard_sphere(diameter).unwrap()
+}
+
+fn equal(count: u64, fraction: f64, arrangement: impl Into<Arrangement>) -> SceneBuilder {
+    SceneBuilder::new("equal").species("A", 1.0, 1.0).interaction("A", "A", hard(1.0), 1.0).fill(
+        arrangement,
+        "A",
+        count,
+        Amount::PackingFraction(fraction),
+    )
+}
+
+/// Diameters 1 and 1.4, half of each.
+fn mixture(count: u64, fraction: f64) -> SceneBuilder {
+    let fill = Fill {
+        composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
+        ..Fill::new(Arrangement::Random, "A").count(count).amount(Amount::PackingFraction(fraction))
+    };
+    SceneBuilder::new("mixture")
+        .species("A", 1.0, 1.0)
+        .species("B", 2.0, 1.4)
+        .interaction("A", "A", hard(1.0), 1.0)
+        .interaction("A", "B", hard(1.2), 1.0)
+        .interaction("B", "B", hard(1.4), 1.0)
+        .add_fill(fill)
+}
+
+const DISKS: [Boundary; 3] = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
+
+/// The smallest distance of any two particles, in contact distances, over all pairs.
+fn closest(scene: &Scene) -> f64 {
+    let size = scene.space.size;
+    let mut closest = f64::INFINITY;
+    for (i, a) in scene.particles.iter().enumerate() {
+        for b in &scene.particles[..i] {
+            let mut apart: Vector = a.position - b.position;
+            for k in (0..3).filter(|&k| size[k] > 0.0) {
+                apart[k] -= size[k] * (apart[k] / size[k]).round();
+            }
+            let Some(id) = scene.interaction_of(a.species, b.species) else { continue };
+            let Some(core) = scene.interactions[id.0 as usize].potential.core() else { continue };
+            closest = closest.min(apart.norm() / core);
+        }
+    }
+    closest
+}
+
+/// Nothing overlaps, the density is the one asked for, and everything is in the box.
+fn assert_valid(scene: &Scene, fraction: f64) {
+    assert!(closest(scene) >= 1.0, "{}", closest(scene));
+    // Of sums of a thousand terms.
+    assert!((scene.packing_fraction() / fraction - 1.0).abs() < 1e-12, "{}", scene.packing_fraction());
+    let (lower, upper) = (scene.space.lower, scene.space.upper());
+    for particle in &scene.particles {
+        let position = particle.position;
+        assert!((0..3).all(|k| position[k] >= lower[k] && (position[k] < upper[k] || lower[k] == upper[k])));
+    }
+}
+
+fn mean_q6(scene: &Scene) -> f64 {
+    let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
+    let images = vec![[0; 3]; positions.len()];
+    let sample = Sample { time: 0.0, positions: &positions, velocities: &positions, images: &images };
+    let values = per_particle(&Subject::of(scene), &sample, 1.4, 6);
+    values.iter().map(|&value| f64::from(value)).sum::<f64>() / values.len() as f64
+}
+
+/// Number of pairs by distance relative to the one of as many points at random, for distances from 3 to 4 diameters in ten bins.
+fn far_pairs(scene: &Scene) -> [f64; 10] {
+    let (size, count) = (scene.space.size, scene.particles.len() as f64);
+    let mut bins = [0.0; 10];
+    for (i, a) in scene.particles.iter().enumerate() {
+        for b in &scene.particles[..i] {
+            let apart = (a.position - b.position).zip_map(&size, |x, period| x - period * (x / period).round());
+            let bin = (apart.norm() - 3.0) * 10.0;
+            if (0.0..10.0).contains(&bin) {
+                bins[bin as usize] += 1.0;
+            }
+        }
+    }
+    let pairs = 0.5 * count * (count - 1.0) / scene.space.volume();
+    std::array::from_fn(|bin| {
+        let (inner, outer) = (3.0 + 0.1 * bin as f64, 3.1 + 0.1 * bin as f64);
+        bins[bin] / (pairs * 4.0 / 3.0 * std::f64::consts::PI * (outer.powi(3) - inner.powi(3)))
+    })
+}
+
+#[test]
+fn equal_spheres_start_dense_and_disordered() {
+    let scene = equal(1000, 0.62, Arrangement::Random).temperature(1.0).build().unwrap();
+    assert_valid(&scene, 0.62);
+    // 0.575 on the lattice, about 0.4 in a random packing, which has some 13 neighbours up to 1.4 diameters.
+    let lattice = equal(864, 0.62, Lattice::FaceCentredCubic).build().unwrap();
+    assert!((mean_q6(&lattice) - 0.575).abs() < 0.001, "{}", mean_q6(&lattice));
+    assert!(mean_q6(&scene) < 0.45, "{}", mean_q6(&scene));
+    // A lattice has shells with nothing between them.
+    let shells = far_pairs(&lattice);
+    assert!(shells.contains(&0.0) && shells.iter().any(|&value| value > 2.0), "{shells:?}");
+    let fluid = far_pairs(&scene);
+    assert!(fluid.iter().all(|value| (0.8..1.25).contains(value)), "{fluid:?}");
+    let momentum: Vector = scene.particles.iter().map(|particle| particle.velocity).sum();
+    assert!(momentum.norm() < 1e-11);
+}
+
+#[test]
+fn a_dense_start_follows_from_the_seed() {
+    let scene = |seed| mixture(200, 0.6).seed(seed).build().unwrap().particles;
+    assert_eq!(scene(1), scene(1));
+    let (one, two) = (scene(1), scene(2));
+    assert!(one.iter().zip(&two).all(|(a, b)| a.position != b.position));
+}
+
+#[test]
+fn mixtures_and_disks_start_dense() {
+    assert_valid(&mixture(500, 0.62).build().unwrap(), 0.62);
+    let disks = mixture(500, 0.7).boundary(DISKS).build().unwrap();
+    assert_valid(&disks, 0.7);
+    assert!(disks.particles.iter().all(|particle| particle.position.z == 0.0));
+    let rods = [Boundary::Periodic, Boundary::Flat, Boundary::Flat];
+    assert_valid(&mixture(100, 0.9).boundary(rods).build().unwrap(), 0.9);
+}
+
+#[test]
+fn only_cores_count() {
+    // Cores of half the diameter, in wells: 8 times more dense by diameters than by cores, and unlike spheres keep a larger distance.
+    let well = |core| Potential::square_well(core, 1.5, 1.0).unwrap();
+    let fill = Fill {
+        composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
+        ..Fill::new(Arrangement::Random, "A").count(500).amount(Amount::NumberDensity(0.8))
+    };
+    let scene = SceneBuilder::new("wells")
+        .species("A", 1.0, 1.0)
+        .species("B", 1.0, 1.0)
+        .interaction("A", "A", well(0.8), 1.0)
+        .interaction("A", "B", well(1.05), 1.0)
+        .interaction("B", "B", Potential::penetrable(1.0, 2.0).unwrap(), 1.0)
+        .add_fill(fill)
+        .build()
+        .unwrap();
+    assert!(closest(&scene) >= 1.0);
+}
+
+fn reached(result: Result<Scene, SceneError>) -> f64 {
+    let error = result.unwrap_err();
+    assert_eq!(error.place().to_string(), "fill[0]");
+    match error.kind() {
+        SceneErrorKind::Jammed { reached, .. } => *reached,
+        _ => panic!("{error}"),
+    }
+}
+
+#[test]
+fn what_no_random_packing_reaches_is_refused() {
+    // Beyond random close packing, refused at once.
+    assert_eq!(reached(equal(1000, 0.70, Arrangement::Random).build()), 0.66);
+    // Random close packing of a mixture 1 : 1.4 is at about 0.645, of disks at 0.84.
+    let fraction = reached(mixture(200, 0.9).build());
+    assert!((0.60..0.67).contains(&fraction), "{fraction}");
+    let fraction = reached(mixture(200, 0.95).boundary(DISKS).build());
+    assert!((0.80..0.87).contains(&fraction), "{fraction}");
+}
+
+#[test]
+fn with_walls_or_company_particles_are_placed_one_by_one() {
+    let walls = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
+    let refused = |scene: SceneBuilder| {
+        let error = scene.build().unwrap_err();
+        assert!(matches!(error.kind(), SceneErrorKind::NoRoom { .. }), "{error}");
+        let help = miette::Diagnostic::help(&error).unwrap().to_string();
+        assert!(help.contains("need a fully periodic box with one fill"), "{help}");
+    };
+    refused(equal(100, 0.5, Arrangement::Random).boundary(walls));
+    refused(equal(100, 0.5, Arrangement::Random).particle("A", Vector::zeros(), Vector::zeros()));
+    // Where they find room they keep the start that they always had.
+    assert!(equal(100, 0.3, Arrangement::Random).boundary(walls).build().is_ok());
+}
