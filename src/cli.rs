@@ -11,6 +11,7 @@ mod run;
 mod schema;
 mod signals;
 mod table;
+mod validate;
 mod verify;
 
 use std::io::{self, Write};
@@ -30,6 +31,7 @@ Examples:
   carom run fluid.toml --until-events 1e5   shorter
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom verify runs/fluid                   proves the first events of that run
+  carom validate                            measures what is known from theory and other simulations, in a minute
   carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
   carom schema > scene.schema.json          what a scene can contain, for editors
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
@@ -37,7 +39,7 @@ Examples:
 
 Exit codes:
   0  done
-  1  the simulation failed, its own audit or its proof did, or it was interrupted
+  1  the simulation failed, its own audit, its proof or a comparison did, or it was interrupted
   2  bad input";
 
 /// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and meshes.
@@ -56,6 +58,8 @@ enum Command {
     Check(check::Check),
     /// Proves that a stretch of a run missed, invented and misplaced no event
     Verify(verify::Verify),
+    /// Measures pressures, rates and motions that are known, and compares
+    Validate(validate::Validate),
     /// Draws a frame of a run as a PNG
     Picture(picture::Picture),
     /// Writes a trajectory in the format of another program: LAMMPS, GSD, VTK, NumPy, CSV
@@ -133,6 +137,7 @@ pub fn main() -> ExitCode {
         Command::Run(run) => run.execute(),
         Command::Check(check) => check.execute(),
         Command::Verify(verify) => verify.execute(),
+        Command::Validate(validate) => validate.execute(),
         Command::Picture(picture) => picture.execute(),
         Command::Convert(convert) => convert.execute(),
         Command::Report(report) => report.execute(),

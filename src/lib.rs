@@ -48,6 +48,7 @@
 //! | The paper, word for word, for checking | [`mod@reference`] | Algorithm 1 |
 //! | What is measured, and how well did it go? | [`observe`], [`statistics`], [`audit`] | |
 //! | What is known from theory and other simulations? | [`published`] | |
+//! | Does what is measured agree with it? | [`validate`] | |
 //! | Is a run right, event by event? | [`mod@verify`] | Algorithm 1 |
 //! | What does a scene ask to be measured? | [`measure`] | |
 //! | A whole run, its files, its picture, its page | [`run`], [`output`], [`picture`], [`report`] | figure 6 |
@@ -91,6 +92,7 @@ pub mod scene;
 pub mod simulation;
 pub mod space;
 pub mod statistics;
+pub mod validate;
 pub mod verify;
 
 /// A vector in space; the components along flat axes are exactly zero.

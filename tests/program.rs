@@ -226,6 +226,8 @@ fn bad_input_is_told_before_anything_is_written() {
         (vec!["verify", "empty"], "no scene.toml"),
         (vec!["verify", "scene.toml", "--events", "0"], "at least 1"),
         (vec!["verify", "scene.toml", "-q", "--from-events", "1e5"], "only 4500 events"),
+        (vec!["validate", "soup"], "validate --list"),
+        (vec!["validate", "--seed", "-1"], "-1"),
         (vec!["picture", "missing"], "missing"),
         (vec!["picture", ".", "--size", "10"], "WIDTH"),
         (vec!["report", "missing"], "not the folder of a run"),
@@ -436,7 +438,20 @@ fn whoever_reads_only_the_first_line_causes_no_error() {
 
 #[test]
 fn every_kind_of_new_scene_is_valid() {
-    let kinds = ["fluid", "well", "lennard-jones", "hopper", "pendulum", "polymer", "granular", "ball"];
+    let kinds = [
+        "fluid",
+        "equation-of-state",
+        "well",
+        "well-law",
+        "lennard-jones",
+        "hopper",
+        "pendulum",
+        "polymer",
+        "granular",
+        "shear",
+        "packing",
+        "ball",
+    ];
     let place = Place::with(FLUID);
     for kind in kinds {
         let text = words(&place.carom(&["new", kind]));
@@ -446,6 +461,19 @@ fn every_kind_of_new_scene_is_valid() {
         assert_eq!(code(&output), 0, "{kind}: {}", errors(&output));
         assert!(words(&output).contains("The scene is valid.\n"), "{kind}: {}", words(&output));
     }
+}
+
+#[test]
+fn validate_lists_what_it_measures_and_prints_a_table() {
+    let place = Place::with(FLUID);
+    let list = words(&place.carom(&["validate", "--list"]));
+    assert!(list.contains("hard_spheres/0.40") && list.contains("diffusion coefficient"), "{list}");
+    let output = place.carom(&["validate", "--brief", "spheres"]);
+    let table = words(&output);
+    assert_eq!(code(&output), 0, "{table}{}", errors(&output));
+    assert!(table.starts_with("quantity") && table.ends_with("PASSED: 10 of 10\n"), "{table}");
+    assert!(table.contains("1.01") && table.contains("mKLM 2019") && !table.contains("FAIL"), "{table}");
+    assert_eq!(words(&place.carom(&["validate", "--brief", "spheres"])), table, "the same seed gives the same table");
 }
 
 #[test]

@@ -16,8 +16,12 @@ pub struct New {
 enum Kind {
     /// Hard spheres in a periodic box
     Fluid,
+    /// Hard spheres with pressure, structure and diffusion measured
+    EquationOfState,
     /// A square-well fluid
     Well,
+    /// A square-well fluid in a heat bath, with its events counted by kind
+    WellLaw,
     /// A Lennard-Jones liquid in steps
     LennardJones,
     /// Grains that run out of a hopper of mesh spheres
@@ -28,6 +32,10 @@ enum Kind {
     Polymer,
     /// A granular gas that cools
     Granular,
+    /// A granular gas in steady shear
+    Shear,
+    /// Spheres that grow into a random packing
+    Packing,
     /// A ball that bounces until it rests
     Ball,
 }
@@ -36,12 +44,16 @@ impl Kind {
     fn text(self) -> &'static str {
         match self {
             Self::Fluid => include_str!("../../configs/hard_sphere_fluid.toml"),
+            Self::EquationOfState => include_str!("../../configs/equation_of_state.toml"),
+            Self::WellLaw => include_str!("../../configs/square_well_law.toml"),
             Self::Well => include_str!("../../configs/square_well_fluid.toml"),
             Self::LennardJones => include_str!("../../configs/stepped_lennard_jones.toml"),
             Self::Hopper => include_str!("../../configs/hopper.toml"),
             Self::Pendulum => include_str!("../../configs/pendulum.toml"),
             Self::Polymer => include_str!("../../configs/polymer.toml"),
             Self::Granular => include_str!("../../configs/granular_cooling.toml"),
+            Self::Shear => include_str!("../../configs/sheared_granular_gas.toml"),
+            Self::Packing => include_str!("../../configs/random_packing.toml"),
             Self::Ball => include_str!("../../configs/bouncing_ball.toml"),
         }
     }

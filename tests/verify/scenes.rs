@@ -19,6 +19,7 @@ fn every_scene_of_configs_is_proven() {
     for (name, events) in [
         ("bouncing_ball", 500),
         ("elastic_spheres_1d", 1000),
+        ("equation_of_state", 1000),
         ("granular_cooling", 1000),
         ("hard_sphere_fluid", 1000),
         ("hopper", 1000),

@@ -1,0 +1,61 @@
+//! Hard rods on a ring, whose every contact is known.
+//!
+//! Equal rods exchange their velocities, as if points went through each other on a ring of length `L - N sigma`. So each two velocities
+//! meet `|v_i - v_j| t / (L - N sigma)` times in a time `t`, rounded up or down, with the impulse `m |v_i - v_j|`: the count is known to
+//! one for each pair, and the mean over any time to the speed of one contact for each.
+
+use super::trial::{Compared, Watch, advance, build};
+use super::{Comparison, Source};
+use crate::potential::Potential;
+use crate::published;
+use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::simulation::Simulation;
+use crate::space::Boundary;
+
+pub(super) const COUNT: u64 = 50;
+/// Contacts: two thousand for each pair of rods.
+const EVENTS: u64 = 500_000;
+/// Contacts between two looks at whether to go on.
+const CHUNK: u64 = 50_000;
+
+pub(super) const QUANTITIES: &[&str] = &["compressibility factor", "contacts"];
+
+const TONKS: Source =
+    Source { short: "exact, Tonks 1936", full: "Tonks, Phys. Rev. 50, 955 (1936): Z = 1 / (1 - rho sigma)" };
+const EXCHANGE: Source = Source {
+    short: "exact",
+    full: "equal rods exchange velocities: each two meet |v_i - v_j| t / (L - N sigma) times, rounded up or down",
+};
+const ROUNDED: &str = "one contact for each pair of rods";
+
+pub(super) fn compare(number_density: f64, seed: u64, watch: Watch<'_>) -> Compared {
+    let scene = SceneBuilder::new("validate")
+        .seed(seed)
+        .boundary([Boundary::Periodic, Boundary::Flat, Boundary::Flat])
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+        .fill(Lattice::Line, "A", COUNT, Amount::NumberDensity(number_density))
+        .temperature(1.0);
+    let mut simulation = Simulation::new(build(&scene)?);
+    let scene = simulation.scene();
+    let free = scene.space.size.x - COUNT as f64;
+    let velocities: Vec<f64> = scene.particles.iter().map(|particle| particle.velocity.x).collect();
+    let pairs = velocities.iter().enumerate().flat_map(|(i, v)| velocities[..i].iter().map(move |w| (v - w).abs()));
+    let (mut speeds, mut number) = (0.0, 0.0);
+    for speed in pairs {
+        speeds += speed;
+        number += 1.0;
+    }
+    for _ in 0..EVENTS / CHUNK {
+        advance(&mut simulation, CHUNK, watch, |_| {})?;
+    }
+    let (time, tally) = (simulation.time(), simulation.tally());
+    // Z = 1 + W / (T (N - 1) t), and T (N - 1) = 2 K on a line, without net momentum.
+    let work = 2.0 * simulation.energy().kinetic * time;
+    Ok(vec![
+        Comparison::exact(QUANTITIES[0], Some(1.0 + tally.virial / work), published::tonks(number_density), TONKS)
+            .allow(speeds / work, ROUNDED),
+        Comparison::exact(QUANTITIES[1], Some(tally.core as f64), speeds * time / free, EXCHANGE)
+            .allow(number, ROUNDED),
+    ])
+}

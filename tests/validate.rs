@@ -1,0 +1,32 @@
+//! The state points of `carom validate`, shortened.
+
+use std::ops::ControlFlow;
+
+use carom::validate::{Comparison, Effort, Point, points};
+
+fn measure(point: &Point, seed: u64) -> Vec<Comparison> {
+    point.measure(seed, &mut || ControlFlow::Continue(())).unwrap_or_else(|fault| panic!("{}: {fault}", point.name))
+}
+
+#[test]
+fn everything_is_as_published() {
+    for point in points(Effort::Brief) {
+        let compared = measure(&point, 1);
+        let names: Vec<&str> = compared.iter().map(|comparison| comparison.quantity).collect();
+        assert_eq!(names, point.quantities, "{}", point.name);
+        for comparison in compared {
+            println!("{}: {comparison:?}", point.name);
+            assert!(comparison.verdict().is_pass(), "{}: {comparison:?}", point.name);
+            // An allowance that hid everything would make the comparison worthless.
+            assert!(comparison.allowance.amount < 0.15 * comparison.published.abs(), "{}: {comparison:?}", point.name);
+        }
+    }
+}
+
+#[test]
+fn what_is_measured_is_a_function_of_the_seed() {
+    for point in points(Effort::Brief).iter().filter(|point| point.name.starts_with("granular_cooling/0.95")) {
+        assert_eq!(measure(point, 7), measure(point, 7));
+        assert_ne!(measure(point, 7), measure(point, 8));
+    }
+}
