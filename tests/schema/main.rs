@@ -295,7 +295,7 @@ fn numbers_that_the_reader_refuses_by_themselves_are_refused() {
             let Err(error) = base.with(path, &text) else { continue };
             let is_by_itself = matches!(error.kind(), SceneErrorKind::Value { .. } | SceneErrorKind::Syntax { .. });
             if is_by_itself {
-                assert_eq!(mistakes(property, &json!(number)).len(), 1, "{path} = {number}: {error}");
+                assert!(!mistakes(property, &json!(number)).is_empty(), "{path} = {number}: {error}");
                 count += 1;
             }
         }
