@@ -7,12 +7,12 @@ use serde_json::{Map, Value, json};
 
 use crate::scene::file::SceneFile;
 
-/// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, its type, range and default,
-/// and the words that it can have.
+/// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, its type, range and
+/// default, and the words that it can have.
 ///
-/// A scene that it refuses has a mistake. One that it accepts may still have one, since it knows nothing of what one part
-/// of a scene demands of another: the last word is that of [`Scene::from_toml`](crate::scene::Scene::from_toml). In JSON,
-/// which has no infinity, an infinite energy is null.
+/// A scene that it refuses has a mistake. One that it accepts may still have one, since it knows nothing of what one
+/// part of a scene demands of another: the last word is that of [`Scene::from_toml`](crate::scene::Scene::from_toml).
+/// In JSON, which has no infinity, an infinite energy is null.
 ///
 /// ```
 /// let schema = carom::scene::schema();
@@ -35,7 +35,8 @@ pub(crate) fn keys_by_kind(key: &str, table: &[(&'static str, &[&'static str])])
     let rule = |&(word, known): &(&'static str, &[&'static str])| {
         let others = table.iter().flat_map(|(_, keys)| *keys).filter(|other| !known.contains(other));
         let misplaced: Map<String, Value> = others.map(|other| ((*other).to_owned(), Value::Bool(false))).collect();
-        json!({ "if": { "properties": { key: { "const": word } }, "required": [key] }, "then": { "properties": misplaced } })
+        let is_it = json!({ "properties": { key: { "const": word } }, "required": [key] });
+        json!({ "if": is_it, "then": { "properties": misplaced } })
     };
     table.iter().map(rule).collect()
 }

@@ -25,7 +25,7 @@ pub(crate) struct Class {
 }
 
 /// The distributions, and the keys that each one takes.
-const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
+pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
     ("uniform", &["lower", "upper", "classes"]),
     ("gaussian", &["mean", "deviation", "classes"]),
     ("lognormal", &["mean", "deviation", "classes"]),

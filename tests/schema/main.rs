@@ -199,6 +199,8 @@ fn the_reader_knows_the_same_words() {
         ("run.thermostat.kind", "'?'"),
         ("stage.0.thermostat.axes", "['?']"),
         ("measure.flow.0.axis", "'?'"),
+        ("output.formats", "['?']"),
+        ("species.0.diameter", "{ distribution = '?' }"),
     ] {
         let error = base.with(key, value).unwrap_err();
         let SceneErrorKind::UnknownWord { known, .. } = error.kind() else { panic!("{key}: {error}") };
@@ -295,7 +297,7 @@ fn numbers_that_the_reader_refuses_by_themselves_are_refused() {
             let Err(error) = base.with(path, &text) else { continue };
             let is_by_itself = matches!(error.kind(), SceneErrorKind::Value { .. } | SceneErrorKind::Syntax { .. });
             if is_by_itself {
-                assert_eq!(mistakes(property, &json!(number)).len(), 1, "{path} = {number}: {error}");
+                assert!(!mistakes(property, &json!(number)).is_empty(), "{path} = {number}: {error}");
                 count += 1;
             }
         }

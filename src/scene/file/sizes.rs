@@ -7,6 +7,9 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
+use crate::scene::schema::{keys_by_kind, words};
+use crate::scene::sizes::DISTRIBUTIONS;
+
 /// `1.0`, or `{ distribution = "lognormal", mean = 1.0, deviation = 0.1 }`
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
@@ -18,9 +21,10 @@ pub(crate) enum DiameterFile {
 /// A distribution of diameters; the keys depend on its kind.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("allOf" = keys_by_kind("distribution", &DISTRIBUTIONS)))]
 pub(crate) struct DistributionFile {
     /// Its kind.
-    #[schemars(extend("enum" = ["uniform", "gaussian", "lognormal", "list"]))]
+    #[schemars(extend("enum" = words(&DISTRIBUTIONS)))]
     pub distribution: String,
     /// The smallest diameter, of a uniform distribution `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
