@@ -1,7 +1,7 @@
 //! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
 
 use crate::potential::Potential;
-use crate::scene::{Interaction, Limit, Scene, Species, SpeciesId};
+use crate::scene::{GrowthTarget, Interaction, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat};
 use crate::simulation::EngineChoice;
 use crate::space::{Boundary, Face};
 use crate::statistics::Estimate;
@@ -163,6 +163,42 @@ pub fn limit(limit: &Limit) -> String {
     }
 }
 
+/// What a stage does: `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor of 1000`.
+#[must_use]
+pub fn stage(stage: &StagePlan) -> String {
+    let mut parts = Vec::new();
+    if let Some(growth) = &stage.growth {
+        let until = match growth.until {
+            GrowthTarget::PackingFraction(fraction) => format!("a packing fraction of {}", digits(fraction)),
+            GrowthTarget::CompressibilityFactor(factor) => format!("a compressibility factor of {}", digits(factor)),
+        };
+        parts.push(format!("diameters grow by {} of those at its start per time, up to {until}", digits(growth.rate)));
+    }
+    parts.extend(stage.thermostat.as_ref().map(thermostat));
+    if stage.limit != Limit::default() {
+        parts.push(limit(&stage.limit));
+    }
+    format!("{}: {}", stage.name, parts.join("; "))
+}
+
+/// What holds a temperature.
+#[must_use]
+pub fn thermostat(thermostat: &Thermostat) -> String {
+    match thermostat {
+        Thermostat::Andersen { temperature, rate, axes } => {
+            let names: String =
+                ["x", "y", "z"].iter().zip(axes).filter(|(_, is_on)| **is_on).map(|(name, _)| *name).collect();
+            let (temperature, rate) = (digits(*temperature), digits(*rate));
+            format!(
+                "each particle gets a velocity of temperature {temperature} along {names} {rate} times per time (Andersen)"
+            )
+        }
+        Thermostat::Rescaling { temperature, interval } => {
+            format!("velocities are scaled to temperature {} every {}", digits(*temperature), digits(*interval))
+        }
+    }
+}
+
 /// Six digits, as many as a reader compares.
 #[must_use]
 pub fn digits(number: f64) -> String {
@@ -202,6 +238,7 @@ pub fn estimate(estimate: &Estimate) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Growth;
 
     #[test]
     fn means_have_the_digits_that_their_errors_leave() {
@@ -211,5 +248,34 @@ mod tests {
         assert_eq!(of(2.0, Some(0.0)), "2 +- 0");
         assert_eq!(of(2.0, None), "2 (too short for an error)");
         assert_eq!(of(1.0, Some(1e-20)), "1 +- 1.0e-20");
+    }
+
+    #[test]
+    fn stages_and_thermostats_say_what_they_do() {
+        let growth = Growth { rate: 0.05, until: GrowthTarget::CompressibilityFactor(1000.0) };
+        let bath = Thermostat::Andersen { temperature: 1.5, rate: 0.25, axes: [true, false, true] };
+        let mut plan = StagePlan {
+            name: "dense".to_owned(),
+            limit: Limit::time(20.0),
+            thermostat: Some(bath),
+            growth: Some(growth),
+        };
+        let text = stage(&plan);
+        for part in [
+            "dense: diameters grow by 0.05",
+            "a compressibility factor of 1000",
+            "temperature 1.5 along xz 0.25 times",
+            "for a time of 20",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+        plan.growth = Some(Growth { until: GrowthTarget::PackingFraction(0.6), ..growth });
+        plan.thermostat = Some(Thermostat::Rescaling { temperature: 2.0, interval: 0.1 });
+        plan.limit = Limit::default();
+        let text = stage(&plan);
+        assert!(
+            text.ends_with("up to a packing fraction of 0.6; velocities are scaled to temperature 2 every 0.1"),
+            "{text}"
+        );
     }
 }

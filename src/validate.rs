@@ -53,7 +53,7 @@ impl Effort {
     fn events(self) -> u64 {
         match self {
             Self::Brief => 200_000,
-            Self::Usual => 2_000_000,
+            Self::Usual => 3_000_000,
             Self::Long => 30_000_000,
         }
     }
@@ -103,11 +103,9 @@ impl Experiment {
             Self::Rods { number_density: rho } => {
                 (format!("hard_rods/{rho:.2}"), format!("rho = {rho:.2}, N = {}", rods::COUNT), rods::QUANTITIES)
             }
-            Self::SquareWell { temperature: t } => (
-                format!("square_well/{t:.1}"),
-                format!("rho = 0.5, T = {t:.1} before melting, N = {n}"),
-                steps::QUANTITIES,
-            ),
+            Self::SquareWell { temperature: t } => {
+                (format!("square_well/{t:.1}"), format!("T = {t:.1} before melting, N = {n}"), steps::QUANTITIES)
+            }
             Self::Cooling { restitution: e } => (
                 format!("granular_cooling/{e:.2}"),
                 format!("e = {e:.2}, phi = 0.10, N = {}", cooling::COUNT),
@@ -145,7 +143,7 @@ pub fn points(effort: Effort) -> Vec<Point> {
     all.extend(disks.iter().map(|&packing_fraction| Experiment::Disks { packing_fraction }));
     all.push(Experiment::Rods { number_density: 0.5 });
     all.extend(wells.iter().map(|&temperature| Experiment::SquareWell { temperature }));
-    all.extend([0.95, 0.90].map(|restitution| Experiment::Cooling { restitution }));
+    all.extend([0.98, 0.95].map(|restitution| Experiment::Cooling { restitution }));
     all.extend([0.5, 0.9].map(|restitution| Experiment::Ball { restitution }));
     all.extend([Experiment::ThreeSpheres, Experiment::Pendulum]);
     all.into_iter().map(|experiment| experiment.point(effort)).collect()

@@ -54,12 +54,21 @@ fn description(scene: &Scene) -> String {
     if let Some(time) = scene.contact_time {
         add(format!("TC model: contacts closer than {time} in time are elastic"));
     }
+    if let Some(rate) = scene.shear_rate {
+        add(format!("sheared along x across y at a rate of {}", digits(rate)));
+    }
     let choice = EngineChoice::new(scene);
     add(format!("engine: {choice}, {}", describe::reasons(scene, choice)));
+    for stage in &scene.run.stages {
+        add(format!("stage {}", describe::stage(stage)));
+    }
     if scene.run.equilibration != Limit::default() {
         add(format!("equilibrates {}", describe::limit(&scene.run.equilibration)));
     }
     add(format!("measures {}", describe::limit(&scene.run.limit)));
+    if let Some(thermostat) = &scene.run.thermostat {
+        add(format!("meanwhile {}", describe::thermostat(thermostat)));
+    }
     lines.join("\n") + "\n"
 }
 

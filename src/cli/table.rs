@@ -69,7 +69,7 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     );
     let limits = &audit.limits;
     let drift = audit.momentum_drift.map_or_else(
-        || "not conserved: something acts from outside".to_owned(),
+        || "not conserved: walls, gravity, static particles, kicks or shear".to_owned(),
         |drift| format!("drifted by {}, relative; the limit is {:.1e}", tiny(drift), limits.momentum),
     );
     lines.pair("momentum", &drift);

@@ -86,7 +86,7 @@ impl Validate {
 }
 
 fn list(points: &[Point]) -> String {
-    let line = |point: &Point| format!("{:<24}{:<40}{}\n", point.name, point.state, point.quantities.join(", "));
+    let line = |point: &Point| format!("{:<24}{:<36}{}\n", point.name, point.state, point.quantities.join(", "));
     points.iter().map(line).collect()
 }
 

@@ -11,6 +11,7 @@ use super::plan;
 use super::quantity::{Curve, Measured, Number, Series, Variable};
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
+use crate::describe::digits;
 use crate::space::Boundary;
 use crate::statistics::CurveAverage;
 use harmonics::Harmonics;
@@ -135,7 +136,7 @@ impl Instrument for BondOrder {
             2 => ("psi", "|mean of exp(i l phi)|"),
             _ => return,
         };
-        let neighbours = format!("neighbours closer than {}", self.cutoff);
+        let neighbours = format!("neighbours closer than {}", digits(self.cutoff));
         let number = |name: String, title: String, element: usize, method: String| {
             let estimate = self.curve.estimate(element);
             Number {

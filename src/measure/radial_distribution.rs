@@ -9,6 +9,7 @@ use super::plan;
 use super::quantity::{Curve, Measured, Number, Series, Variable};
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
+use crate::describe::digits;
 use crate::space::Boundary;
 use crate::statistics::CurveAverage;
 use contact::CONTACT_BINS;
@@ -203,7 +204,7 @@ impl RadialDistribution {
         format!(
             "g(r) = n(r) / n_ideal(r): pairs in a bin of {} over the number that is expected without correlations, {room}; \
              N (N - 1) / 2 pairs of one species, N_A N_B of two",
-            self.cutoff / self.bins as f64
+            digits(self.cutoff / self.bins as f64)
         )
     }
 
@@ -219,9 +220,10 @@ impl RadialDistribution {
             mean: estimate.map(|estimate| estimate.mean),
             standard_error: estimate.and_then(|estimate| estimate.standard_error),
             method: format!(
-                "ln g(r) at r = {core}, from a quadratic fit over at most the {CONTACT_BINS} bins up to {}, as far as g(r) is \
+                "ln g(r) at r = {}, from a quadratic fit over at most the {CONTACT_BINS} bins up to {}, as far as g(r) is \
                  above half of its first values",
-                contact::end(core)
+                digits(core),
+                digits(contact::end(core))
             ),
         })
     }

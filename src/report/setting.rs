@@ -57,6 +57,15 @@ fn of_scene(list: &mut Pairs, scene: &Scene) {
         let what = "contacts of a particle that had another one less than this time before are elastic (TC model)";
         list.text("contact time", &format!("{}: {what}", number(&digits(time))));
     }
+    if let Some(rate) = scene.shear_rate {
+        list.text("shear rate", &format!("{} [1 / time], along x across y", number(&digits(rate))));
+    }
+    if !scene.run.stages.is_empty() {
+        list.items("stages before", &scene.run.stages.iter().map(describe::stage).collect::<Vec<_>>());
+    }
+    if let Some(thermostat) = &scene.run.thermostat {
+        list.text("thermostat", &describe::thermostat(thermostat));
+    }
     if !scene.meshes.is_empty() {
         let names: Vec<&str> = scene.meshes.iter().map(|mesh| mesh.name.as_str()).collect();
         list.text("meshes", &names.join(", "));

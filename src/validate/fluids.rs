@@ -16,7 +16,7 @@ const MKLM: Source = Source {
     full: "equation of state of Pieprzyk, Bannerman, Branka, Chudak and Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019)",
 };
 const CONTACTS: Source = Source {
-    short: "exact, with mKLM",
+    short: "exact given mKLM",
     full: "kinetic theory, exact in equilibrium given Z: G = 6 (Z - 1) / sqrt(pi), g(sigma) = (Z - 1) / (4 phi) for spheres",
 };
 const SPEEDY_FLUID: Source =
@@ -29,7 +29,7 @@ const HENDERSON: Source = Source {
 };
 
 const YEH_HUMMER: &str =
-    "size of the box, by Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004), with Enskog's viscosity";
+    "size of the box, here and in the fitted simulations, by Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
 const CRYSTAL_MODES: &str = "first order in 1/N: the crystal as a whole is at rest";
 
 pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
@@ -91,6 +91,7 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     );
     if has_diffusion {
         let theory = HardSphereFluid::reduced(packing_fraction);
+        // With Enskog's viscosity. The fit is one to simulations in boxes, too, so that the sign is not known.
         let edge = (count as f64 / theory.number_density()).cbrt();
         let slower = published::finite_size_of_diffusion(1.0, theory.shear_viscosity(), edge);
         let measured = number(&finished.measured, "diffusion_coefficient");

@@ -23,7 +23,7 @@ pub(super) const QUANTITIES: &[&str] = &["compressibility factor", "contacts"];
 const TONKS: Source =
     Source { short: "exact, Tonks 1936", full: "Tonks, Phys. Rev. 50, 955 (1936): Z = 1 / (1 - rho sigma)" };
 const EXCHANGE: Source = Source {
-    short: "exact",
+    short: "exact, rods",
     full: "equal rods exchange velocities: each two meet |v_i - v_j| t / (L - N sigma) times, rounded up or down",
 };
 const ROUNDED: &str = "one contact for each pair of rods";

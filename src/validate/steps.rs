@@ -17,7 +17,7 @@ const DEPTH: f64 = 1.0;
 pub(super) const QUANTITIES: &[&str] = &["bounces per release", "captures per release"];
 
 const BANNERMAN_LUE: Source = Source {
-    short: "exact",
+    short: "exact, steps",
     full: "Bannerman and Lue, J. Chem. Phys. 133, 124506 (2010): N_bounce / N_release = exp(eps / T) - 1, N_capture = N_release",
 };
 const FIXED_ENERGY: &str = "first order in 1 / (3 N - 3): the energy is fixed, not the temperature";

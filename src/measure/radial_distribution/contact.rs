@@ -25,12 +25,15 @@ pub(super) fn bin(distance: f64, core: f64) -> Option<usize> {
 
 /// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that fits the bins from element `first` on best, each
 /// weighted with the pairs in it. Near a crystal's density `g` falls within a small part of a diameter: the fit ends where `g` is
-/// half of what it was.
+/// half of what it was. Where that is within the first bin, as it is near jamming, the bins say nothing about the contact.
 ///
 /// The error follows from those of the bins and their correlations, by `d ln g = dg / g`.
 pub(super) fn extrapolate(curve: &CurveAverage, ideal: &[f64], first: usize) -> Option<Estimate> {
     let values: Vec<f64> =
         (first..first + CONTACT_BINS).map(|k| curve.estimate(k).map(|e| e.mean)).collect::<Option<_>>()?;
+    if values[1] < 0.5 * values[0] {
+        return None;
+    }
     let half = 0.25 * (values[0] + values[1]);
     let used = values.iter().position(|&value| value < half).unwrap_or(CONTACT_BINS).max(FEWEST_BINS);
     if values[..used].iter().any(|&value| value <= 0.0) {
@@ -69,6 +72,15 @@ mod tests {
             assert!((mean - 3.0).abs() < 1e-9, "{mean}");
             // All bins go up and down together, by a tenth.
             assert!((standard_error.unwrap() - 0.3 / 31.0_f64.sqrt()).abs() < 1e-6, "{standard_error:?}");
+        }
+    }
+
+    #[test]
+    fn what_falls_by_half_within_a_bin_is_not_extrapolated() {
+        for (ratio, is_known) in [(0.501_f64, true), (0.499, false)] {
+            let mut curve = CurveAverage::new(CONTACT_BINS);
+            (0..32).for_each(|_| curve.add_all((0..CONTACT_BINS as i32).map(|k| 100.0 * ratio.powi(k))));
+            assert_eq!(extrapolate(&curve, &[1.0; CONTACT_BINS], 0).is_some(), is_known, "{ratio}");
         }
     }
 
