@@ -31,5 +31,5 @@ mod trial;
 pub use instrument::Instruments;
 pub(crate) use instrument::Setup;
 pub use plan::Plan;
-pub use quantity::{Curve, Measured, Number, Published, Series, Variable};
+pub use quantity::{Curve, Measured, Number, Published, Scalar, Series, Variable};
 pub use subject::{Sample, Subject};

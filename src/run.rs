@@ -33,7 +33,7 @@ use std::convert::Infallible;
 
 use crate::audit::Audit;
 use crate::event::{Event, Tally};
-use crate::measure::Measured;
+use crate::measure::{Measured, Scalar};
 use crate::observe::Row;
 use crate::simulation::{Arrest, Simulation, Snapshot};
 use crate::statistics::Estimate;
@@ -49,11 +49,11 @@ pub trait Recorder {
     /// If it cannot be kept.
     fn row(&mut self, row: &Row) -> Result<(), Self::Error>;
 
-    /// Keeps the positions and velocities of all particles.
+    /// Keeps the positions and velocities of all particles, and what else is measured of each.
     ///
     /// # Errors
     /// If they cannot be kept.
-    fn frame(&mut self, snapshot: &Snapshot) -> Result<(), Self::Error>;
+    fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
     /// Whether every event of the measured stretch is shown to [`Recorder::event`].
     fn has_events(&self) -> bool {
@@ -89,7 +89,7 @@ impl Recorder for () {
         Ok(())
     }
 
-    fn frame(&mut self, _snapshot: &Snapshot) -> Result<(), Infallible> {
+    fn frame(&mut self, _snapshot: &Snapshot, _scalars: Vec<Scalar>) -> Result<(), Infallible> {
         Ok(())
     }
 }

@@ -8,7 +8,7 @@ mod harmonics;
 use super::instrument::{Instrument, Setup};
 use super::near::Near;
 use super::plan;
-use super::quantity::{Curve, Measured, Number, Series, Variable};
+use super::quantity::{Curve, Measured, Number, Scalar, Series, Variable};
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
 use crate::describe::digits;
@@ -31,17 +31,42 @@ const DEGREES: [usize; 2] = [6, 4];
 /// particles that move and are closer than `cutoff` `[length]`; `psi_l` is the mean of `exp(i l phi)`. The cutoff is at most half of
 /// the shortest period. 0 for static particles, for those without neighbours, on a line, and for a degree of 0 or above 8.
 #[must_use]
-pub fn per_particle(subject: &Subject, sample: &Sample<'_>, cutoff: f64, degree: usize) -> Vec<f32> {
+pub fn per_particle(subject: &Subject, sample: &Sample<'_>, cutoff: f64, degree: usize) -> Vec<f64> {
     let mut values = vec![0.0; subject.species.len()];
     if let Some(harmonics) = Harmonics::new(degree, &axes(subject)) {
         let near = near(subject, sample, cutoff);
         near.for_each_particle(|id, separations| {
             let mut sums = vec![0.0; harmonics.count()];
             separations.iter().for_each(|separation| harmonics.add(separation, &mut sums));
-            values[id as usize] = length(&sums, separations.len()).unwrap_or(0.0) as f32;
+            values[id as usize] = length(&sums, separations.len()).unwrap_or(0.0);
         });
     }
     values
+}
+
+/// What a plan asks for of each particle: `q6` and `q4`, or `psi6` and `psi4` in two dimensions; nothing on a line.
+pub(super) fn scalars(plan: &plan::BondOrder, subject: &Subject, sample: &Sample<'_>) -> Vec<Scalar> {
+    let Some(symbol) = symbol(subject) else { return Vec::new() };
+    let cutoff = cutoff(plan, subject);
+    let scalar =
+        |degree| Scalar { name: format!("{symbol}{degree}"), values: per_particle(subject, sample, cutoff, degree) };
+    DEGREES.map(scalar).into()
+}
+
+/// What the bond order is called; `None` on a line, where there is none.
+fn symbol(subject: &Subject) -> Option<&'static str> {
+    match subject.space.dimensions() {
+        3 => Some("q"),
+        2 => Some("psi"),
+        _ => None,
+    }
+}
+
+/// Up to which distance particles are neighbours.
+fn cutoff(plan: &plan::BondOrder, subject: &Subject) -> f64 {
+    let diameters = subject.moving.iter().map(|&id| subject.diameters[subject.species[id as usize] as usize]);
+    let cutoff = plan.cutoff.unwrap_or_else(|| 1.4 * diameters.fold(0.0, f64::max));
+    cutoff.min(Near::largest_range(&subject.space))
 }
 
 fn axes(subject: &Subject) -> Vec<usize> {
@@ -71,8 +96,7 @@ pub(super) struct BondOrder {
 impl BondOrder {
     pub fn new(plan: &plan::BondOrder, setup: &Setup<'_>) -> Self {
         let subject = setup.subject;
-        let diameters = subject.moving.iter().map(|&id| subject.diameters[subject.species[id as usize] as usize]);
-        let cutoff = plan.cutoff.unwrap_or_else(|| 1.4 * diameters.fold(0.0, f64::max));
+        let cutoff = cutoff(plan, subject);
         let bins = plan.bins.unwrap_or(DEFAULT_BINS).clamp(1, MOST_BINS) as usize;
         let count = subject.moving.len() as f64;
         let cube = (0..subject.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
@@ -80,7 +104,7 @@ impl BondOrder {
         let work = count * (100.0 + 30.0 * (count * cube / subject.space.volume()).min(count));
         Self {
             schedule: Schedule::new(setup, plan.interval, work),
-            cutoff: cutoff.min(Near::largest_range(&subject.space)),
+            cutoff,
             bins,
             curve: CurveAverage::new(1 + DEGREES.len() * (2 + bins)),
         }
@@ -131,10 +155,10 @@ impl Instrument for BondOrder {
     }
 
     fn report(&self, subject: &Subject, measured: &mut Measured) {
-        let (symbol, global) = match subject.space.dimensions() {
-            3 => ("q", "sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2) of the mean of Y_lm"),
-            2 => ("psi", "|mean of exp(i l phi)|"),
-            _ => return,
+        let Some(symbol) = symbol(subject) else { return };
+        let global = match symbol {
+            "q" => "sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2) of the mean of Y_lm",
+            _ => "|mean of exp(i l phi)|",
         };
         let neighbours = format!("neighbours closer than {}", digits(self.cutoff));
         let number = |name: String, title: String, element: usize, method: String| {

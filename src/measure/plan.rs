@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::profiles::MOST_CELLS;
 use super::radial_distribution::MOST_BINS;
-use super::{bond_order, chains, radial_distribution};
+use super::{Sample, Scalar, Subject, bond_order, chains, radial_distribution};
 use crate::space::AXES;
 
 /// Everything that is to be measured; nothing by default.
@@ -40,6 +40,11 @@ impl Plan {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// What is asked for of each particle, for the frames of a trajectory.
+    pub(crate) fn scalars(&self, sample: &Sample<'_>, subject: &Subject) -> Vec<Scalar> {
+        self.bond_order.as_ref().map_or(Vec::new(), |plan| bond_order::scalars(plan, subject, sample))
     }
 }
 

@@ -46,6 +46,15 @@ impl Number {
     }
 }
 
+/// A number of each particle at one time, such as its bond order: a column of a trajectory.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scalar {
+    /// Name, unique in its frame, of ASCII letters, digits and underscores: `q6`.
+    pub name: String,
+    /// The values, finite, in the order of the particles.
+    pub values: Vec<f64>,
+}
+
 /// One or more quantities that depend on one variable, or on the coordinates of a grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Curve {

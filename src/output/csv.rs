@@ -1,40 +1,57 @@
 //! A trajectory as one table: a line per particle and frame, for spreadsheets, pandas and R.
 //!
 //! The columns are `frame` (place in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`, `vz` and
-//! `radius`. Numbers have the fewest digits that read back as the same; velocities that the source does not have are
+//! `radius`, then the scalars of the first frame by their names; other frames have empty cells where they have none. Numbers have the fewest digits that read back as the same; velocities that the source does not have are
 //! empty cells. A species name with a comma or a quote is quoted (RFC 4180).
 
 use std::borrow::Cow;
 use std::io::Write;
 
+use super::Frame;
 use super::convert::{Draft, FrameError, Moment, Writer};
 use super::number::Cell;
+use crate::measure::Scalar;
 
-const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius\n";
+const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius";
 
 /// The table while it is written.
 #[derive(Debug)]
 pub(super) struct Table {
     file: Draft,
-    has_header: bool,
+    /// Names of the scalars, once the header is written.
+    scalars: Option<Vec<String>>,
 }
 
 impl Table {
     pub fn new(file: Draft) -> Self {
-        Self { file, has_header: false }
+        Self { file, scalars: None }
+    }
+
+    fn header(&mut self, first: &Frame) -> Result<Vec<String>, FrameError> {
+        self.file.write_all(HEADER.as_bytes())?;
+        for scalar in &first.scalars {
+            write!(self.file, ",{}", scalar.name)?;
+        }
+        self.file.write_all(b"\n")?;
+        Ok(first.scalars.iter().map(|scalar| scalar.name.clone()).collect())
     }
 }
 
 impl Writer for Table {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
         let Moment { index, frame, has_velocities } = *moment;
-        if !self.has_header {
-            self.file.write_all(HEADER.as_bytes())?;
-            self.has_header = true;
+        if self.scalars.is_none() {
+            self.scalars = Some(self.header(frame)?);
         }
+        let columns: Vec<Option<&Scalar>> = self
+            .scalars
+            .iter()
+            .flatten()
+            .map(|name| frame.scalars.iter().find(|scalar| scalar.name == *name))
+            .collect();
         let names: Vec<Cow<str>> = frame.species.iter().map(|species| quoted(&species.name)).collect();
         let time = Cell(Some(frame.time));
-        for particle in &frame.particles {
+        for (place, particle) in frame.particles.iter().enumerate() {
             let name = names.get(particle.species.0 as usize).map_or("", AsRef::as_ref);
             write!(self.file, "{index},{time},{},{name}", particle.id.0)?;
             for &x in &particle.position {
@@ -43,7 +60,11 @@ impl Writer for Table {
             for &v in &particle.velocity {
                 write!(self.file, ",{}", Cell(has_velocities.then_some(v)))?;
             }
-            writeln!(self.file, ",{}", Cell(Some(particle.radius)))?;
+            write!(self.file, ",{}", Cell(Some(particle.radius)))?;
+            for column in &columns {
+                write!(self.file, ",{}", Cell(column.map(|scalar| scalar.values[place])))?;
+            }
+            self.file.write_all(b"\n")?;
         }
         Ok(())
     }

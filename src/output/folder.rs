@@ -18,7 +18,7 @@ use super::summary::Summary;
 use super::thermo::Columns;
 use crate::checkpoint::{Checkpoint, CheckpointError, KeptFile};
 use crate::event::Event;
-use crate::measure::Measured;
+use crate::measure::{Measured, Scalar};
 use crate::observe::Row;
 use crate::run::{Course, Recorder};
 use crate::scene::{Limit, Scene, with_limit};
@@ -229,8 +229,9 @@ impl Recorder for Folder {
         Ok(())
     }
 
-    fn frame(&mut self, snapshot: &Snapshot) -> Result<(), OutputError> {
+    fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
         self.frame.time = snapshot.time;
+        self.frame.scalars = scalars;
         let states = snapshot.positions.iter().zip(&snapshot.velocities);
         let all = self.frame.particles.iter_mut().zip(&self.radii);
         for ((particle, radius), (position, velocity)) in all.zip(states) {

@@ -1,8 +1,51 @@
 //! All particles at one instant.
 
 use crate::Vector;
+use crate::measure::Scalar;
 use crate::scene::{ParticleId, Scene, SpeciesId};
 use crate::space::Boundary;
+
+/// Names that columns, arrays and files of the formats have already.
+const TAKEN: [&str; 38] = [
+    "bonds",
+    "box",
+    "diameter",
+    "element",
+    "frame",
+    "id",
+    "ids",
+    "mass",
+    "masses",
+    "numbers",
+    "periodic",
+    "pos",
+    "position",
+    "positions",
+    "radius",
+    "species",
+    "species_mass",
+    "species_names",
+    "species_static",
+    "static",
+    "symbols",
+    "time",
+    "times",
+    "timevalue",
+    "type",
+    "typeid",
+    "types",
+    "velo",
+    "velocities",
+    "velocity",
+    "vx",
+    "vy",
+    "vz",
+    "x",
+    "xs",
+    "y",
+    "z",
+    "zs",
+];
 
 /// What particles of one kind have in common, as far as an output shows it.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +92,8 @@ pub struct Frame {
     pub particles: Vec<FrameParticle>,
     /// The two ends of each bond.
     pub bonds: Vec<[ParticleId; 2]>,
+    /// What else is known of each particle, in their order.
+    pub scalars: Vec<Scalar>,
 }
 
 impl Frame {
@@ -78,6 +123,7 @@ impl Frame {
                 .collect(),
             particles: (0..).zip(&scene.particles).map(particle).collect(),
             bonds: scene.bonds.iter().map(|bond| bond.pair).collect(),
+            scalars: Vec::new(),
         }
     }
 
@@ -100,6 +146,12 @@ impl Frame {
         let corner = |offset: [f64; 3]| self.lower + Vector::from(offset);
         let extents = [extent(0), extent(1), extent(2)];
         (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
+    }
+
+    /// Whether a scalar can have this name in every format: a word that none of them uses otherwise.
+    pub(super) fn is_name_of_scalar(name: &str) -> bool {
+        let is_word = name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_');
+        !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())
     }
 
     /// Whether a particle never moves; also false where its species is not in the table.

@@ -8,6 +8,7 @@
 //! | `particles/mass` | where the source gives the mass of every species; 0 for static particles, whose mass is infinite |
 //! | `bonds/N`, `types`, `group` | the ends of bonds, as places in the order of ids |
 //! | `log/carom/time` | simulated time, `f64` |
+//! | `log/particles/q6` and such | scalars of the particles, `f64` |
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
 //!
 //! Numbers are `f32` unless said otherwise. Boxes of HOOMD are centred on the origin: a position of the file is one of the run
@@ -94,6 +95,10 @@ impl Trajectory {
             let velocities = singles(particles.iter().flat_map(|particle| particle.velocity.iter()))?;
             self.chunks.write("particles/velocity", Kind::Float, 3, &velocities)?;
         }
+        for scalar in &frame.scalars {
+            let bytes: Vec<u8> = scalar.values.iter().flat_map(|value| value.to_le_bytes()).collect();
+            self.chunks.write(format!("log/particles/{}", scalar.name), Kind::Double, 1, &bytes)?;
+        }
         Ok(())
     }
 
@@ -133,7 +138,12 @@ fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
         return Cow::Borrowed(frame);
     }
     let mut sorted = frame.clone();
-    sorted.particles.sort_by_key(|particle| particle.id);
+    let mut order: Vec<usize> = (0..frame.particles.len()).collect();
+    order.sort_by_key(|&place| frame.particles[place].id);
+    sorted.particles = order.iter().map(|&place| frame.particles[place]).collect();
+    for (scalar, source) in sorted.scalars.iter_mut().zip(&frame.scalars) {
+        scalar.values = order.iter().map(|&place| source.values[place]).collect();
+    }
     Cow::Owned(sorted)
 }
 

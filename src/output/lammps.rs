@@ -20,7 +20,7 @@
 //! `TIMESTEP` is the place of the frame in the trajectory, from 0: there are no steps in time. `TIME` is the simulated time.
 //! Ids are those of every other output and count from 0, types from 1 in the order of the species; `element` is the name of
 //! the species. Velocities that the source does not have are left out. Sides are `p` (periodic) or `f` (anything else). A flat
-//! axis gets the largest diameter, centred on the particles. Numbers have the fewest digits that read back as the same.
+//! axis gets the largest diameter, centred on the particles. Scalars of the particles follow in columns of their own. Numbers have the fewest digits that read back as the same.
 //!
 //! ASE takes only chemical symbols as names, and MDAnalysis (2.11) no dump with `TIME`: for these there are extended XYZ and GSD.
 
@@ -58,7 +58,11 @@ impl Dump {
             write!(file, "\n{} {}", Cell(Some(*lower)), Cell(Some(*upper)))?;
         }
         let velocities = if has_velocities { " vx vy vz" } else { "" };
-        writeln!(file, "\nITEM: ATOMS id type element x y z{velocities} radius")?;
+        write!(file, "\nITEM: ATOMS id type element x y z{velocities} radius")?;
+        for scalar in &frame.scalars {
+            write!(file, " {}", scalar.name)?;
+        }
+        file.write_all(b"\n")?;
         Ok(())
     }
 }
@@ -67,11 +71,12 @@ impl Writer for Dump {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
         self.header(moment)?;
         let Moment { frame, has_velocities, .. } = *moment;
-        for particle in &frame.particles {
+        for (index, particle) in frame.particles.iter().enumerate() {
             let name = frame.species.get(particle.species.0 as usize).map_or("", |species| species.name.as_str());
             write!(self.file, "{} {} {name}", particle.id.0, u64::from(particle.species.0) + 1)?;
             let velocity = if has_velocities { particle.velocity.as_slice() } else { &[] };
-            for &number in particle.position.iter().chain(velocity).chain([&particle.radius]) {
+            let scalars = frame.scalars.iter().map(|scalar| &scalar.values[index]);
+            for &number in particle.position.iter().chain(velocity).chain([&particle.radius]).chain(scalars) {
                 write!(self.file, " {}", Cell(Some(number)))?;
             }
             self.file.write_all(b"\n")?;

@@ -10,6 +10,7 @@
 //! | `species.npy` | N | index into the two below |
 //! | `species_names.npy`, `species_static.npy` | species | name, and whether it never moves |
 //! | `species_mass.npy` | species | infinite for those that never move; no file if one is not known |
+//! | `q6.npy` and such | frames x N | scalars of the particles |
 //! | `bonds.npy` | bonds x 2 | the ids of the ends; no file if there are none |
 //!
 //! Numbers are `f64`, ids and indices `u32`, little-endian. Every frame must have the same particles in the same order.
@@ -22,6 +23,7 @@ use std::path::{Path, PathBuf};
 
 use super::Frame;
 use super::convert::{FrameError, Moment, Writer};
+use crate::measure::Scalar;
 use array::Array;
 
 /// The folder while it is written.
@@ -39,6 +41,7 @@ struct Growing {
     boxes: Array,
     positions: Array,
     velocities: Option<Array>,
+    scalars: Vec<Array>,
 }
 
 impl Arrays {
@@ -68,12 +71,14 @@ impl Arrays {
             let ends = frame.bonds.iter().flatten().flat_map(|id| id.0.to_le_bytes());
             Array::whole(&file("bonds.npy"), "<u4", frame.bonds.len(), &[2], ends)?;
         }
+        let scalars = |scalar: &Scalar| Array::create(&file(&format!("{}.npy", scalar.name)), "<f8", &[all.len()]);
         let vectors = |name: &str| Array::create(&file(name), "<f8", &[all.len(), 3]);
         Ok(Growing {
             times: Array::create(&file("times.npy"), "<f8", &[])?,
             boxes: Array::create(&file("box.npy"), "<f8", &[2, 3])?,
             positions: vectors("positions.npy")?,
             velocities: has_velocities.then(|| vectors("velocities.npy")).transpose()?,
+            scalars: frame.scalars.iter().map(scalars).collect::<Result<_, _>>()?,
             first: frame.clone(),
         })
     }
@@ -86,6 +91,9 @@ impl Growing {
         self.positions.add(frame.particles.iter().flat_map(|p| p.position.iter()).flat_map(|x| x.to_le_bytes()))?;
         if let Some(velocities) = &mut self.velocities {
             velocities.add(frame.particles.iter().flat_map(|p| p.velocity.iter()).flat_map(|v| v.to_le_bytes()))?;
+        }
+        for (array, scalar) in self.scalars.iter_mut().zip(&frame.scalars) {
+            array.add(scalar.values.iter().flat_map(|value| value.to_le_bytes()))?;
         }
         Ok(())
     }
@@ -102,6 +110,7 @@ impl Growing {
             (!is_same(|a, b| a.radius == b.radius), "radii"),
             (first.bonds != frame.bonds, "bonds"),
             (first.periodic != frame.periodic, "periodic axes"),
+            (!first.scalars.iter().map(|s| &s.name).eq(frame.scalars.iter().map(|s| &s.name)), "scalars"),
             (self.velocities.is_some() != has_velocities, "columns, with or without velocities,"),
         ];
         match faults.into_iter().find(|(is_fault, _)| *is_fault) {
@@ -126,8 +135,8 @@ impl Writer for Arrays {
     }
 
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
-        if let Some(Growing { times, boxes, positions, velocities, .. }) = self.growing {
-            for array in [Some(times), Some(boxes), Some(positions), velocities].into_iter().flatten() {
+        if let Some(Growing { times, boxes, positions, velocities, scalars, .. }) = self.growing {
+            for array in [times, boxes, positions].into_iter().chain(velocities).chain(scalars) {
                 array.finish()?;
             }
         }

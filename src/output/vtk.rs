@@ -5,7 +5,7 @@
 //! - `box.vtp`, the edges of the box of the first frame as lines.
 //!
 //! A frame has a point and a vertex per particle, with the arrays `radius`, `velocity` (where the source has it), `species` (an
-//! index), `id` and `static` (1 for what never moves: a mesh, a pivot), and a line per bond. A bond that leaves through
+//! index), `id`, `static` (1 for what never moves: a mesh, a pivot) and what else is known of each, and a line per bond. A bond that leaves through
 //! a periodic side is not drawn: its line would cross the whole box. Fields of the frame: `TimeValue`, `box` (lower and upper
 //! corner), `periodic`, and `species_names`.
 //!
@@ -87,6 +87,9 @@ fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     data.indices("species", all.iter().map(|particle| particle.species.0));
     data.indices("id", all.iter().map(|particle| particle.id.0));
     data.flags("static", all.iter().map(|particle| frame.is_static(particle)));
+    for scalar in &frame.scalars {
+        data.scalars(&scalar.name, scalar.values.iter().copied());
+    }
     let mut ends = bond_ends(frame)?;
     ends.retain(|&ends| !leaves_through_a_side(frame, ends));
     data.lines(&ends);

@@ -22,6 +22,7 @@ class Frame:
     velocities: np.ndarray
     radii: np.ndarray
     bonds: np.ndarray  # pairs of ids
+    scalars: dict  # by name, a number of each particle
 
     @property
     def particle_names(self):
@@ -46,7 +47,9 @@ def read(path):
 
 
 def _frame(comment, rows):
-    assert comment["Properties"] == "type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1", comment["Properties"]
+    columns, *scalars = comment["Properties"].split(":I:1")
+    assert columns == "type:S:1:pos:R:3:velo:R:3:radius:R:1:id", comment["Properties"]
+    scalars = [name for name in scalars[0].split(":") if name not in ("", "R", "1")]
     flags = lambda key, default: np.array([flag == "T" for flag in comment.get(key, default).split()])
     names = comment["species_table"].split()
     numbers = np.array([[float(word) for word in row[1:8]] for row in rows])
@@ -66,5 +69,6 @@ def _frame(comment, rows):
         positions=numbers[:, 0:3],
         velocities=numbers[:, 3:6],
         radii=numbers[:, 6],
+        scalars={name: np.array([float(row[9 + k]) for row in rows]) for k, name in enumerate(scalars)},
         bonds=np.array([pair.split("-") for pair in comment.get("bonds", "").split()], int).reshape(-1, 2),
     )

@@ -18,6 +18,12 @@ def thick(frame):
     return np.where(flat, frame.lower - frame.thickness / 2, frame.lower), np.where(flat, frame.thickness, frame.edges)
 
 
+def same_scalars(column, frame, tolerance=0.0):
+    """What else the file has of each particle."""
+    for name, values in frame.scalars.items():
+        same(name, column(name), values, tolerance)
+
+
 def ovito_frames(path, frames, **options):
     pipeline = import_file(str(path), **options)
     same("number of frames", pipeline.source.num_frames, len(frames))
@@ -39,6 +45,7 @@ def ovito_xyz(path, frames):
         same("box", data.cell[:, 3], frame.lower, ROUNDED)
         same("edges", np.diag(data.cell[:, :3]), thick(frame)[1], ROUNDED)
         same("periodic", data.cell.pbc, frame.periodic)
+        same_scalars(lambda name: data.particles[name][...], frame, ROUNDED)
 
 
 def ovito_lammps(path, frames):
@@ -53,6 +60,7 @@ def ovito_lammps(path, frames):
         # The dump has the upper corner, from which OVITO subtracts the lower one.
         same("edges", np.diag(data.cell[:, :3]), edges, ROUNDED * (1 + np.abs(lower).max() / edges.max()))
         same("periodic", data.cell.pbc, frame.periodic)
+        same_scalars(lambda name: data.particles[name][...], frame, ROUNDED)
 
 
 def ovito_gsd(path, frames):
@@ -64,6 +72,7 @@ def ovito_gsd(path, frames):
         same("velocities", data.particles["Velocity"][...], frame.velocities.astype(np.float32))
         same("edges", np.diag(data.cell[:, :3])[frame.edges > 0], frame.edges[frame.edges > 0], SINGLE)
         same("plane", data.cell.is2D, bool(frame.edges[2] == 0))
+        same_scalars(lambda name: data.particles[f"particles/{name}"][...], frame)
         bonds = data.particles.bonds
         same("bonds", bonds.topology[...] if bonds else np.empty((0, 2), int), frame.bonds)
 
@@ -79,6 +88,7 @@ def ase_xyz(path, frames):
         same("radii", atoms.arrays["radius"], frame.radii)
         same("edges", np.diag(atoms.cell), thick(frame)[1])
         same("periodic", atoms.pbc, frame.periodic)
+        same_scalars(lambda name: atoms.arrays[name], frame)
 
 
 def ase_lammps(path, frames):
@@ -119,6 +129,7 @@ def gsd_hoomd(path, frames):
             same("masses", particles.mass, masses.astype(np.float32))
             same("positions", particles.position, (frame.positions - centre).astype(np.float32))
             same("velocities", particles.velocity, frame.velocities.astype(np.float32))
+            same_scalars(lambda name: snapshot.log[f"particles/{name}"], frame)
             bonds = snapshot.bonds.group
             same("bonds", bonds if bonds is not None else np.empty((0, 2), int), frame.bonds)
 
@@ -156,6 +167,7 @@ def pyvista_vtk(path, frames):
         same("positions", mesh.points, frame.positions)
         same("velocities", mesh["velocity"], frame.velocities)
         same("radii", mesh["radius"], frame.radii)
+        same_scalars(lambda name: mesh[name], frame)
         same("vertices", mesh.verts.reshape(-1, 2)[:, 1], np.arange(len(frame.ids)))
         same("bonds", mesh.lines.reshape(-1, 3)[:, 1:], frame.bonds[~frame.leaves_through_a_side])
     edges = pyvista.read(path / "box.vtp")
@@ -176,6 +188,8 @@ def numpy_npy(path, frames):
     same("species", array("species_names")[array("species")], first.particle_names)
     same("static", array("species_static"), first.static)
     same("masses", np.nan_to_num(array("species_mass")), np.nan_to_num(first.masses))
+    for name in first.scalars:
+        same(name, array(name), [frame.scalars[name] for frame in frames])
     same("bonds", array("bonds") if len(first.bonds) else first.bonds, first.bonds)
 
 
@@ -190,6 +204,8 @@ def pandas_csv(path, frames):
     same("positions", table[["x", "y", "z"]], joined(lambda frame: frame.positions))
     same("velocities", table[["vx", "vy", "vz"]], joined(lambda frame: frame.velocities))
     same("radii", table["radius"], joined(lambda frame: frame.radii))
+    for name in frames[0].scalars:
+        same(name, table[name], joined(lambda frame: frame.scalars[name]))
 
 
 def pandas_thermo(path, frames):

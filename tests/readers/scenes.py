@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-# Two species with names that ASE knows, in a periodic box off the origin.
+# Two species with names that ASE knows, in a periodic box off the origin, with the bond order of each particle.
 MIXTURE = """
 seed = 3
 [space]
@@ -30,6 +30,7 @@ composition = { Ar = 0.6, Kr = 0.4 }
 count = 100
 arrangement = "random"
 temperature = 1.0
+[measure.bond_order]
 [run]
 until_events = 2000
 """

@@ -5,6 +5,8 @@ use std::path::Path;
 
 use super::*;
 use crate::Vector;
+use crate::measure::Scalar;
+use crate::output::extended_xyz::WriteError;
 use crate::output::frame::{FrameParticle, FrameSpecies};
 use crate::scene::{ParticleId, SpeciesId};
 
@@ -28,6 +30,7 @@ pub(in crate::output) fn chain() -> Frame {
         ],
         particles: vec![bead(0, 0, 0.5), bead(1, 1, 0.75), bead(2, 0, 0.5), bead(3, 0, 0.5)],
         bonds: [[0, 1], [2, 1], [2, 3], [3, 0]].map(|ends| ends.map(ParticleId)).to_vec(),
+        scalars: Vec::new(),
     }
 }
 
@@ -231,4 +234,55 @@ fn conversions_go_beside_their_source() {
     for (name, expected) in names.iter().zip(expected.iter().chain(&["trajectory-piece.xyz"])) {
         assert_eq!(name, &format!("runs/a/{expected}"));
     }
+}
+
+#[test]
+fn scalars_of_particles_are_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("a.xyz");
+    let mut frame = chain();
+    // In the order of the file, which GSD sorts by id.
+    frame.particles.reverse();
+    let values = vec![0.5, 0.1 + 0.2, 0.0, -2.5];
+    frame.scalars = vec![Scalar { name: "q6".into(), values: values.clone() }];
+    trajectory(&source, &[frame.clone()]);
+    let target = |format: Format| {
+        convert(&source, format, &format.target_beside(&source), &Options::default()).unwrap();
+        format.target_beside(&source)
+    };
+    let text = |format| fs::read_to_string(target(format)).unwrap();
+    let columns = ["0.5", "0.30000000000000004", "0", "-2.5"];
+    for (format, head, separator) in
+        [(Format::Xyz, "id:I:1:q6:R:1 ", ' '), (Format::Lammps, "radius q6\n", ' '), (Format::Csv, "radius,q6\n", ',')]
+    {
+        let text = text(format);
+        assert!(text.contains(head), "{text}");
+        let last: Vec<&str> = text.lines().rev().take(4).map(|line| line.rsplit(separator).next().unwrap()).collect();
+        assert_eq!(last.into_iter().rev().collect::<Vec<_>>(), columns);
+    }
+    let bytes = |values: &[f64]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+    let has = |file: &Path, values: &[f64]| fs::read(file).unwrap().windows(32).any(|window| window == bytes(values));
+    assert!(has(&target(Format::Npy).join("q6.npy"), &values));
+    let frame_file = target(Format::Vtk).join("frame_000000.vtp");
+    assert!(
+        has(&frame_file, &values) && String::from_utf8_lossy(&fs::read(frame_file).unwrap()).contains("Name=\"q6\"")
+    );
+    assert!(has(&target(Format::Gsd), &values.iter().rev().copied().collect::<Vec<_>>()));
+    // A piece reads back, and what no format could tell from its own columns does not come in.
+    let back =
+        FrameReader::new(fs::read(Format::Xyz.target_beside(&source)).unwrap().as_slice()).next().unwrap().unwrap();
+    assert_eq!(back, frame);
+    for name in ["radius", "x", "", "a b", "../q6", "Box"] {
+        frame.scalars[0].name = name.into();
+        assert!(matches!(write_frame(Vec::new(), &frame), Err(WriteError::Scalar(_))), "{name}");
+    }
+    frame.scalars[0] = Scalar { name: "q6".into(), values: vec![0.5; 3] };
+    assert!(matches!(write_frame(Vec::new(), &frame), Err(WriteError::Scalar(_))));
+}
+
+#[test]
+fn columns_of_other_programs_are_scalars_if_they_are_finite() {
+    let text = "2\nProperties=pos:R:3:charge:R:1:force:R:3:spin:R:1:tag:I:1:time:R:1\n1 2 3 0.5 0 0 0 nan 7 1\n1 2 5 -1 0 0 0 2 7 1\n";
+    let frame = FrameReader::new(text.as_bytes()).next().unwrap().unwrap();
+    assert_eq!(frame.scalars, [Scalar { name: "charge".into(), values: vec![0.5, -1.0] }]);
 }

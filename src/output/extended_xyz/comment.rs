@@ -5,11 +5,12 @@ use std::ops::Range;
 use super::ReadError;
 use super::error::shorten;
 use crate::Vector;
+use crate::output::Frame;
 use crate::output::frame::FrameSpecies;
 use crate::scene::ParticleId;
 
 /// Where the lines of a frame keep what, counted in columns from 0.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub(super) struct Columns {
     pub total: usize,
     pub position: usize,
@@ -17,6 +18,8 @@ pub(super) struct Columns {
     pub velocity: Option<usize>,
     pub radius: Option<usize>,
     pub id: Option<usize>,
+    /// Names of scalars, and where they are.
+    pub scalars: Vec<(String, usize)>,
 }
 
 /// What a comment line says.
@@ -60,7 +63,7 @@ impl Comment {
         let bonds = value_of("bonds").map(|value| value.bonds()).transpose()?.unwrap_or_default();
         let columns = match value_of("Properties") {
             Some(value) => value.columns()?,
-            None => Columns { total: 4, position: 1, species: Some(0), velocity: None, radius: None, id: None },
+            None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
         };
         Ok(Self { time, region, periodic, species, bonds, columns })
     }
@@ -170,12 +173,17 @@ impl<'a> Value<'a> {
         const EXPECTED: &str = "`name:type:number` for each group of columns, such as `species:S:1:pos:R:3`";
         let mut total = 0_usize;
         let mut groups: Vec<(&str, Range<usize>)> = Vec::new();
+        let mut scalars: Vec<(String, usize)> = Vec::new();
         let fields: Vec<&str> = self.value.split(':').collect();
         for group in fields.chunks(3) {
-            let [name, _, number] = group else { return Err(self.expected(EXPECTED)) };
+            let [name, kind, number] = group else { return Err(self.expected(EXPECTED)) };
             let number: Option<usize> = number.parse().ok().filter(|&number| number > 0);
             let end = number.and_then(|number| total.checked_add(number)).ok_or_else(|| self.expected(EXPECTED))?;
             groups.push((name, total..end));
+            let is_new = scalars.iter().all(|(other, _)| other != name);
+            if *kind == "R" && end == total + 1 && is_new && Frame::is_name_of_scalar(name) {
+                scalars.push(((*name).to_owned(), total));
+            }
             total = end;
         }
         let find = |names: &[&str], width: usize| {
@@ -189,6 +197,7 @@ impl<'a> Value<'a> {
             velocity: find(&["velo", "vel", "velocity", "velocities"], 3),
             radius: find(&["radius"], 1),
             id: find(&["id"], 1),
+            scalars,
         })
     }
 }

@@ -108,6 +108,11 @@ pub enum WriteError {
     /// A column of the file cannot hold the name of a species.
     #[error("species name `{0}` cannot be written: expected one word without quotes or backslashes, used once")]
     SpeciesName(String),
+    /// A column of the file cannot hold a scalar.
+    #[error(
+        "scalar `{0}` cannot be written: expected a word that no other column has, and a finite number of each particle"
+    )]
+    Scalar(String),
     /// A mass is zero, negative or NaN.
     #[error("the mass of species `{0}` cannot be written: expected a positive one, infinite for what never moves")]
     Mass(String),

@@ -7,6 +7,7 @@ use super::comment::{Columns, Comment, finite};
 use super::error::shorten;
 use super::{LONGEST_LINE, ReadError};
 use crate::Vector;
+use crate::measure::Scalar;
 use crate::output::Frame;
 use crate::output::frame::{FrameParticle, FrameSpecies};
 use crate::scene::{ParticleId, SpeciesId};
@@ -20,7 +21,8 @@ const TRUSTED_COUNT: usize = 1 << 16;
 /// The frames of a trajectory, one after the other. Ends after the first error.
 ///
 /// Where a file does not say: velocities are zero, radii 1/2, ids count from 0 in the order of the lines, the time is
-/// 0, and the box is the smallest that holds the spheres, not periodic.
+/// 0, and the box is the smallest that holds the spheres, not periodic. Columns of one real number that mean nothing here are kept
+/// as scalars, if all their numbers are finite.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,
@@ -79,21 +81,27 @@ impl<R: BufRead> FrameReader<R> {
         let comment = comment?;
         let mut table = SpeciesTable::new(comment.species);
         let mut particles = Vec::with_capacity(count.min(TRUSTED_COUNT));
+        let scalars = comment.columns.scalars.iter();
+        let mut scalars: Vec<_> = scalars.map(|(name, _)| Scalar { name: name.clone(), values: Vec::new() }).collect();
         for index in 0..count {
             let line = first + 2 + index;
             let Some(text) = self.next_line()? else { return Err(truncated(index)) };
             let particle = parse_particle(text, line, index, &comment.columns, &mut table);
             match particle {
-                Ok(particle) => particles.push(particle),
+                Ok(particle) => {
+                    particles.push(particle);
+                    read_scalars(text, &comment.columns.scalars, &mut scalars);
+                }
                 // What was cut in the middle of a line is not malformed.
                 Err(_) if self.text.last() != Some(&b'\n') => return Err(truncated(index)),
                 Err(error) => return Err(error),
             }
         }
+        scalars.retain(|scalar| scalar.values.len() == count);
         self.has_velocities = comment.columns.velocity.is_some();
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
         let (time, periodic, bonds) = (comment.time, comment.periodic, comment.bonds);
-        Ok(Some(Frame { time, lower, size, periodic, species: table.species, particles, bonds }))
+        Ok(Some(Frame { time, lower, size, periodic, species: table.species, particles, bonds, scalars }))
     }
 }
 
@@ -183,6 +191,15 @@ fn parse_particle(
         })?,
         species: table.id(columns.species.map_or("X", word)),
     })
+}
+
+/// Adds the scalars of a line that are finite.
+fn read_scalars(text: &str, columns: &[(String, usize)], scalars: &mut [Scalar]) {
+    let mut words = text.split_ascii_whitespace().enumerate();
+    for ((_, column), scalar) in columns.iter().zip(scalars) {
+        let word = words.find(|(index, _)| index == column);
+        scalar.values.extend(word.and_then(|(_, word)| finite(word)));
+    }
 }
 
 /// The smallest box that holds the spheres.

@@ -31,6 +31,7 @@ fn two_discs() -> Frame {
         species: vec![FrameSpecies { name: "ball".into(), is_static: false, mass: Some(1.0) }],
         particles: vec![disc(0, 0.5, 1.0), disc(1, 2.5, -1.0)],
         bonds: Vec::new(),
+        scalars: Vec::new(),
     }
 }
 
@@ -210,6 +211,7 @@ fn frame() -> impl Strategy<Value = Frame> {
                 })
                 .collect(),
             bonds: bonds.into_iter().map(|ends| ends.map(ParticleId)).collect(),
+            scalars: Vec::new(),
         })
 }
 

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use super::WriteError;
 use super::comment::is_mass;
 use crate::Vector;
+use crate::measure::Scalar;
 use crate::output::Frame;
 use crate::output::frame::FrameSpecies;
 
@@ -15,17 +16,18 @@ const PIECE: usize = 1 << 16;
 ///
 /// # Errors
 /// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species
-/// name that is not one word or used twice, a mass that is not positive, a particle without species, or something not
-/// finite. Nothing is written of a frame whose table or box is refused.
+/// name that is not one word or used twice, a mass that is not positive, a particle without species, a scalar that is not one
+/// number of each particle, or something not finite. Nothing is written of a frame whose table, box or scalars are refused.
 pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteError> {
     refuse_species(frame)?;
+    refuse_scalars(frame)?;
     let is_box_finite = frame.time.is_finite() && is_finite(&frame.lower) && is_finite(&frame.size);
     if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) {
         return Err(WriteError::Frame);
     }
     let mut text = Vec::with_capacity(PIECE + 1024);
     write_comment(&mut text, frame)?;
-    for particle in &frame.particles {
+    for (index, particle) in frame.particles.iter().enumerate() {
         let species = frame.species.get(particle.species.0 as usize).ok_or(WriteError::NoSpecies(particle.id))?;
         let is_radius = particle.radius.is_finite() && particle.radius >= 0.0;
         if !(is_radius && is_finite(&particle.position) && is_finite(&particle.velocity)) {
@@ -36,7 +38,12 @@ pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteEr
             text.push(b' ');
             write_number(&mut text, number)?;
         }
-        writeln!(text, " {}", particle.id.0)?;
+        write!(text, " {}", particle.id.0)?;
+        for scalar in &frame.scalars {
+            text.push(b' ');
+            write_number(&mut text, scalar.values[index])?;
+        }
+        text.push(b'\n');
         if text.len() > PIECE {
             output.write_all(&text)?;
             text.clear();
@@ -61,7 +68,11 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
         text.extend_from_slice(if axis == 0 { b"" } else { b" " });
         write_number(text, frame.lower[axis])?;
     }
-    text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 Time=");
+    text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1");
+    for scalar in &frame.scalars {
+        write!(text, ":{}:R:1", scalar.name)?;
+    }
+    text.extend_from_slice(b" Time=");
     write_number(text, frame.time)?;
     let words = |flags: &[bool]| flags.iter().map(|&flag| if flag { "T" } else { "F" }).collect::<Vec<_>>().join(" ");
     write!(text, " pbc=\"{}\"", words(&frame.periodic))?;
@@ -110,6 +121,17 @@ fn write_number(text: &mut Vec<u8>, number: f64) -> io::Result<()> {
 
 fn is_finite(vector: &Vector) -> bool {
     vector.iter().all(|x| x.is_finite())
+}
+
+fn refuse_scalars(frame: &Frame) -> Result<(), WriteError> {
+    for (index, Scalar { name, values }) in frame.scalars.iter().enumerate() {
+        let is_new = frame.scalars[..index].iter().all(|other| other.name != *name);
+        let is_whole = values.len() == frame.particles.len() && values.iter().all(|value| value.is_finite());
+        if !(Frame::is_name_of_scalar(name) && is_new && is_whole) {
+            return Err(WriteError::Scalar(name.clone()));
+        }
+    }
+    Ok(())
 }
 
 fn refuse_species(frame: &Frame) -> Result<(), WriteError> {

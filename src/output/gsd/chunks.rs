@@ -2,6 +2,7 @@
 //!
 //! The index is kept in memory until the end, 32 bytes per array: some 130 bytes per frame.
 
+use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
 
 use crate::output::convert::Draft;
@@ -53,7 +54,7 @@ pub(super) struct Chunks {
     /// Where the next array begins; 0 before the header.
     end: u64,
     frame: u64,
-    names: Vec<&'static str>,
+    names: Vec<Cow<'static, str>>,
     index: Vec<Entry>,
     /// Where the entries of this frame begin.
     frame_start: usize,
@@ -70,7 +71,13 @@ impl Chunks {
     }
 
     /// Appends an array to the frame, unless it has no rows.
-    pub fn write(&mut self, name: &'static str, kind: Kind, columns: u32, bytes: &[u8]) -> io::Result<()> {
+    pub fn write(
+        &mut self,
+        name: impl Into<Cow<'static, str>>,
+        kind: Kind,
+        columns: u32,
+        bytes: &[u8],
+    ) -> io::Result<()> {
         if bytes.is_empty() {
             return Ok(());
         }
@@ -78,7 +85,8 @@ impl Chunks {
             self.file.write_all(&[0; HEADER_SIZE as usize])?;
             self.end = HEADER_SIZE;
         }
-        let known = self.names.iter().position(|&known| known == name).unwrap_or_else(|| {
+        let name = name.into();
+        let known = self.names.iter().position(|known| *known == name).unwrap_or_else(|| {
             self.names.push(name);
             self.names.len() - 1
         });

@@ -8,6 +8,9 @@ use crate::output::frame::FrameParticle;
 use crate::picture::legend;
 use crate::scene::Scene;
 
+/// The most scalars of a trajectory that there are colours for: each makes the page larger.
+const MOST_GIVEN: usize = 4;
+
 /// What a scalar is.
 #[derive(Debug, Clone, PartialEq)]
 enum Quantity {
@@ -17,6 +20,8 @@ enum Quantity {
     Height(usize, f64),
     /// How many others are within the range of a finite step.
     Captured(Neighbours),
+    /// A scalar of the trajectory, by its name.
+    Given(String),
 }
 
 /// The scalars of a trajectory, and the ends of their scales as far as frames have been seen.
@@ -24,7 +29,8 @@ enum Quantity {
 pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
 
 impl Channels {
-    /// Those that mean something: a height where something falls, captured neighbours where there are finite steps.
+    /// Those that mean something: a height where something falls, captured neighbours where there are finite steps, what the trajectory
+    /// gives of each particle.
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
             name: name.to_owned(),
@@ -45,6 +51,10 @@ impl Channels {
         }
         if let Some(neighbours) = scene.and_then(|scene| Neighbours::of(scene, frame)) {
             channels.push((Quantity::Captured(neighbours), head("neighbours within a well", "1", true), 0.0));
+        }
+        for scalar in frame.scalars.iter().take(MOST_GIVEN) {
+            let head = ChannelHead { low: f64::INFINITY, high: f64::NEG_INFINITY, ..head(&scalar.name, "1", false) };
+            channels.push((Quantity::Given(scalar.name.clone()), head, f64::NEG_INFINITY));
         }
         Self(channels)
     }
@@ -68,12 +78,17 @@ impl Channels {
                 Quantity::Speed => moving.iter().map(|particle| particle.velocity.norm()).collect(),
                 Quantity::Height(axis, sign) => positions.iter().map(|position| *sign * position[*axis]).collect(),
                 Quantity::Captured(neighbours) => neighbours.count(frame),
+                Quantity::Given(name) => given(frame, name),
             };
-            let largest = values.iter().copied().fold(0.0, f64::max);
+            let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
             match quantity {
                 Quantity::Speed => head.high = head.high.max(legend::fastest(values.clone())),
                 Quantity::Height(..) => {}
                 Quantity::Captured(_) => head.high = head.high.max(largest),
+                Quantity::Given(_) => {
+                    head.low = values.iter().copied().fold(head.low, f64::min);
+                    head.high = head.high.max(largest);
+                }
             }
             *highest = highest.max(largest);
             quantise(&values, head.is_count, bytes)
@@ -84,11 +99,21 @@ impl Channels {
     /// What the scalars are, and the scales of their colours.
     pub fn heads(self) -> Vec<ChannelHead> {
         let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
-            let high = if head.high > head.low { head.high } else { head.low + 1.0 };
-            ChannelHead { high, is_exceeded: highest > high, ..head }
+            // Of no particle nothing is known.
+            let low = if head.low.is_finite() { head.low } else { 0.0 };
+            let high = if head.high > low { head.high } else { low + 1.0 };
+            ChannelHead { low, high, is_exceeded: highest > high, ..head }
         };
         self.0.into_iter().map(finished).collect()
     }
+}
+
+/// The values of a scalar of the frame for what moves; zeros if it is not there.
+fn given(frame: &Frame, name: &str) -> Vec<f64> {
+    let scalar = frame.scalars.iter().find(|scalar| scalar.name == name);
+    let value = |place: usize| scalar.and_then(|scalar| scalar.values.get(place)).copied().unwrap_or(0.0);
+    let moving = frame.particles.iter().enumerate().filter(|(_, particle)| !frame.is_static(particle));
+    moving.map(|(place, _)| value(place)).collect()
 }
 
 /// Appends values as bytes, and returns what 0 and 255 stand for. Counts up to 255 are exact.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::measure::Scalar;
 use crate::output::extended_xyz::write_frame;
 use crate::output::frame::FrameSpecies;
 use crate::potential::Potential;
@@ -36,6 +37,7 @@ fn frame(time: f64, count: u32) -> Frame {
         species: vec![species("grain", false), species("pivot", true)],
         particles: (0..count).map(grain).chain([pivot]).collect(),
         bonds: vec![[ParticleId(0), ParticleId(count)]],
+        scalars: Vec::new(),
     }
 }
 
@@ -153,6 +155,21 @@ fn scalars_are_those_that_the_scene_has() {
         let up = if gravity > 0.0 { (1, true) } else { (2, false) };
         assert_eq!((recording.head.up, recording.head.is_upside_down), up, "gravity along +y points down");
     }
+}
+
+#[test]
+fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
+    let mut frames = [frame(0.0, 3), frame(1.0, 3)];
+    for (frame, shift) in frames.iter_mut().zip([0.0, 0.25]) {
+        // The last one is that of the pivot, which keeps its own colour.
+        let values = vec![0.125 + shift, 0.25 + shift, 0.375 + shift, 9.0];
+        frame.scalars = vec![Scalar { name: "q6".into(), values }];
+    }
+    let recording = read(text(&frames).as_slice(), None).unwrap();
+    let head = &recording.head.channels[1];
+    assert_eq!((head.name.as_str(), head.low, head.high, head.is_exceeded), ("q6", 0.125, 0.625, false));
+    assert_eq!(recording.head.frames[1].ranges[1], [0.375, 0.625]);
+    assert_eq!(recording.frames[1][20 + 3..], [0, 128, 255]);
 }
 
 #[test]

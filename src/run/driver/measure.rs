@@ -97,7 +97,9 @@ impl<R: Recorder> Driver<'_, R> {
         }
         if has_frame && self.course.last_frame != now {
             self.course.last_frame = now;
-            self.recorder.frame(&self.simulation.snapshot())?;
+            let snapshot = self.simulation.snapshot();
+            let scalars = self.simulation.scene().measure.scalars(&Sample::of(&snapshot), &self.subject);
+            self.recorder.frame(&snapshot, scalars)?;
         }
         Ok(())
     }
