@@ -14,4 +14,4 @@ pub use kinetic_theory::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value, contact_value_of_disks,
     finite_size_of_diffusion,
 };
-pub use steps::{bounces_per_release, second_virial_of_square_well};
+pub use steps::{bounces_per_release, second_virial_of_square_well, third_virial_of_square_well};

@@ -19,8 +19,10 @@
 mod bodies;
 mod comparison;
 mod cooling;
+mod dilute;
 mod finite_size;
 mod fluids;
+mod lennard_jones;
 mod rods;
 mod steps;
 mod trial;
@@ -79,6 +81,8 @@ enum Experiment {
     Disks { packing_fraction: f64 },
     Rods { number_density: f64 },
     SquareWell { temperature: f64 },
+    DiluteWells { temperature: f64 },
+    LennardJones,
     Cooling { restitution: f64 },
     Ball { restitution: f64 },
     ThreeSpheres,
@@ -106,6 +110,16 @@ impl Experiment {
             Self::SquareWell { temperature: t } => {
                 (format!("square_well/{t:.1}"), format!("T = {t:.1} before melting, N = {n}"), steps::QUANTITIES)
             }
+            Self::DiluteWells { temperature: t } => (
+                format!("square_well_gas/{t:.1}"),
+                format!("T = {t:.1} at the start, rho = {}, N = {n}", dilute::NUMBER_DENSITY),
+                dilute::QUANTITIES,
+            ),
+            Self::LennardJones => (
+                "lennard_jones".to_owned(),
+                format!("cut at 2.5 and shifted, rho = 0.75, T = 1, N = {}", lennard_jones::COUNT),
+                lennard_jones::QUANTITIES,
+            ),
             Self::Cooling { restitution: e } => (
                 format!("granular_cooling/{e:.2}"),
                 format!("e = {e:.2}, phi = 0.10, N = {}", cooling::COUNT),
@@ -143,6 +157,11 @@ pub fn points(effort: Effort) -> Vec<Point> {
     all.extend(disks.iter().map(|&packing_fraction| Experiment::Disks { packing_fraction }));
     all.push(Experiment::Rods { number_density: 0.5 });
     all.extend(wells.iter().map(|&temperature| Experiment::SquareWell { temperature }));
+    let gases = choose(&[2.0], &[2.0], &[1.5, 2.0, 5.0]);
+    all.extend(gases.iter().map(|&temperature| Experiment::DiluteWells { temperature }));
+    if effort != Effort::Brief {
+        all.push(Experiment::LennardJones);
+    }
     all.extend([0.98, 0.95].map(|restitution| Experiment::Cooling { restitution }));
     all.extend([0.5, 0.9].map(|restitution| Experiment::Ball { restitution }));
     all.extend([Experiment::ThreeSpheres, Experiment::Pendulum]);
@@ -161,6 +180,8 @@ impl Point {
             Experiment::Disks { packing_fraction } => fluids::disks(packing_fraction, self.effort, seed, watch),
             Experiment::Rods { number_density } => rods::compare(number_density, seed, watch),
             Experiment::SquareWell { temperature } => steps::compare(temperature, self.effort, seed, watch),
+            Experiment::DiluteWells { temperature } => dilute::compare(temperature, self.effort, seed, watch),
+            Experiment::LennardJones => lennard_jones::compare(self.effort, seed, watch),
             Experiment::Cooling { restitution } => cooling::compare(restitution, seed, watch),
             Experiment::Ball { restitution } => bodies::ball(restitution),
             Experiment::ThreeSpheres => bodies::three_spheres(),

@@ -40,7 +40,7 @@ fn figure(title: &str, svg: &str, legend: &[Entry], text: &str) -> String {
     format!("<figure>\n<h4>{}</h4>\n{svg}\n{legend}<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
 }
 
-/// The figures of a measured curve: one for all series, or a map for each.
+/// The figures of a measured curve: one for all series of a unit, or a map for each.
 fn of_curve(curve: &Curve) -> Vec<String> {
     let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&curve.name));
     let method = unit(curve.method.trim());
@@ -55,12 +55,32 @@ fn of_curve(curve: &Curve) -> Vec<String> {
     };
     match curve.variables.len() {
         1 => {
-            vec![line_figure(curve, &about).unwrap_or_else(|| lone("<em>Insufficient data.</em>".to_owned()).concat())]
+            let insufficient = || lone("<em>Insufficient data.</em>".to_owned()).concat();
+            let of_unit = |curve: &Curve| line_figure(curve, &about).unwrap_or_else(insufficient);
+            by_unit(curve).iter().map(of_unit).collect()
         }
         2 if size <= plot::MOST_CELLS => curve.series.iter().map(|series| map_figure(curve, series, &about)).collect(),
         2 => lone(format!("A grid of {size} cells, too many for a map.")),
         _ => lone(format!("A grid in {} dimensions with {size} cells.", curve.variables.len())),
     }
+}
+
+/// A curve for the series of each unit, so that density and temperature do not share an axis.
+fn by_unit(curve: &Curve) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for series in &curve.series {
+        match curves.iter_mut().find(|known| known.series[0].unit == series.unit) {
+            Some(known) => known.series.push(series.clone()),
+            None => curves.push(Curve { series: vec![series.clone()], ..curve.clone() }),
+        }
+    }
+    if curves.len() > 1 {
+        for curve in &mut curves {
+            let names: Vec<&str> = curve.series.iter().map(|series| series.name.as_str()).collect();
+            curve.title = format!("{}: {}", curve.title, names.join(", "));
+        }
+    }
+    if curves.is_empty() { vec![curve.clone()] } else { curves }
 }
 
 fn line_figure(curve: &Curve, about: &str) -> Option<String> {
@@ -84,15 +104,11 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         sources.push_str(&format!("Dashed: {}. {} ", escape(&published.label), escape(&published.source)));
     }
     let unit = curve.series.first().map_or("1", |series| series.unit.as_str());
-    let has_one_unit = curve.series.iter().all(|series| series.unit == unit);
     let name = match curve.series.as_slice() {
         [one] => &one.name,
         _ => &curve.title,
     };
-    let titles = [
-        format!("{}{}", variable.name, brackets(&variable.unit)),
-        format!("{name}{}", if has_one_unit { brackets(unit) } else { String::new() }),
-    ];
+    let titles = [format!("{}{}", variable.name, brackets(&variable.unit)), format!("{name}{}", brackets(unit))];
     let is_logarithmic = curve.is_logarithmic;
     let svg = Curves { label: curve.title.clone(), titles, is_logarithmic, lines, level: None }.svg()?;
     Some(figure(&curve.title, &svg, &legend, &format!("{about} {sources}")))
@@ -178,4 +194,35 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
 fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::Variable;
+
+    #[test]
+    fn what_has_another_unit_has_another_figure() {
+        let series = |name: &str, unit: &str| Series {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            values: vec![Some(1.0), Some(2.0)],
+            standard_errors: vec![Some(0.1); 2],
+        };
+        let curve = Curve {
+            name: "profile".to_owned(),
+            title: "Profile".to_owned(),
+            method: String::new(),
+            variables: vec![Variable { name: "z".to_owned(), unit: "length".to_owned(), values: vec![0.0, 1.0] }],
+            series: vec![series("T_x", "energy"), series("density", "1 / length^3"), series("T_y", "energy")],
+            is_logarithmic: [false; 2],
+            published: Vec::new(),
+        };
+        let figures = of_curve(&curve);
+        assert_eq!(figures.len(), 2);
+        assert!(figures[0].contains("Profile: T_x, T_y") && figures[1].contains("Profile: density"));
+        assert!(figures[0].contains("[energy]") && !figures[1].contains("[energy]"), "{figures:?}");
+        let alone = Curve { series: vec![series("density", "1 / length^3")], ..curve };
+        assert!(of_curve(&alone)[0].contains("<h4>Profile</h4>"));
+    }
 }

@@ -30,11 +30,11 @@ pub(super) fn section(inputs: &Inputs) -> String {
     if rows.is_empty() {
         return "<p>Nothing with a mean was measured in this scene.</p>\n".to_owned();
     }
-    let rows: String = rows.iter().map(line).collect();
+    let lines: String = rows.chunk_by(|a, b| a.method == b.method).flat_map(lines).collect();
     format!(
         "<div class=\"wide\"><table class=\"results\">\n<caption>Means over the measured stretch and their standard errors</caption>\n\
          <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>\
-         <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n\
+         <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n\
          <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from block averages \
          and assume a stationary series.</p>\n"
     )
@@ -72,14 +72,25 @@ fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
     rows.chain(measured).collect()
 }
 
-fn line(row: &Row) -> String {
+/// Lines that share their method, which is told once.
+fn lines<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = String> + 'a {
+    rows.iter().enumerate().map(|(index, row)| line(row, if index == 0 { rows.len() } else { 0 }))
+}
+
+/// A line, whose method stands for so many lines; for none it is that of a line above.
+fn line(row: &Row, span: usize) -> String {
     let brackets = brackets(row.unit);
+    let method = escape(&unit(row.method));
+    let method = match span {
+        0 => String::new(),
+        1 => format!("<td class=\"how\">{method}</td>"),
+        _ => format!("<td class=\"how\" rowspan=\"{span}\">{method}</td>"),
+    };
     format!(
-        "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td>{}</td><td class=\"how\">{}</td></tr>\n",
+        "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td>{}</td>{method}</tr>\n",
         escape(&row.title),
         value(row.mean, row.standard_error),
         escape(brackets.trim_start().trim_matches(['[', ']'])),
-        escape(&unit(row.method)),
     )
 }
 

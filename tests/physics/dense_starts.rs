@@ -72,7 +72,7 @@ fn mean_q6(scene: &Scene) -> f64 {
     let images = vec![[0; 3]; positions.len()];
     let sample = Sample { time: 0.0, positions: &positions, velocities: &positions, images: &images };
     let values = per_particle(&Subject::of(scene), &sample, 1.4, 6);
-    values.iter().map(|&value| f64::from(value)).sum::<f64>() / values.len() as f64
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Number of pairs by distance relative to the one of as many points at random, for distances from 3 to 4 diameters in ten bins.

@@ -36,7 +36,7 @@ fn crystals_have_their_exact_order() {
         for (degree, expected) in [(6, q6), (4, q4)] {
             let values = per_particle(&subject, &sample(0.0, &positions, &[]), cutoff, degree);
             // The values are known to five digits.
-            assert!(values.iter().all(|&value| (f64::from(value) - expected).abs() < 6e-6), "{name}: {}", values[0]);
+            assert!(values.iter().all(|&value| (value - expected).abs() < 6e-6), "{name}: {}", values[0]);
         }
     }
 }
