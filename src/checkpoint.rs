@@ -3,19 +3,23 @@
 //! | bytes | content |
 //! |---|---|
 //! | 16 | `carom checkpoint` |
-//! | 16 | the version of carom that wrote it, padded with zeros |
-//! | n | scene, engine and course of the run, and the lengths of its files (postcard, with all bits of every number) |
+//! | 12 | the version of carom that wrote it, padded with zeros |
+//! | 4 | the number of this layout, little endian |
+//! | n | scene, engine and course of the run, lengths and checksums of its files (postcard, with all bits of every number) |
 //! | 8 | n, little endian |
 //! | 4 | CRC-32 of all that stands before, little endian |
 //!
 //! Only the version that wrote a checkpoint reads it: the next one may round differently, and would not go on with the same bits.
+//! The files of a run belong to its checkpoint by their checksums (CRC-32): those of another run are refused.
 
+mod checked;
 mod error;
 
+pub(crate) use checked::{Checked, checksum};
 pub use error::CheckpointError;
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -26,6 +30,12 @@ use crate::simulation::Simulation;
 
 /// What every checkpoint begins with.
 const MAGIC: &[u8; 16] = b"carom checkpoint";
+
+/// Counts the layouts of the content; every change of what is stored is a new one.
+const LAYOUT: u32 = 2;
+
+/// Bytes of the version.
+const VERSION: usize = 12;
 
 /// Bytes before and behind the content.
 const HEAD: usize = 32;
@@ -38,6 +48,39 @@ pub struct KeptFile {
     pub name: String,
     /// How long it was `[bytes]`; what was written later does not belong to the checkpoint.
     pub length: u64,
+    /// Bytes at its start that the end of the run replaces, and that are not checked.
+    pub head: u64,
+    /// CRC-32 of what lies between.
+    pub checksum: u32,
+}
+
+impl KeptFile {
+    /// Whether the file at `path` is still there, with what it had at the checkpoint.
+    pub(crate) fn check(&self, path: &Path) -> Result<(), CheckpointError> {
+        let unreadable = |source| CheckpointError::FileUnreadable { path: path.to_owned(), source };
+        let mut file = File::open(path).map_err(unreadable)?;
+        let found = file.metadata().map_err(unreadable)?.len();
+        if found < self.length {
+            return Err(CheckpointError::File { path: path.to_owned(), found, expected: self.length });
+        }
+        file.seek(SeekFrom::Start(self.head)).map_err(unreadable)?;
+        let mut sum = Checked::new(io::sink());
+        io::copy(&mut file.take(self.length.saturating_sub(self.head)), &mut sum).map_err(unreadable)?;
+        let (found, expected) = (sum.checksum(), self.checksum);
+        if found == expected {
+            return Ok(());
+        }
+        Err(CheckpointError::Content { path: path.to_owned(), length: self.length, found, expected })
+    }
+}
+
+/// The files of a run at the time of a checkpoint.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Kept {
+    /// CRC-32 of the text of the scene but for its limit, which may be given anew; `None` if the text is not kept.
+    pub scene: Option<u32>,
+    /// Those that grow.
+    pub files: Vec<KeptFile>,
 }
 
 /// A run to go on with.
@@ -48,7 +91,7 @@ pub struct Checkpoint {
     /// How far the run had come.
     pub course: Course,
     /// Its files.
-    pub files: Vec<KeptFile>,
+    pub kept: Kept,
 }
 
 /// The same to be written.
@@ -56,51 +99,32 @@ pub struct Checkpoint {
 struct Content<'a> {
     simulation: &'a Simulation,
     course: &'a Course,
-    files: &'a [KeptFile],
+    kept: &'a Kept,
 }
 
-fn version() -> [u8; 16] {
-    let mut padded = [0; 16];
+fn version() -> [u8; VERSION] {
+    let mut padded = [0; VERSION];
     for (to, from) in padded.iter_mut().zip(env!("CARGO_PKG_VERSION").bytes()) {
         *to = from;
     }
     padded
 }
 
-/// Counts and checks what goes through it.
-struct Checked<W> {
-    inner: W,
-    checksum: crc32fast::Hasher,
-    length: u64,
-}
-
-impl<W: Write> Write for Checked<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.inner.write(bytes)?;
-        self.checksum.update(&bytes[..written]);
-        self.length += written as u64;
-        Ok(written)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.inner.flush()
-    }
-}
-
 /// Writes a checkpoint into a file, and makes it safe on the disk.
 ///
 /// # Errors
 /// If it cannot be written.
-pub(crate) fn write(file: &File, simulation: &Simulation, course: &Course, files: &[KeptFile]) -> io::Result<()> {
+pub(crate) fn write(file: &File, simulation: &Simulation, course: &Course, kept: &Kept) -> io::Result<()> {
     let inner = BufWriter::with_capacity(1 << 20, file);
-    let mut out = Checked { inner, checksum: crc32fast::Hasher::new(), length: 0 };
+    let mut out = Checked::new(inner);
     out.write_all(MAGIC)?;
     out.write_all(&version())?;
-    let content = Content { simulation, course, files };
+    out.write_all(&LAYOUT.to_le_bytes())?;
+    let content = Content { simulation, course, kept };
     postcard::to_io(&content, &mut out).map_err(io::Error::other)?;
-    let length = out.length - HEAD as u64;
+    let length = out.length() - HEAD as u64;
     out.write_all(&length.to_le_bytes())?;
-    let checksum = out.checksum.clone().finalize();
+    let checksum = out.checksum();
     out.write_all(&checksum.to_le_bytes())?;
     out.flush()?;
     file.sync_all()
@@ -129,8 +153,9 @@ impl Checkpoint {
         if checksum != found.finalize().to_le_bytes() {
             return Err(damaged("its checksum is wrong".to_owned()));
         }
-        if content[MAGIC.len()..HEAD] != version() {
-            let found = String::from_utf8_lossy(&content[MAGIC.len()..HEAD]).trim_end_matches('\0').to_owned();
+        let (found, layout) = content[MAGIC.len()..HEAD].split_at(VERSION);
+        if found != version() || layout != LAYOUT.to_le_bytes() {
+            let found = String::from_utf8_lossy(found).trim_end_matches('\0').to_owned();
             return Err(CheckpointError::OtherVersion { path: path.to_owned(), found });
         }
         let checkpoint: Self = postcard::from_bytes(&content[HEAD..]).map_err(|error| damaged(error.to_string()))?;
