@@ -14,12 +14,14 @@
 
 mod checked;
 mod error;
+mod kept;
 
 pub(crate) use checked::{Checked, checksum};
 pub use error::CheckpointError;
+pub use kept::{Kept, KeptFile};
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -40,48 +42,6 @@ const VERSION: usize = 12;
 /// Bytes before and behind the content.
 const HEAD: usize = 32;
 const TAIL: usize = 12;
-
-/// An output file at the time of a checkpoint.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct KeptFile {
-    /// Its name in the folder of the run.
-    pub name: String,
-    /// How long it was `[bytes]`; what was written later does not belong to the checkpoint.
-    pub length: u64,
-    /// Bytes at its start that the end of the run replaces, and that are not checked.
-    pub head: u64,
-    /// CRC-32 of what lies between.
-    pub checksum: u32,
-}
-
-impl KeptFile {
-    /// Whether the file at `path` is still there, with what it had at the checkpoint.
-    pub(crate) fn check(&self, path: &Path) -> Result<(), CheckpointError> {
-        let unreadable = |source| CheckpointError::FileUnreadable { path: path.to_owned(), source };
-        let mut file = File::open(path).map_err(unreadable)?;
-        let found = file.metadata().map_err(unreadable)?.len();
-        if found < self.length {
-            return Err(CheckpointError::File { path: path.to_owned(), found, expected: self.length });
-        }
-        file.seek(SeekFrom::Start(self.head)).map_err(unreadable)?;
-        let mut sum = Checked::new(io::sink());
-        io::copy(&mut file.take(self.length.saturating_sub(self.head)), &mut sum).map_err(unreadable)?;
-        let (found, expected) = (sum.checksum(), self.checksum);
-        if found == expected {
-            return Ok(());
-        }
-        Err(CheckpointError::Content { path: path.to_owned(), length: self.length, found, expected })
-    }
-}
-
-/// The files of a run at the time of a checkpoint.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Kept {
-    /// CRC-32 of the text of the scene but for its limit, which may be given anew; `None` if the text is not kept.
-    pub scene: Option<u32>,
-    /// Those that grow.
-    pub files: Vec<KeptFile>,
-}
 
 /// A run to go on with.
 #[derive(Debug, Deserialize)]
@@ -110,6 +70,34 @@ fn version() -> [u8; VERSION] {
     padded
 }
 
+/// Keeps why something could not be written, which the serializer does not pass on.
+struct Told<W> {
+    inner: W,
+    failure: Option<io::Error>,
+}
+
+impl<W> Told<W> {
+    fn note<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        result.map_err(|error| {
+            let kind = error.kind();
+            self.failure = Some(error);
+            kind.into()
+        })
+    }
+}
+
+impl<W: Write> Write for Told<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let result = self.inner.write(bytes);
+        self.note(result)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let result = self.inner.flush();
+        self.note(result)
+    }
+}
+
 /// Writes a checkpoint into a file, and makes it safe on the disk.
 ///
 /// # Errors
@@ -121,7 +109,10 @@ pub(crate) fn write(file: &File, simulation: &Simulation, course: &Course, kept:
     out.write_all(&version())?;
     out.write_all(&LAYOUT.to_le_bytes())?;
     let content = Content { simulation, course, kept };
-    postcard::to_io(&content, &mut out).map_err(io::Error::other)?;
+    let mut told = Told { inner: &mut out, failure: None };
+    if let Err(error) = postcard::to_io(&content, &mut told) {
+        return Err(told.failure.unwrap_or_else(|| io::Error::other(error)));
+    }
     let length = out.length() - HEAD as u64;
     out.write_all(&length.to_le_bytes())?;
     let checksum = out.checksum();
@@ -167,5 +158,29 @@ impl Checkpoint {
     pub fn extend(&mut self, limit: Limit) {
         self.simulation.set_limit(limit);
         self.course.extend(limit);
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use crate::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    #[test]
+    fn a_full_disk_is_told_as_such() {
+        let scene = SceneBuilder::new("full")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            // Some megabytes, more than any buffer on the way.
+            .fill(Lattice::FaceCentredCubic, "A", 10_976, Amount::PackingFraction(0.3))
+            .run(crate::scene::RunPlan { limit: Limit::events(1), ..Default::default() })
+            .build()
+            .unwrap();
+        let simulation = Simulation::new(scene);
+        let course = Course::new(&simulation);
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let error = write(&full, &simulation, &course, &Kept { scene: None, files: Vec::new() }).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
     }
 }

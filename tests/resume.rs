@@ -381,6 +381,7 @@ fn a_run_that_can_write_no_more_keeps_its_checkpoint() {
     let message = unwrapped(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(message.contains("cannot write") && message.contains("File too large"), "{message}");
+    assert!(message.contains("make space") && message.contains("--resume"), "{message}");
     assert!(!parts.join("summary.json").exists() && parts.join("checkpoint").exists());
     finish(resume(&parts));
     assert_same(&whole, &parts, "pendulum");

@@ -94,7 +94,7 @@ pub struct Course {
 
 impl Course {
     /// At the start of a scene.
-    pub(super) fn new(simulation: &Simulation) -> Self {
+    pub(crate) fn new(simulation: &Simulation) -> Self {
         let observer = Observer::new(simulation.scene());
         let crossing = crossing_time(simulation);
         let moving = observer.meaning().moving as u64;
