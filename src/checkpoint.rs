@@ -3,16 +3,22 @@
 //! | bytes | content |
 //! |---|---|
 //! | 16 | `carom checkpoint` |
-//! | 16 | the version of carom that wrote it, padded with zeros |
-//! | n | scene, engine and course of the run, and the lengths of its files (postcard, with all bits of every number) |
+//! | 12 | the version of carom that wrote it, padded with zeros |
+//! | 4 | the number of this layout, little endian |
+//! | n | scene, engine and course of the run, lengths and checksums of its files (postcard, with all bits of every number) |
 //! | 8 | n, little endian |
 //! | 4 | CRC-32 of all that stands before, little endian |
 //!
 //! Only the version that wrote a checkpoint reads it: the next one may round differently, and would not go on with the same bits.
+//! The files of a run belong to its checkpoint by their checksums (CRC-32): those of another run are refused.
 
+mod checked;
 mod error;
+mod kept;
 
+pub(crate) use checked::{Checked, checksum};
 pub use error::CheckpointError;
+pub use kept::{Kept, KeptFile};
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -27,18 +33,15 @@ use crate::simulation::Simulation;
 /// What every checkpoint begins with.
 const MAGIC: &[u8; 16] = b"carom checkpoint";
 
+/// Counts the layouts of the content; every change of what is stored is a new one.
+const LAYOUT: u32 = 2;
+
+/// Bytes of the version.
+const VERSION: usize = 12;
+
 /// Bytes before and behind the content.
 const HEAD: usize = 32;
 const TAIL: usize = 12;
-
-/// An output file at the time of a checkpoint.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct KeptFile {
-    /// Its name in the folder of the run.
-    pub name: String,
-    /// How long it was `[bytes]`; what was written later does not belong to the checkpoint.
-    pub length: u64,
-}
 
 /// A run to go on with.
 #[derive(Debug, Deserialize)]
@@ -48,7 +51,7 @@ pub struct Checkpoint {
     /// How far the run had come.
     pub course: Course,
     /// Its files.
-    pub files: Vec<KeptFile>,
+    pub kept: Kept,
 }
 
 /// The same to be written.
@@ -56,34 +59,42 @@ pub struct Checkpoint {
 struct Content<'a> {
     simulation: &'a Simulation,
     course: &'a Course,
-    files: &'a [KeptFile],
+    kept: &'a Kept,
 }
 
-fn version() -> [u8; 16] {
-    let mut padded = [0; 16];
+fn version() -> [u8; VERSION] {
+    let mut padded = [0; VERSION];
     for (to, from) in padded.iter_mut().zip(env!("CARGO_PKG_VERSION").bytes()) {
         *to = from;
     }
     padded
 }
 
-/// Counts and checks what goes through it.
-struct Checked<W> {
+/// Keeps why something could not be written, which the serializer does not pass on.
+struct Told<W> {
     inner: W,
-    checksum: crc32fast::Hasher,
-    length: u64,
+    failure: Option<io::Error>,
 }
 
-impl<W: Write> Write for Checked<W> {
+impl<W> Told<W> {
+    fn note<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        result.map_err(|error| {
+            let kind = error.kind();
+            self.failure = Some(error);
+            kind.into()
+        })
+    }
+}
+
+impl<W: Write> Write for Told<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let written = self.inner.write(bytes)?;
-        self.checksum.update(&bytes[..written]);
-        self.length += written as u64;
-        Ok(written)
+        let result = self.inner.write(bytes);
+        self.note(result)
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.inner.flush()
+        let result = self.inner.flush();
+        self.note(result)
     }
 }
 
@@ -91,16 +102,20 @@ impl<W: Write> Write for Checked<W> {
 ///
 /// # Errors
 /// If it cannot be written.
-pub(crate) fn write(file: &File, simulation: &Simulation, course: &Course, files: &[KeptFile]) -> io::Result<()> {
+pub(crate) fn write(file: &File, simulation: &Simulation, course: &Course, kept: &Kept) -> io::Result<()> {
     let inner = BufWriter::with_capacity(1 << 20, file);
-    let mut out = Checked { inner, checksum: crc32fast::Hasher::new(), length: 0 };
+    let mut out = Checked::new(inner);
     out.write_all(MAGIC)?;
     out.write_all(&version())?;
-    let content = Content { simulation, course, files };
-    postcard::to_io(&content, &mut out).map_err(io::Error::other)?;
-    let length = out.length - HEAD as u64;
+    out.write_all(&LAYOUT.to_le_bytes())?;
+    let content = Content { simulation, course, kept };
+    let mut told = Told { inner: &mut out, failure: None };
+    if let Err(error) = postcard::to_io(&content, &mut told) {
+        return Err(told.failure.unwrap_or_else(|| io::Error::other(error)));
+    }
+    let length = out.length() - HEAD as u64;
     out.write_all(&length.to_le_bytes())?;
-    let checksum = out.checksum.clone().finalize();
+    let checksum = out.checksum();
     out.write_all(&checksum.to_le_bytes())?;
     out.flush()?;
     file.sync_all()
@@ -129,8 +144,9 @@ impl Checkpoint {
         if checksum != found.finalize().to_le_bytes() {
             return Err(damaged("its checksum is wrong".to_owned()));
         }
-        if content[MAGIC.len()..HEAD] != version() {
-            let found = String::from_utf8_lossy(&content[MAGIC.len()..HEAD]).trim_end_matches('\0').to_owned();
+        let (found, layout) = content[MAGIC.len()..HEAD].split_at(VERSION);
+        if found != version() || layout != LAYOUT.to_le_bytes() {
+            let found = String::from_utf8_lossy(found).trim_end_matches('\0').to_owned();
             return Err(CheckpointError::OtherVersion { path: path.to_owned(), found });
         }
         let checkpoint: Self = postcard::from_bytes(&content[HEAD..]).map_err(|error| damaged(error.to_string()))?;
@@ -142,5 +158,29 @@ impl Checkpoint {
     pub fn extend(&mut self, limit: Limit) {
         self.simulation.set_limit(limit);
         self.course.extend(limit);
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use crate::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    #[test]
+    fn a_full_disk_is_told_as_such() {
+        let scene = SceneBuilder::new("full")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            // Some megabytes, more than any buffer on the way.
+            .fill(Lattice::FaceCentredCubic, "A", 10_976, Amount::PackingFraction(0.3))
+            .run(crate::scene::RunPlan { limit: Limit::events(1), ..Default::default() })
+            .build()
+            .unwrap();
+        let simulation = Simulation::new(scene);
+        let course = Course::new(&simulation);
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let error = write(&full, &simulation, &course, &Kept { scene: None, files: Vec::new() }).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
     }
 }

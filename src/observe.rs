@@ -28,6 +28,8 @@ pub struct Row {
     pub kinetic: f64,
     /// Potential energy now, of pairs and of weight `[energy]`.
     pub potential: f64,
+    /// Energy that thermostats, walls, growth and shear have supplied so far, less what they took `[energy]`.
+    pub supplied: f64,
     /// Kinetic and potential energy, and what was dissipated so far, less what was supplied: constant but for round-off `[energy]`.
     pub ledger: f64,
     /// Pressure since the row before `[energy / length^D]`.
@@ -115,6 +117,7 @@ impl Observer {
             temperature: reading.temperature,
             kinetic: energy.kinetic,
             potential: energy.potential,
+            supplied: reading.tally.supplied.total(),
             ledger: energy.kinetic + energy.potential + reading.tally.dissipated.total()
                 - reading.tally.supplied.total(),
             pressure: interval.and_then(|interval| interval.pressure),

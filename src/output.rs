@@ -10,6 +10,7 @@ pub mod extended_xyz;
 mod folder;
 pub mod frame;
 mod gsd;
+mod kept_scene;
 mod lammps;
 mod measurements;
 mod npy;

@@ -47,7 +47,7 @@ pub use draft::{Amount, Arrangement, Chain, Fill, Lattice, MeshDraft, Model, Reg
 pub use mesh::{Gap, Leak, Mesh};
 pub use place::{Place, Step};
 pub(crate) use random::{Purpose, Random};
-pub(crate) use record::with_limit;
+pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
 pub use stage::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 pub use surface::Side;

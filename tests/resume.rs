@@ -1,5 +1,6 @@
 //! Runs that are stopped and resumed: the same bits as those that are not, whatever stopped them.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -38,6 +39,10 @@ temperature = 1.0
 name = "compress"
 grow = { rate = 0.05, packing_fraction = 0.5 }
 thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.3 }
+[[stage]]
+name = "jam"
+grow = { rate = 0.2, compressibility_factor = 14.0 }
+thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.1 }
 [[stage]]
 name = "heat"
 until_time = 1.0
@@ -170,6 +175,12 @@ fn assert_same(one: &Path, other: &Path, what: &str) {
     }
 }
 
+/// A message as one line, without the frame that it has in a terminal.
+fn unwrapped(message: &[u8]) -> String {
+    let message = String::from_utf8_lossy(message).replace('│', " ");
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 fn files_of(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
 }
@@ -238,7 +249,7 @@ fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
     let good = fs::read(&checkpoint).unwrap();
     let refused = |expected: &str| {
         let output = resume(&folder).output().unwrap();
-        let message = String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        let message = unwrapped(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{message}");
         assert!(message.contains(expected), "{message}");
         assert!(folder.join("summary.json").exists(), "{expected}");
@@ -263,4 +274,115 @@ fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
     refused("has 100 bytes");
     fs::write(folder.join("thermo.csv"), &thermo).unwrap();
     finish(resume(&folder));
+}
+
+/// All files of a folder.
+fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut contents = BTreeMap::new();
+    for path in files_of(folder) {
+        if path.is_dir() {
+            contents.append(&mut self::contents(&path));
+        } else {
+            let bytes = fs::read(&path).unwrap();
+            contents.insert(path, bytes);
+        }
+    }
+    contents
+}
+
+/// A run as a kill behind its last checkpoint leaves it: finished, but for names and summary, with something half written at the end.
+fn unfinish(folder: &Path) {
+    fs::remove_file(folder.join("summary.json")).unwrap();
+    for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml", "events/kind.npy"] {
+        let partial = folder.join(format!("{name}.partial"));
+        fs::rename(folder.join(name), &partial).unwrap();
+        if name != "scene.toml" {
+            let mut bytes = fs::read(&partial).unwrap();
+            bytes.extend(b"half of a li");
+            fs::write(&partial, bytes).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
+    let directory = tempfile::tempdir().unwrap();
+    let [whole, one, two] = ["whole", "one", "two"].map(|name| directory.path().join(name));
+    for (folder, seed) in [(&whole, "seed=1"), (&one, "seed=1"), (&two, "seed=2")] {
+        let mut command = start("granular_cooling", "20000", folder);
+        command.args(["--set", seed]);
+        finish(command);
+    }
+    unfinish(&one);
+    let good = contents(&one);
+    let restore = || good.iter().for_each(|(path, bytes)| fs::write(path, bytes).unwrap());
+    let refused = |expected: &str| {
+        let before = contents(&one);
+        let output = resume(&one).output().unwrap();
+        let message = unwrapped(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains(expected), "{message}");
+        assert!(contents(&one) == before, "{expected}: something was changed");
+        restore();
+    };
+    let flip = |name: &str, at: usize| {
+        let mut bytes = good[&one.join(name)].clone();
+        bytes[at] ^= 1;
+        fs::write(one.join(name), bytes).unwrap();
+    };
+    fs::copy(two.join("checkpoint"), one.join("checkpoint")).unwrap();
+    refused("scene.toml.partial is not the scene of the checkpoint");
+    fs::copy(two.join("checkpoint"), one.join("checkpoint")).unwrap();
+    fs::copy(two.join("scene.toml"), one.join("scene.toml.partial")).unwrap();
+    refused("thermo.csv.partial");
+    let scene = String::from_utf8(good[&one.join("scene.toml.partial")].clone()).unwrap();
+    fs::write(one.join("scene.toml.partial"), scene.replace("restitution = 0", "restitution = 1.0 # 0")).unwrap();
+    refused("scene.toml.partial is not the scene");
+    fs::remove_file(one.join("scene.toml.partial")).unwrap();
+    refused("cannot read");
+    for (name, at) in [("thermo.csv.partial", 0), ("thermo.csv.partial", 100), ("trajectory.xyz.partial", 5000)] {
+        flip(name, at);
+        refused(&format!("{name} are not those of the checkpoint"));
+    }
+    // Behind the header.
+    flip("events/time.npy", 128);
+    refused("time.npy are not those of the checkpoint");
+    // The header is written anew at the end, and what is behind the checkpoint is cut off.
+    flip("events/time.npy", 100);
+    let last = good[&one.join("thermo.csv.partial")].len() - 1;
+    flip("thermo.csv.partial", last);
+    finish(resume(&one));
+    assert_same(&whole, &one, "granular cooling");
+}
+
+/// As on a full disk, without one: files may not become longer than this `[512 bytes]`.
+#[cfg(unix)]
+#[test]
+fn a_run_that_can_write_no_more_keeps_its_checkpoint() {
+    let directory = tempfile::tempdir().unwrap();
+    let [whole, parts] = ["whole", "parts"].map(|name| directory.path().join(name));
+    let arguments = |folder: &Path| {
+        let scene = format!("{}/configs/pendulum.toml", env!("CARGO_MANIFEST_DIR"));
+        let mut command = carom(&["run", &scene, "--quiet", "--until-events", "20000", "--out"]);
+        // In a millisecond no computer comes near the limit.
+        command.arg(folder).args(["--checkpoint-every", "0.001"]);
+        command.args(["--set", "output.events=true", "--set", "output.contacts=true"]);
+        command
+    };
+    finish(arguments(&whole));
+    let sizes = |folder: &Path, name: &str| fs::metadata(folder.join(name)).unwrap().len();
+    let limit = sizes(&whole, "contacts.csv") / 2;
+    assert!(limit > 2 * sizes(&whole, "checkpoint"), "{limit}");
+    let plain = arguments(&parts);
+    let mut limited = Command::new("sh");
+    limited.args(["-c", &format!("trap '' XFSZ; ulimit -f {}; exec \"$@\"", limit / 512), "sh"]);
+    limited.arg(plain.get_program()).args(plain.get_args());
+    let output = limited.output().unwrap();
+    let message = unwrapped(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(message.contains("cannot write") && message.contains("File too large"), "{message}");
+    assert!(message.contains("make space") && message.contains("--resume"), "{message}");
+    assert!(!parts.join("summary.json").exists() && parts.join("checkpoint").exists());
+    finish(resume(&parts));
+    assert_same(&whole, &parts, "pendulum");
 }

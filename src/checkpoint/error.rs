@@ -29,7 +29,8 @@ pub enum CheckpointError {
         why: String,
     },
     /// Another version of carom wrote it.
-    #[error("carom {found} wrote the checkpoint {}, and this is carom {}", path.display(), env!("CARGO_PKG_VERSION"))]
+    #[error("carom {found} wrote the checkpoint {}, and this is carom {} with another layout of checkpoints",
+        path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
         path: PathBuf,
@@ -45,6 +46,38 @@ pub enum CheckpointError {
         found: u64,
         /// How long it was.
         expected: u64,
+    },
+    /// An output file cannot be read.
+    #[error("cannot read {}, which belongs to the checkpoint", path.display())]
+    FileUnreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// An output file holds something else than it did: it is that of another run, or damaged.
+    #[error("the first {length} bytes of {} are not those of the checkpoint: their checksum is {found:08x}, expected {expected:08x}",
+        path.display())]
+    Content {
+        /// The file.
+        path: PathBuf,
+        /// How long it was.
+        length: u64,
+        /// CRC-32 of what it holds.
+        found: u32,
+        /// CRC-32 of what it held.
+        expected: u32,
+    },
+    /// The text of the scene is not that of the run.
+    #[error("{} is not the scene of the checkpoint: without its limit its checksum is {found:08x}, expected {expected:08x}",
+        path.display())]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// CRC-32 of the text that is there.
+        found: u32,
+        /// CRC-32 of the text that was there.
+        expected: u32,
     },
 }
 
@@ -66,7 +99,10 @@ impl CheckpointError {
                 "the one before it is kept as checkpoint.previous: rename it to checkpoint, and resume from there"
             }
             Self::OtherVersion { .. } => "resume with the version that wrote it, or start the run again",
-            Self::File { .. } => "bring the file back, or start the run again",
+            Self::File { .. } | Self::FileUnreadable { .. } => "bring the file back, or start the run again",
+            Self::Content { .. } | Self::Scene { .. } => {
+                "is it the file, or the checkpoint, of another run? bring back what belongs together, or start the run again"
+            }
         }
     }
 }

@@ -116,8 +116,9 @@ impl Run {
             checkpoint.extend(limit);
             // Whatever happens next, the new end holds.
             folder.checkpoint(&checkpoint.simulation, &checkpoint.course)?;
-            folder.keep_limit(limit)?;
         }
+        // Also where a kill came between a checkpoint with a new end and this.
+        folder.keep_limit(checkpoint.simulation.scene().run.limit)?;
         signals::watch();
         let mut display = Display::new(checkpoint.simulation.scene(), self.quiet);
         let Checkpoint { simulation, course, .. } = checkpoint;

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::error::OutputError;
 use super::folder::remove;
-use crate::checkpoint::{self, KeptFile};
+use crate::checkpoint::{self, Kept};
 use crate::run::Course;
 use crate::simulation::Simulation;
 
@@ -55,10 +55,10 @@ impl Checkpoints {
     }
 
     /// Writes one beside the last one, which becomes the one before when the new one is safe on the disk.
-    pub fn write(&mut self, simulation: &Simulation, course: &Course, files: &[KeptFile]) -> Result<(), OutputError> {
+    pub fn write(&mut self, simulation: &Simulation, course: &Course, kept: &Kept) -> Result<(), OutputError> {
         let [last, previous, partial] = [LAST, PREVIOUS, PARTIAL].map(|name| self.folder.join(name));
         let file = File::create(&partial).map_err(OutputError::write(&partial))?;
-        if let Err(error) = checkpoint::write(&file, simulation, course, files) {
+        if let Err(error) = checkpoint::write(&file, simulation, course, kept) {
             // Half of one is of no use; what it took on a full disk may be.
             drop(file);
             let _ = fs::remove_file(&partial);

@@ -70,6 +70,9 @@ impl OutputError {
             Self::Checkpoint(error) => error.cure(),
             Self::Convert(error) => return error.cure(),
             Self::NotFolder(_) => "choose another folder with --out",
+            Self::Folder { source, .. }
+            | Self::Write { source, .. }
+            | Self::Frame { source: WriteError::Io(source), .. } => cure_of(source.kind()),
             _ => "choose a folder with --out that can be written to, on a disk with space left",
         })
     }
@@ -77,5 +80,19 @@ impl OutputError {
     pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
         move |source| Self::Write { path, source }
+    }
+}
+
+/// What can be done about a disk.
+fn cure_of(kind: io::ErrorKind) -> &'static str {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+    match kind {
+        StorageFull | QuotaExceeded | FileTooLarge => {
+            "make space; a run that has written a checkpoint then goes on, to the same bits, with `carom run --resume DIR`"
+        }
+        ReadOnlyFilesystem => {
+            "choose a folder with --out that can be written to; to resume a run, copy its folder to such a place"
+        }
+        _ => "choose a folder with --out that can be written to, on a disk with space left",
     }
 }

@@ -19,7 +19,7 @@ use std::path::Path;
 use super::error::OutputError;
 use super::npy::array::{HEADER_SIZE, header};
 use super::partial::PartialFile;
-use crate::checkpoint::{Checkpoint, CheckpointError, KeptFile};
+use crate::checkpoint::{CheckpointError, Kept, KeptFile};
 use crate::event::{Event, EventKind};
 use crate::response::Outcome;
 
@@ -54,20 +54,20 @@ impl EventLog {
         fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder.clone(), source })?;
         let column = |(name, kind, shape, _): &Kind| {
             let mut file = PartialFile::create(folder.join(name))?;
-            file.write_bytes(&header(kind, shape, 0))?;
+            file.write_head(&header(kind, shape, 0))?;
             Ok(file)
         };
         Ok(Self { columns: COLUMNS.iter().map(column).collect::<Result<_, OutputError>>()? })
     }
 
     /// The columns of a checkpoint.
-    pub fn resume(run: &Path, checkpoint: &Checkpoint) -> Result<Self, OutputError> {
+    pub fn resume(run: &Path, kept: &Kept) -> Result<Self, OutputError> {
         let column = |(name, ..): &Kind| {
             let (name, path) = (format!("{FOLDER}/{name}"), run.join(FOLDER).join(name));
-            let Some(kept) = checkpoint.files.iter().find(|kept| Path::new(&kept.name) == Path::new(&name)) else {
+            let Some(kept) = kept.files.iter().find(|kept| Path::new(&kept.name) == Path::new(&name)) else {
                 return Err(CheckpointError::File { path, found: 0, expected: HEADER_SIZE as u64 }.into());
             };
-            PartialFile::resume(path, Some(kept.length))
+            PartialFile::resume(path, kept)
         };
         Ok(Self { columns: COLUMNS.iter().map(column).collect::<Result<_, _>>()? })
     }
@@ -99,8 +99,8 @@ impl EventLog {
     /// The columns with their numbers of entries.
     pub fn finish(mut self) -> Result<Vec<PartialFile>, OutputError> {
         for (column, (_, kind, shape, size)) in self.columns.iter_mut().zip(&COLUMNS) {
-            let entries = (column.length()? - HEADER_SIZE as u64) / size;
-            column.replace_start(&header(kind, shape, entries as usize))?;
+            let entries = (column.length() - HEADER_SIZE as u64) / size;
+            column.replace_head(&header(kind, shape, entries as usize))?;
         }
         Ok(self.columns)
     }

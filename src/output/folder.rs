@@ -12,16 +12,17 @@ use super::error::OutputError;
 use super::event_log::{self, EventLog};
 use super::extended_xyz::write_frame;
 use super::frame::Frame;
+use super::kept_scene::KeptScene;
 use super::measurements;
 use super::partial::{PartialFile, SUFFIX};
 use super::summary::Summary;
 use super::thermo::Columns;
-use crate::checkpoint::{Checkpoint, CheckpointError, KeptFile};
+use crate::checkpoint::{Checkpoint, CheckpointError, Kept, KeptFile};
 use crate::event::Event;
 use crate::measure::{Measured, Scalar};
 use crate::observe::Row;
 use crate::run::{Course, Recorder};
-use crate::scene::{Limit, Scene, with_limit};
+use crate::scene::{Limit, Scene};
 use crate::simulation::{Simulation, Snapshot};
 
 /// The last file of a run: where it is, the others are complete and belong to it.
@@ -45,7 +46,7 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
-    scene: Option<PartialFile>,
+    scene: Option<KeptScene>,
     columns: Columns,
     thermo: PartialFile,
     trajectory: PartialFile,
@@ -98,17 +99,22 @@ impl Folder {
     /// Goes on with a run from a checkpoint: what its files gained later is cut off.
     ///
     /// # Errors
-    /// [`OutputError::Checkpoint`] if a file is missing or too short, [`OutputError::Write`] if one cannot be changed.
+    /// [`OutputError::Checkpoint`] if a file is missing, too short, or not that of the checkpoint; nothing is changed then.
+    /// [`OutputError::Write`] if one cannot be changed.
     pub fn resume(path: &Path, checkpoint: &Checkpoint) -> Result<Self, OutputError> {
         let scene = checkpoint.simulation.scene();
-        for kept in &checkpoint.files {
-            PartialFile::check(&path.join(&kept.name), kept.length)?;
+        let kept = &checkpoint.kept;
+        if let Some(checksum) = kept.scene {
+            KeptScene::check(&path.join(SCENE), checksum)?;
+        }
+        for file in &kept.files {
+            PartialFile::check(&path.join(&file.name), file)?;
         }
         // Without a summary the folder is that of a run under way.
         remove(&path.join(SUMMARY))?;
         let file = |name: &str| {
-            let kept = checkpoint.files.iter().find(|kept| kept.name == name);
-            kept.map(|kept| PartialFile::resume(path.join(name), Some(kept.length))).transpose()
+            let kept = kept.files.iter().find(|kept| kept.name == name);
+            kept.map(|kept| PartialFile::resume(path.join(name), kept)).transpose()
         };
         let need = |name: &str| {
             let missing = || CheckpointError::File { path: path.join(name), found: 0, expected: 0 };
@@ -118,12 +124,12 @@ impl Folder {
         let radii = frame.particles.iter().map(|particle| particle.radius / checkpoint.simulation.grown()).collect();
         Ok(Self {
             // A program of the library need not have kept it.
-            scene: PartialFile::resume(path.join(SCENE), None).ok(),
+            scene: kept.scene.map(|checksum| KeptScene::resume(&path.join(SCENE), checksum)).transpose()?,
             columns: Columns::of(scene),
             thermo: need(THERMO)?,
             trajectory: need(TRAJECTORY)?,
             contacts: file(CONTACTS)?,
-            events: scene.output.has_event_log.then(|| EventLog::resume(path, checkpoint)).transpose()?,
+            events: scene.output.has_event_log.then(|| EventLog::resume(path, kept)).transpose()?,
             radii,
             frame,
             formats: scene.output.formats.clone(),
@@ -145,10 +151,7 @@ impl Folder {
     /// # Errors
     /// [`OutputError::Write`] if it cannot be written.
     pub fn keep_scene(&mut self, text: &str) -> Result<(), OutputError> {
-        let mut file = PartialFile::create(self.path.join(SCENE))?;
-        file.write(text)?;
-        file.flush()?;
-        self.scene = Some(file);
+        self.scene = Some(KeptScene::create(&self.path.join(SCENE), text)?);
         Ok(())
     }
 
@@ -157,11 +160,7 @@ impl Folder {
     /// # Errors
     /// [`OutputError::Write`] if it cannot be written.
     pub fn keep_limit(&mut self, limit: Limit) -> Result<(), OutputError> {
-        let Some(file) = &mut self.scene else { return Ok(()) };
-        let text = file.text()?;
-        let changed =
-            with_limit(&text, limit).map_err(|error| OutputError::write(file.path())(io::Error::other(error)))?;
-        file.replace(&changed)
+        self.scene.as_mut().map_or(Ok(()), |scene| scene.set_limit(limit))
     }
 
     /// Where the scene of a run is kept, in the folder of the run.
@@ -197,7 +196,12 @@ impl Folder {
         let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
         let trajectory = self.path.join(TRAJECTORY);
         let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
-        let files = [self.scene].into_iter().chain(tables).flatten().chain(measurements).chain(events);
+        let files = [self.scene.map(KeptScene::into_file)]
+            .into_iter()
+            .chain(tables)
+            .flatten()
+            .chain(measurements)
+            .chain(events);
         let mut complete: Vec<_> = files.chain([report_file]).map(PartialFile::complete).collect::<Result<_, _>>()?;
         for format in self.formats {
             let target = format.target_beside(&trajectory);
@@ -265,7 +269,8 @@ impl Recorder for Folder {
         if let Some(log) = &mut self.events {
             files.extend(log.keep(&self.path)?);
         }
-        self.checkpoints.write(simulation, course, &files)
+        let kept = Kept { scene: self.scene.as_ref().map(|scene| scene.checksum), files };
+        self.checkpoints.write(simulation, course, &kept)
     }
 }
 

@@ -5,17 +5,21 @@ use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
-use crate::checkpoint::{CheckpointError, KeptFile};
+use crate::checkpoint::{Checked, CheckpointError, KeptFile};
 
 /// Ends the name of a file that is not complete.
 pub(super) const SUFFIX: &str = ".partial";
 
 /// A file that is written under a name of its own, and takes its final name at the end.
+///
+/// Its checksum is taken as its pieces go to the operating system, so that a checkpoint reads nothing again.
 #[derive(Debug)]
 pub(super) struct PartialFile {
     path: PathBuf,
     partial: PathBuf,
-    file: BufWriter<File>,
+    file: BufWriter<Checked<File>>,
+    /// Bytes at the start that are replaced at the end and are not checked.
+    head: u64,
 }
 
 impl PartialFile {
@@ -27,36 +31,40 @@ impl PartialFile {
         let file = file.map_err(OutputError::write(&partial))?;
         lock(&file, &partial)?;
         file.set_len(0).map_err(OutputError::write(&partial))?;
-        Ok(Self { path, partial, file: BufWriter::with_capacity(1 << 16, file) })
+        Ok(Self { path, partial, file: buffered(Checked::new(file)), head: 0 })
     }
 
-    /// Whether a file that was `length` bytes long is still there, under either name.
-    pub fn check(path: &Path, length: u64) -> Result<(), OutputError> {
+    /// The name under which a file that takes its name at the end is there now.
+    pub fn present(path: &Path) -> PathBuf {
         let partial = partial_of(path);
-        let (path, found) = match (fs::metadata(&partial), fs::metadata(path)) {
-            (Ok(metadata), _) => (partial.as_path(), metadata.len()),
-            (Err(_), Ok(metadata)) => (path, metadata.len()),
-            (Err(_), Err(_)) => (path, 0),
-        };
-        if found >= length {
-            return Ok(());
-        }
-        Err(CheckpointError::File { path: path.to_owned(), found, expected: length }.into())
+        if partial.exists() { partial } else { path.to_owned() }
     }
 
-    /// Goes on with a file, under its name of a file that is not complete; what is behind `length` is cut off.
-    pub fn resume(path: PathBuf, length: Option<u64>) -> Result<Self, OutputError> {
-        let partial = partial_of(&path);
-        if !partial.exists() {
-            fs::rename(&path, &partial).map_err(OutputError::write(&partial))?;
+    /// Whether a file still has what it had at a checkpoint, under either name.
+    pub fn check(path: &Path, kept: &KeptFile) -> Result<(), CheckpointError> {
+        let path = Self::present(path);
+        if path.exists() {
+            return kept.check(&path);
         }
-        let mut file = OpenOptions::new().write(true).open(&partial).map_err(OutputError::write(&partial))?;
-        lock(&file, &partial)?;
-        if let Some(length) = length {
-            file.set_len(length).map_err(OutputError::write(&partial))?;
-        }
-        file.seek(SeekFrom::End(0)).map_err(OutputError::write(&partial))?;
-        Ok(Self { path, partial, file: BufWriter::with_capacity(1 << 16, file) })
+        Err(CheckpointError::File { path, found: 0, expected: kept.length })
+    }
+
+    /// Goes on with a file that has been checked, under its name of a file that is not complete; what was written after the checkpoint
+    /// is cut off.
+    pub fn resume(path: PathBuf, kept: &KeptFile) -> Result<Self, OutputError> {
+        let (partial, file) = open_again(&path)?;
+        file.set_len(kept.length).map_err(OutputError::write(&partial))?;
+        let mut file = Checked::go_on(file, kept.length, kept.checksum);
+        seek_end(&mut file, &partial)?;
+        Ok(Self { path, partial, file: buffered(file), head: kept.head })
+    }
+
+    /// Goes on with a file that no checkpoint counts.
+    pub fn reopen(path: PathBuf) -> Result<Self, OutputError> {
+        let (partial, file) = open_again(&path)?;
+        let mut file = Checked::new(file);
+        seek_end(&mut file, &partial)?;
+        Ok(Self { path, partial, file: buffered(file), head: 0 })
     }
 
     /// What it contains so far.
@@ -70,8 +78,7 @@ impl PartialFile {
         let mut new = Self::create(self.partial.clone())?;
         new.write(text)?;
         new.complete()?;
-        let file = OpenOptions::new().append(true).open(&self.partial).map_err(OutputError::write(&self.partial))?;
-        self.file = BufWriter::with_capacity(1 << 16, file);
+        *self = Self::reopen(self.path.clone())?;
         Ok(())
     }
 
@@ -80,28 +87,37 @@ impl PartialFile {
         self.file.write_all(bytes).map_err(OutputError::write(&self.partial))
     }
 
-    /// Replaces its first bytes; more goes to its end as before.
-    pub fn replace_start(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
-        let seek = |file: &mut BufWriter<File>, to| file.seek(to).map(drop);
-        seek(&mut self.file, SeekFrom::Start(0))
-            .and_then(|()| self.file.write_all(bytes))
-            .and_then(|()| seek(&mut self.file, SeekFrom::End(0)))
+    /// Writes the first bytes of an empty file, which will be replaced at its end.
+    pub fn write_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.replace_head(bytes)?;
+        self.head = bytes.len() as u64;
+        self.file.get_mut().pass(self.head);
+        Ok(())
+    }
+
+    /// Replaces the first bytes; more goes to its end as before.
+    pub fn replace_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.flush()?;
+        let mut file = self.file.get_ref().inner();
+        file.seek(SeekFrom::Start(0))
+            .and_then(|_| file.write_all(bytes))
+            .and_then(|()| file.seek(SeekFrom::End(0)))
+            .map(drop)
             .map_err(OutputError::write(&self.partial))
     }
 
     /// How long it is, with what is not yet written `[bytes]`.
-    pub fn length(&mut self) -> Result<u64, OutputError> {
-        self.file.stream_position().map_err(OutputError::write(&self.partial))
+    pub fn length(&self) -> u64 {
+        self.file.get_ref().length() + self.file.buffer().len() as u64
     }
 
-    /// Makes what was written so far safe on the disk, and says how much that is; `folder` is that of the run.
+    /// Makes what was written so far safe on the disk, and says what that is; `folder` is that of the run.
     pub fn keep(&mut self, folder: &Path) -> Result<KeptFile, OutputError> {
         self.flush()?;
-        let file = self.file.get_ref();
-        file.sync_data().map_err(OutputError::write(&self.partial))?;
-        let length = file.metadata().map_err(OutputError::write(&self.partial))?.len();
+        let written = self.file.get_ref();
+        written.inner().sync_data().map_err(OutputError::write(&self.partial))?;
         let name = self.path.strip_prefix(folder).unwrap_or(&self.path).to_string_lossy().into_owned();
-        Ok(KeptFile { name, length })
+        Ok(KeptFile { name, length: written.length(), head: self.head, checksum: written.checksum() })
     }
 
     pub fn path(&self) -> &Path {
@@ -125,7 +141,7 @@ impl PartialFile {
     /// Makes it safe on the disk and gives it its name.
     pub fn complete(mut self) -> Result<PathBuf, OutputError> {
         self.flush()?;
-        self.file.get_ref().sync_all().map_err(OutputError::write(&self.partial))?;
+        self.file.get_ref().inner().sync_all().map_err(OutputError::write(&self.partial))?;
         fs::rename(&self.partial, &self.path).map_err(OutputError::write(&self.path))?;
         Ok(self.path)
     }
@@ -137,6 +153,25 @@ fn lock(file: &File, path: &Path) -> Result<(), OutputError> {
         Err(TryLockError::WouldBlock) => Err(OutputError::Busy(path.to_owned())),
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
+}
+
+/// A file under its name of one that is not complete, whichever name it has.
+fn open_again(path: &Path) -> Result<(PathBuf, File), OutputError> {
+    let partial = partial_of(path);
+    if !partial.exists() {
+        fs::rename(path, &partial).map_err(OutputError::write(&partial))?;
+    }
+    let file = OpenOptions::new().write(true).open(&partial).map_err(OutputError::write(&partial))?;
+    lock(&file, &partial)?;
+    Ok((partial, file))
+}
+
+fn seek_end(file: &mut Checked<File>, path: &Path) -> Result<(), OutputError> {
+    file.inner().seek(SeekFrom::End(0)).map(drop).map_err(OutputError::write(path))
+}
+
+fn buffered(file: Checked<File>) -> BufWriter<Checked<File>> {
+    BufWriter::with_capacity(1 << 16, file)
 }
 
 /// The name of a file that is not complete.

@@ -22,6 +22,9 @@ pub struct Summary {
     pub particles: usize,
     /// Simulated time at the end.
     pub time: f64,
+    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files that do not tell.
+    #[serde(default = "not_grown")]
+    pub diameter_factor: f64,
     pub events: Events,
     pub energy: Energies,
     pub momentum: Momentum,
@@ -58,6 +61,8 @@ pub struct Energies {
     pub kinetic: f64,
     pub potential: f64,
     pub dissipated: f64,
+    #[serde(default)]
+    pub supplied: f64,
     pub ledger_error_relative: f64,
     /// Where the audit fails.
     pub ledger_limit: f64,
@@ -128,6 +133,7 @@ impl Summary {
             engine: simulation.engine().to_string(),
             particles: scene.particles.len(),
             time: simulation.time(),
+            diameter_factor: simulation.scale(),
             events: Events {
                 total: tally.physical(),
                 core: tally.core,
@@ -147,6 +153,7 @@ impl Summary {
                 kinetic: audit.energy.kinetic,
                 potential: audit.energy.potential,
                 dissipated: audit.dissipated,
+                supplied: audit.tally.supplied.total(),
                 ledger_error_relative: audit.ledger_error,
                 ledger_limit: audit.limits.energy,
             },
@@ -169,6 +176,11 @@ impl Summary {
             },
         }
     }
+}
+
+/// Of runs before there was growth.
+fn not_grown() -> f64 {
+    1.0
 }
 
 /// The high-water mark of resident memory, which Linux tells in kibibytes.

@@ -13,13 +13,15 @@ use crate::scene::Scene;
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
     meaning: Meaning,
+    /// Whether anything acts from outside.
+    is_driven: bool,
     regions: Vec<String>,
 }
 
 impl Columns {
     pub fn of(scene: &Scene) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
-        Self { meaning: Meaning::of(scene), regions }
+        Self { meaning: Meaning::of(scene), is_driven: scene.is_driven(), regions }
     }
 
     /// The first line.
@@ -29,6 +31,7 @@ impl Columns {
         for (has, column) in [
             (meaning.has_temperature, ",temperature [energy]"),
             (true, ",kinetic [energy],potential [energy],energy_and_dissipated [energy]"),
+            (self.is_driven, ",supplied [energy]"),
             (meaning.has_pressure, ",pressure [energy/length^D]"),
             (meaning.has_core, ",collision_rate [1/time]"),
             (meaning.has_height(), ",height [length]"),
@@ -53,6 +56,7 @@ impl Columns {
             (true, Some(row.kinetic)),
             (true, Some(row.potential)),
             (true, Some(row.ledger)),
+            (self.is_driven, Some(row.supplied)),
             (meaning.has_pressure, row.pressure),
             (meaning.has_core, row.collision_rate),
             (meaning.has_height(), row.height),

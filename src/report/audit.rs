@@ -57,7 +57,7 @@ fn invariants(summary: &Summary) -> Vec<Row> {
     let mut rows = vec![
         Row {
             what: "energy ledger",
-            how: "error of kinetic, potential and dissipated energy, relative",
+            how: "error of kinetic and potential energy, with what was dissipated and supplied, relative",
             value: tiny(energy.ledger_error_relative),
             limit: format!("{:.1e}", energy.ledger_limit),
             is_sound: Some(energy.ledger_error_relative <= energy.ledger_limit),
@@ -81,6 +81,11 @@ fn invariants(summary: &Summary) -> Vec<Row> {
     if energy.dissipated > 0.0 {
         let (what, how) = ("energy dissipated", "by restitution, and counted in the ledger");
         rows.push(Row { what, how, value: digits(energy.dissipated), limit: none(), is_sound: None });
+    }
+    if energy.supplied != 0.0 {
+        let (what, how) =
+            ("energy supplied", "by thermostats, walls, growth or shear, less what they took; counted in the ledger");
+        rows.push(Row { what, how, value: digits(energy.supplied), limit: none(), is_sound: None });
     }
     rows
 }

@@ -7,7 +7,7 @@ use super::table::Trace;
 use crate::measure::{Curve, Series};
 
 /// Columns of `thermo.csv` that share a plot.
-const ENERGIES: [&str; 3] = ["kinetic", "potential", "energy_and_dissipated"];
+const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dissipated"];
 
 /// The section of the page.
 pub(super) fn section(inputs: &Inputs) -> String {
@@ -165,8 +165,12 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
         look: Look::Course,
         points: trace.points().into_iter().map(|point| point.map(|[x, y]| Point { x, y, error: 0.0 })).collect(),
     };
-    let words =
-        |name: &str| name.replace("energy_and_dissipated", "kinetic + potential + dissipated").replace('_', " ");
+    let sum = if traces.iter().any(|trace| trace.name == "supplied") {
+        "kinetic + potential + dissipated - supplied"
+    } else {
+        "kinetic + potential + dissipated"
+    };
+    let words = |name: &str| name.replace("energy_and_dissipated", sum).replace('_', " ");
     let entry = |(index, trace): (usize, &&Trace)| (format!("s{}", index % plot::COLOURS), words(&trace.name));
     let legend: Vec<Entry> = traces.iter().enumerate().map(entry).collect();
     let first = traces.first()?;

@@ -10,7 +10,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     let summary = &inputs.summary;
     let mut list = Pairs::default();
     match &inputs.scene {
-        Some(scene) => of_scene(&mut list, scene),
+        Some(scene) => of_scene(&mut list, scene, summary.diameter_factor),
         None => list.text("particles", &plural(summary.particles, "particle")),
     }
     list.text("engine", &summary.engine);
@@ -43,10 +43,25 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-fn of_scene(list: &mut Pairs, scene: &Scene) {
+/// `factor` is the growth of the diameters before the measured stretch.
+fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
+    let mut scene = scene.clone();
+    let has_grown = factor.is_finite() && factor > 0.0 && factor != 1.0;
+    if has_grown {
+        scene.grow(factor);
+    }
+    let scene = &scene;
     list.text("particles", &describe::population(scene));
     list.items("species", &species(scene));
     list.items("interactions", &describe::interactions(scene));
+    if has_grown {
+        let fraction = number(&digits(scene.packing_fraction()));
+        let factor = number(&digits(factor));
+        let what = format!(
+            "diameters are {factor} times those at the start, and all of this is as measured, at a packing fraction of {fraction}"
+        );
+        list.text("after growth", &what);
+    }
     list.items("space", &describe::space(scene).split("; ").map(str::to_owned).collect::<Vec<_>>());
     let shown = |x: f64| number(&digits(x));
     let gravity = scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);

@@ -34,12 +34,39 @@ lower = [0.0, 0.0, 0.0]
 upper = [3.0, 6.0, 6.0]
 "#;
 
+const GROWN: &str = r#"
+name = "grown"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 32
+packing_fraction = 0.2
+temperature = 1.0
+[[stage]]
+name = "compress"
+grow = { rate = 0.2, packing_fraction = 0.4 }
+[run]
+until_events = 500
+thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.1 }
+"#;
+
 /// The folder of a run.
 fn run_folder() -> tempfile::TempDir {
+    folder_of(SCENE)
+}
+
+fn folder_of(text: &str) -> tempfile::TempDir {
     let place = tempfile::tempdir().unwrap();
-    let scene = Scene::from_toml(SCENE, "scene.toml").unwrap();
+    let scene = Scene::from_toml(text, "scene.toml").unwrap();
     let mut folder = Folder::create(place.path(), &scene).unwrap();
-    folder.keep_scene(SCENE).unwrap();
+    folder.keep_scene(text).unwrap();
     let finished = run::run(scene, &mut folder, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
     folder.complete(&Summary::of(&finished), &finished.measured, "").unwrap();
     place
@@ -182,6 +209,40 @@ fn a_page_tells_what_was_simulated_and_what_came_out() {
         let others = html.replace("http://www.w3.org/2000/svg", "");
         assert!(!others.contains(foreign), "{foreign}");
     }
+}
+
+#[test]
+fn after_growth_the_page_tells_the_diameters_that_were_measured() {
+    let run = folder_of(GROWN);
+    let html = page(run.path()).unwrap().html;
+    // The cube root of 2.
+    for expected in ["of diameter 1.25992", "contact distance 1.25992", "packing fraction of 0.4"] {
+        assert!(html.contains(expected), "{expected}");
+    }
+    assert!(!page(run_folder().path()).unwrap().html.contains("after growth"));
+}
+
+#[test]
+fn energies_that_are_plotted_add_up() {
+    let run = folder_of(GROWN);
+    let thermo = fs::read_to_string(run.path().join("thermo.csv")).unwrap();
+    let mut lines = thermo.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let column = |name: &str| names.iter().position(|column| column.starts_with(name)).unwrap();
+    let [kinetic, sum, supplied] = ["kinetic", "energy_and_dissipated", "supplied"].map(column);
+    let mut rows = 0;
+    for line in lines {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap_or(0.0)).collect();
+        // Of hard spheres without dissipation, to the rounding of a thousand terms.
+        assert!((cells[kinetic] - cells[supplied] - cells[sum]).abs() < 1e-10, "{line}");
+        assert!(cells[supplied] != 0.0);
+        rows += 1;
+    }
+    assert!(rows > 2);
+    let html = page(run.path()).unwrap().html;
+    assert!(html.contains("kinetic + potential + dissipated - supplied") && html.contains("energy supplied"));
+    let html = page(run_folder().path()).unwrap().html;
+    assert!(html.contains("kinetic + potential + dissipated") && !html.contains("supplied<"));
 }
 
 #[test]

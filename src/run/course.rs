@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::driver::PressureLook;
 use super::progress::Stage;
 use super::ticks::Ticks;
 use crate::audit::Ledger;
@@ -87,13 +88,13 @@ pub struct Course {
     pub(super) has_begun: bool,
     /// Simulated time of the next scaling of velocities; infinite for none.
     pub(super) next_scaling: f64,
-    /// Where the pressure of growing spheres was last looked at: time, virial and contacts.
-    pub(super) growth_look: Option<(f64, f64, u64)>,
+    /// The pressure of spheres that grow until it is reached.
+    pub(super) pressure_look: Option<PressureLook>,
 }
 
 impl Course {
     /// At the start of a scene.
-    pub(super) fn new(simulation: &Simulation) -> Self {
+    pub(crate) fn new(simulation: &Simulation) -> Self {
         let observer = Observer::new(simulation.scene());
         let crossing = crossing_time(simulation);
         let moving = observer.meaning().moving as u64;
@@ -114,7 +115,7 @@ impl Course {
             earlier_seconds: 0.0,
             has_begun: false,
             next_scaling: f64::INFINITY,
-            growth_look: None,
+            pressure_look: None,
         }
     }
 

@@ -1,9 +1,12 @@
 //! The loop of a run.
 
 mod finish;
+mod growth;
 mod measure;
 mod pace;
 mod stages;
+
+pub(super) use growth::PressureLook;
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -100,8 +103,9 @@ impl<R: Recorder> Driver<'_, R> {
             }
             let scaling = self.course.next_scaling;
             let until = time.min(scaling);
+            let most = events.min(self.next_look());
             let ending =
-                if self.course.ledger.has_overlaps() { self.look(until, events)? } else { self.go(until, events)? };
+                if self.course.ledger.has_overlaps() { self.look(until, most)? } else { self.go(until, most)? };
             match ending {
                 // By the clock of the simulation that may be a rounding too early.
                 Some(Ending::Time) => {

@@ -52,6 +52,11 @@ pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de:
     Ok(format!("{HEADER}{table}"))
 }
 
+/// The record of a scene but for the limit of the measured stretch; a text that is no record, as it is.
+pub(crate) fn without_limit(record: &str) -> String {
+    with_limit(record, Limit::default()).unwrap_or_else(|_| record.to_owned())
+}
+
 fn record_limit(limit: Limit, table: &mut Table) {
     let run = table.entry("run").or_insert_with(|| Value::Table(Table::new()));
     let Some(run) = run.as_table_mut() else { return };

@@ -96,7 +96,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.further_images.clear();
         self.neighbours = match search {
             Search::Cells => {
-                let cells = Cells::new(&self.space, self.reach, &positions);
+                let reach = self.reach * self.growing.map_or(1.0, |growing| growing.reach);
+                let cells = Cells::new(&self.space, reach, &positions);
                 self.further_images = cells.grid.further_images(&self.periods);
                 Neighbours::Cells(cells)
             }

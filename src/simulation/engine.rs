@@ -92,7 +92,7 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub growing: Option<Growing>,
     /// How the box is sheared.
     pub shear: Option<Shear>,
-    /// When a kick, or a look across the sides of a sheared box, comes next, since the epoch; infinite for never.
+    /// When a kick, a look across the sides of a sheared box, or a larger size of cells comes next, since the epoch; infinite for never.
     pub interlude: f64,
     /// Approach speed of an inelastic contact that lost it in rounding.
     pub lost_speed: Option<f64>,
@@ -246,17 +246,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Does what is due between two wakes.
     fn intervene(&mut self, observe: &mut impl FnMut(&Event)) {
-        if self.next_kick() <= self.next_look() {
+        if self.next_kick() <= self.interlude {
             self.kick().iter().for_each(observe);
-        } else {
+        } else if self.next_look() <= self.interlude {
             self.look_across();
+        } else {
+            self.begin_leg();
         }
         self.find_interlude();
     }
 
     /// Finds the next time of that.
     pub(super) fn find_interlude(&mut self) {
-        self.interlude = self.next_kick().min(self.next_look());
+        self.interlude = self.next_kick().min(self.next_look()).min(self.next_leg());
     }
 
     /// Whether pairs have to be looked at one by one.

@@ -8,6 +8,9 @@ use crate::event::Tally;
 use crate::motion::RelativeState;
 use crate::neighbours::Search;
 
+/// Cells reach for spheres that are larger by up to this factor. Smaller steps sort more often, larger ones search farther.
+const LEG: f64 = 1.1;
+
 /// Diameters that are `1 + rate (t - start)` times those of the scene.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Growing {
@@ -15,6 +18,10 @@ pub(super) struct Growing {
     rate: f64,
     /// Since the epoch.
     pub start: f64,
+    /// Cells reach for diameters that are this factor times those of the scene,
+    pub reach: f64,
+    /// which ends at this one.
+    largest: f64,
 }
 
 impl Growing {
@@ -22,6 +29,11 @@ impl Growing {
     #[inline]
     pub fn scale(&self, time: f64) -> f64 {
         1.0 + self.rate * (time - self.start)
+    }
+
+    /// When the spheres will be as large as cells reach, since the epoch; infinite if they are not to become larger.
+    fn outgrown(&self) -> f64 {
+        if self.reach < self.largest { self.start + (self.reach - 1.0) / self.rate } else { f64::INFINITY }
     }
 }
 
@@ -80,16 +92,32 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Lets all diameters grow from now on, up to `largest` times those of the scene.
-    ///
-    /// Cells reach as far as the spheres will at the end.
     pub fn grow(&mut self, rate: f64, largest: f64) {
+        self.growing = Some(Growing { rate, start: self.now, reach: LEG.min(largest), largest });
+        self.sort_anew();
+        self.find_interlude();
+    }
+
+    /// When the spheres outgrow their cells; infinite if they never do.
+    #[inline]
+    pub(super) fn next_leg(&self) -> f64 {
+        self.growing.as_ref().map_or(f64::INFINITY, Growing::outgrown)
+    }
+
+    /// Sorts the spheres into larger cells, when they have come to the size that cells reach for.
+    pub(super) fn begin_leg(&mut self) {
+        let Some(growing) = &mut self.growing else { return };
+        self.now = growing.outgrown().max(self.now);
+        growing.reach = (growing.reach * LEG).min(growing.largest);
+        self.sort_anew();
+    }
+
+    fn sort_anew(&mut self) {
         for particle in 0..self.bodies.len() as u32 {
             self.stream(particle, self.now);
             let position = self.bodies[particle as usize].position;
             self.wrap(particle, &position);
         }
-        self.growing = Some(Growing { rate, start: self.now });
-        self.reach *= largest;
         self.sort_in(Search::Cells);
         self.start_anew();
     }

@@ -1,17 +1,11 @@
-//! What acts on each stage of a run: thermostats, growing diameters.
+//! What acts on each stage of a run.
 
 use super::Driver;
 use crate::measure::Subject;
 use crate::run::Recorder;
 use crate::run::course::Start;
 use crate::run::progress::Stage;
-use crate::scene::{Growth, GrowthTarget, Limit, Thermostat};
-
-/// Growth may go this much too far, so that rounding does not leave it short of its target.
-const BEYOND: f64 = 1.0 + 1e-12;
-
-/// The pressure of growing spheres is averaged over this many contacts of each.
-const CONTACTS: u64 = 10;
+use crate::scene::{Limit, Thermostat};
 
 impl<R: Recorder> Driver<'_, R> {
     /// Sets the present stage up.
@@ -46,57 +40,10 @@ impl<R: Recorder> Driver<'_, R> {
             // What growth has heated since the last scaling.
             self.rescale(self.simulation.time());
             self.simulation.end_growth();
-            self.course.growth_look = None;
+            self.course.pressure_look = None;
         }
         self.course.stage = Start::of(&self.simulation, next, Limit::default());
         self.course.has_begun = false;
-    }
-
-    /// The growth of the present stage.
-    pub(super) fn growth(&self) -> Option<Growth> {
-        match self.course.stage.stage {
-            Stage::Preparation(number) => self.simulation.scene().run.stages[number as usize].growth,
-            _ => None,
-        }
-    }
-
-    fn begin_growth(&mut self, growth: &Growth, limit: &mut Limit) {
-        let scene = self.simulation.scene();
-        let dimensions = scene.space.dimensions();
-        let (filled, target) = match growth.until {
-            GrowthTarget::PackingFraction(target) => (scene.packing_fraction(), target),
-            // Nothing is denser than full.
-            GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
-        };
-        // What is too little to begin with was refused with the scene, but for rounding.
-        let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
-        self.simulation.grow(growth, largest);
-        if matches!(growth.until, GrowthTarget::PackingFraction(_)) {
-            let duration = (largest - 1.0) / growth.rate;
-            limit.time = Some(limit.time.map_or(duration, |time| time.min(duration)));
-        }
-    }
-
-    /// Whether growing spheres have come to the pressure that they are to reach.
-    pub(super) fn has_grown(&mut self) -> bool {
-        let Some(Growth { until: GrowthTarget::CompressibilityFactor(target), .. }) = self.growth() else {
-            return false;
-        };
-        let (time, tally) = (self.simulation.time(), self.simulation.tally());
-        let (virial, contacts) = (tally.virial, tally.core);
-        let meaning = self.course.observer.meaning();
-        let Some((since, before, contacts_before)) = self.course.growth_look else {
-            self.course.growth_look = Some((time, virial, contacts));
-            return false;
-        };
-        if 2 * (contacts - contacts_before) < CONTACTS * meaning.moving as u64 {
-            return false;
-        }
-        self.course.growth_look = Some((time, virial, contacts));
-        let energy = self.simulation.energy();
-        let temperature = meaning.temperature(energy.thermal, &energy.momentum).unwrap_or(0.0);
-        let factor = 1.0 + (virial - before) / (meaning.degrees_of_freedom * temperature * (time - since));
-        factor >= target
     }
 
     /// Scales velocities to the temperature of the thermostat, at a time that the simulation has come to, but for rounding.
@@ -107,6 +54,7 @@ impl<R: Recorder> Driver<'_, R> {
             _ => plan.thermostat,
         };
         let Some(Thermostat::Rescaling { temperature, interval }) = thermostat else { return };
+        self.end_piece();
         let energy = self.simulation.energy();
         let meaning = self.course.observer.meaning();
         if let Some(now) = meaning.temperature(energy.thermal, &energy.momentum)
@@ -115,6 +63,7 @@ impl<R: Recorder> Driver<'_, R> {
             let drift = meaning.drift(&energy.momentum);
             self.course.ledger.note(&energy);
             self.simulation.scale_velocities((temperature / now).sqrt(), &drift);
+            self.begin_piece();
         }
         // Counted from the start of the stage, so that rounding does not add up.
         let start = self.course.stage.time;

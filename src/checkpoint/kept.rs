@@ -1,0 +1,51 @@
+//! The files of a run that belong to a checkpoint.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Checked, CheckpointError};
+
+/// An output file at the time of a checkpoint.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeptFile {
+    /// Its name in the folder of the run.
+    pub name: String,
+    /// How long it was `[bytes]`; what was written later does not belong to the checkpoint.
+    pub length: u64,
+    /// Bytes at its start that the end of the run replaces, and that are not checked.
+    pub head: u64,
+    /// CRC-32 of what lies between.
+    pub checksum: u32,
+}
+
+impl KeptFile {
+    /// Whether the file at `path` is still there, with what it had at the checkpoint.
+    pub(crate) fn check(&self, path: &Path) -> Result<(), CheckpointError> {
+        let unreadable = |source| CheckpointError::FileUnreadable { path: path.to_owned(), source };
+        let mut file = File::open(path).map_err(unreadable)?;
+        let found = file.metadata().map_err(unreadable)?.len();
+        if found < self.length {
+            return Err(CheckpointError::File { path: path.to_owned(), found, expected: self.length });
+        }
+        file.seek(SeekFrom::Start(self.head)).map_err(unreadable)?;
+        let mut sum = Checked::new(io::sink());
+        io::copy(&mut file.take(self.length.saturating_sub(self.head)), &mut sum).map_err(unreadable)?;
+        let (found, expected) = (sum.checksum(), self.checksum);
+        if found == expected {
+            return Ok(());
+        }
+        Err(CheckpointError::Content { path: path.to_owned(), length: self.length, found, expected })
+    }
+}
+
+/// The files of a run at the time of a checkpoint.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Kept {
+    /// CRC-32 of the text of the scene but for its limit, which may be given anew; `None` if the text is not kept.
+    pub scene: Option<u32>,
+    /// Those that grow.
+    pub files: Vec<KeptFile>,
+}

@@ -1,0 +1,174 @@
+//! Growing spheres: how far they grow, and the pressure that ends it.
+
+use serde::{Deserialize, Serialize};
+
+use super::Driver;
+use crate::run::Recorder;
+use crate::run::progress::Stage;
+use crate::scene::{Growth, GrowthTarget, Limit};
+
+/// Growth may go this much too far, so that rounding does not leave it short of its target.
+const BEYOND: f64 = 1.0 + 1e-12;
+
+/// The pressure of growing spheres is averaged over this many contacts of each.
+const CONTACTS: u64 = 10;
+
+/// The compressibility factor of growing spheres from one look to the next.
+///
+/// `Z = 1 + <sum r.p / (D N k T)> / t`, with the momenta `p` exchanged at contacts. Growth heats and a thermostat cools, so that
+/// what is exchanged in each piece of the time, from one scaling to the next, is divided by the temperature in that piece: the mean of
+/// those at its ends.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(in crate::run) struct PressureLook {
+    /// Simulated time of the last look.
+    since: f64,
+    /// Physical events at the next one: always the same, however the run is cut up.
+    next: u64,
+    /// `sum r.p / (D N k T)` of the pieces since then `[time]`.
+    exchanged: f64,
+    /// Virial and temperature at the start of the present piece.
+    virial: f64,
+    temperature: f64,
+}
+
+impl<R: Recorder> Driver<'_, R> {
+    /// The growth of the present stage.
+    pub(super) fn growth(&self) -> Option<Growth> {
+        match self.course.stage.stage {
+            Stage::Preparation(number) => self.simulation.scene().run.stages[number as usize].growth,
+            _ => None,
+        }
+    }
+
+    pub(super) fn begin_growth(&mut self, growth: &Growth, limit: &mut Limit) {
+        let scene = self.simulation.scene();
+        let dimensions = scene.space.dimensions();
+        let (filled, target) = match growth.until {
+            GrowthTarget::PackingFraction(target) => (scene.packing_fraction(), target),
+            // Nothing is denser than full.
+            GrowthTarget::CompressibilityFactor(_) => (scene.packing_fraction(), 1.0),
+        };
+        // What is too little to begin with was refused with the scene, but for rounding.
+        let largest = libm::pow(target / filled, 1.0 / dimensions as f64).max(1.0) * BEYOND;
+        self.simulation.grow(growth, largest);
+        match growth.until {
+            GrowthTarget::PackingFraction(_) => {
+                let duration = (largest - 1.0) / growth.rate;
+                limit.time = Some(limit.time.map_or(duration, |time| time.min(duration)));
+            }
+            GrowthTarget::CompressibilityFactor(_) => self.begin_look(),
+        }
+    }
+
+    /// Averages the pressure from now on.
+    fn begin_look(&mut self) {
+        let contacts = (CONTACTS * self.course.observer.meaning().moving as u64).div_ceil(2).max(1);
+        let tally = self.simulation.tally();
+        self.course.pressure_look = Some(PressureLook {
+            since: self.simulation.time(),
+            next: tally.physical().saturating_add(contacts),
+            exchanged: 0.0,
+            virial: tally.virial,
+            temperature: self.temperature(),
+        });
+    }
+
+    fn temperature(&self) -> f64 {
+        let energy = self.simulation.energy();
+        self.course.observer.meaning().temperature(energy.thermal, &energy.momentum).unwrap_or(0.0)
+    }
+
+    /// Physical events at which the pressure of growing spheres is looked at next.
+    pub(super) fn next_look(&self) -> u64 {
+        self.course.pressure_look.map_or(u64::MAX, |look| look.next)
+    }
+
+    /// Ends a piece of the time in which the pressure is averaged, as before velocities are scaled.
+    pub(super) fn end_piece(&mut self) {
+        if self.course.pressure_look.is_none() {
+            return;
+        }
+        let (virial, temperature) = (self.simulation.tally().virial, self.temperature());
+        let degrees = self.course.observer.meaning().degrees_of_freedom;
+        let Some(look) = &mut self.course.pressure_look else { return };
+        let mean = 0.5 * (look.temperature + temperature);
+        if virial > look.virial {
+            look.exchanged += (virial - look.virial) / (degrees * mean);
+        }
+        (look.virial, look.temperature) = (virial, temperature);
+    }
+
+    /// Begins the next piece, after they are scaled.
+    pub(super) fn begin_piece(&mut self) {
+        if let Some(mut look) = self.course.pressure_look {
+            look.temperature = self.temperature();
+            self.course.pressure_look = Some(look);
+        }
+    }
+
+    /// Whether growing spheres have come to the pressure that they are to reach.
+    pub(super) fn has_grown(&mut self) -> bool {
+        let Some(Growth { until: GrowthTarget::CompressibilityFactor(target), .. }) = self.growth() else {
+            return false;
+        };
+        if self.simulation.tally().physical() < self.next_look() {
+            return false;
+        }
+        self.end_piece();
+        let Some(look) = self.course.pressure_look else { return false };
+        let factor = 1.0 + look.exchanged / (self.simulation.time() - look.since);
+        self.begin_look();
+        factor >= target
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use super::*;
+    use crate::measure::Subject;
+    use crate::potential::Potential;
+    use crate::run::{Course, Ending, Progress};
+    use crate::scene::{Amount, Arrangement, RunPlan, SceneBuilder, StagePlan, Thermostat};
+    use crate::simulation::Simulation;
+
+    /// The factor by which 32 spheres have grown when they have come to a pressure, at most `step` events at a time.
+    fn grown(step: u64) -> f64 {
+        let stage = StagePlan {
+            name: "compress".into(),
+            limit: Limit::default(),
+            thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
+            growth: Some(Growth { rate: 0.05, until: GrowthTarget::CompressibilityFactor(15.0) }),
+        };
+        let scene = SceneBuilder::new("growing")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Arrangement::Random, "A", 32, Amount::PackingFraction(0.1))
+            .temperature(1.0)
+            .run(RunPlan { stages: vec![stage], limit: Limit::events(1), ..RunPlan::default() })
+            .build()
+            .unwrap();
+        let simulation = Simulation::new(scene);
+        let (course, subject) = (Course::new(&simulation), Subject::of(simulation.scene()));
+        let watch = &mut |_: &Progress| ControlFlow::Continue(());
+        let mut driver = Driver { simulation, course, subject, recorder: &mut (), watch, started: None };
+        driver.enter();
+        loop {
+            let events = driver.simulation.tally().physical().saturating_add(step);
+            if driver.advance(f64::INFINITY, events).unwrap() != Some(Ending::Events) {
+                return driver.simulation.scale();
+            }
+        }
+    }
+
+    #[test]
+    fn where_growth_ends_does_not_depend_on_how_it_is_cut_up() {
+        let whole = grown(u64::MAX);
+        // Many legs, of the cells' reach, and looks.
+        assert!(whole > 1.5, "{whole}");
+        for step in [1, 7, 160, 1003] {
+            assert_eq!(grown(step).to_bits(), whole.to_bits(), "{step}");
+        }
+    }
+}
