@@ -155,7 +155,13 @@ mod tests {
     fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
         let subject = Subject::of_points(space.clone(), frames[0].len() as u32);
         let velocities = vec![Vector::zeros(); frames[0].len()];
-        let sample = |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, images: &[] };
+        let sample = |k: usize| Sample {
+            time: k as f64,
+            positions: &frames[k],
+            velocities: &velocities,
+            images: &[],
+            displacement: 0.0,
+        };
         let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
         let setup = Setup { subject: &subject, sample: sample(0), duration: frames.len() as f64 };
         let mut instrument = StructureFactor::new(&plan, &setup);
@@ -170,7 +176,7 @@ mod tests {
         let positions: Vec<Vector> =
             (0..20).map(|k| Vector::from_fn(|axis, _| (f64::from(k) * (1.3 + axis as f64)).rem_euclid(5.0))).collect();
         let subject = Subject::of_points(space.clone(), 20);
-        let sample = Sample { time: 0.0, positions: &positions, velocities: &[], images: &[] };
+        let sample = Sample { time: 0.0, positions: &positions, velocities: &[], images: &[], displacement: 0.0 };
         let shells = vectors::shells(&space, 20.0, 20);
         let sums = density_modes(&shells, &sample, &subject);
         let all: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.clone()).collect();

@@ -141,6 +141,8 @@ pub struct Sample<'a> {
     pub velocities: &'a [Vector],
     /// Periods travelled since the start along each axis.
     pub images: &'a [[i32; 3]],
+    /// Displacement of the next image up, along x, in `(-L_x / 2, L_x / 2]`; 0 in a box at rest `[length]`.
+    pub displacement: f64,
 }
 
 impl<'a> Sample<'a> {
@@ -152,10 +154,13 @@ impl<'a> Sample<'a> {
             positions: &snapshot.positions,
             velocities: &snapshot.velocities,
             images: &snapshot.images,
+            displacement: snapshot.displacement,
         }
     }
 
     /// Where a particle would be if it had never been wrapped: position + image * period `[length]`.
+    ///
+    /// In a sheared box that holds for y and z only: what goes round it along y is displaced along x.
     #[must_use]
     pub fn unwrapped(&self, id: usize, space: &Space) -> Vector {
         let (position, image) = (self.positions[id], self.images[id]);

@@ -13,7 +13,7 @@ use crate::Vector;
 use crate::motion::RelativeState;
 use crate::neighbours::Neighbours;
 use crate::neighbours::grid::Face;
-use crate::space::minimum_image_along;
+use crate::space::{displacement_within_period, minimum_image_along};
 
 /// The axis along which images slide, and the one along which they do it ever faster.
 pub(super) const FLOW: usize = 0;
@@ -52,6 +52,11 @@ impl Shear {
     #[inline]
     fn displacement(&self, time: f64) -> f64 {
         self.displacement + self.speed * time
+    }
+
+    /// The same less whole periods, in `(-period / 2, period / 2]`.
+    pub fn displacement_within(&self, time: f64, period: f64) -> f64 {
+        displacement_within_period(self.displacement(time), period)
     }
 
     /// Counts times from an epoch that is later by `shift`.

@@ -16,7 +16,7 @@ fn scene() -> (Subject, Vec<Vector>) {
 }
 
 fn sample(time: f64, positions: &[Vector]) -> Sample<'_> {
-    Sample { time, positions, velocities: &[], images: &[] }
+    Sample { time, positions, velocities: &[], images: &[], displacement: 0.0 }
 }
 
 fn measured(instrument: &Chains, subject: &Subject) -> Measured {

@@ -10,7 +10,13 @@ use rand_core::{Rng, SeedableRng};
 /// Shows an instrument one frame after the other, at times 1, 2, ...
 fn measure(subject: &Subject, plan: &plan::RadialDistribution, frames: &[Vec<Vector>]) -> Measured {
     let velocities = vec![Vector::zeros(); frames[0].len()];
-    let sample = |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, images: &[] };
+    let sample = |k: usize| Sample {
+        time: k as f64,
+        positions: &frames[k],
+        velocities: &velocities,
+        images: &[],
+        displacement: 0.0,
+    };
     let setup = Setup { subject, sample: sample(0), duration: frames.len() as f64 };
     let mut instrument = RadialDistribution::new(plan, &setup);
     (1..frames.len()).for_each(|k| instrument.sample(&sample(k), subject));
