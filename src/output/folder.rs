@@ -230,7 +230,7 @@ impl Recorder for Folder {
     }
 
     fn frame(&mut self, snapshot: &Snapshot) -> Result<(), OutputError> {
-        self.frame.time = snapshot.time;
+        (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
         let states = snapshot.positions.iter().zip(&snapshot.velocities);
         let all = self.frame.particles.iter_mut().zip(&self.radii);
         for ((particle, radius), (position, velocity)) in all.zip(states) {

@@ -92,8 +92,8 @@ impl<R: BufRead> FrameReader<R> {
         }
         self.has_velocities = comment.columns.velocity.is_some();
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
-        let (time, periodic, bonds) = (comment.time, comment.periodic, comment.bonds);
-        Ok(Some(Frame { time, lower, size, periodic, species: table.species, particles, bonds }))
+        let Comment { time, periodic, displacement, bonds, .. } = comment;
+        Ok(Some(Frame { time, lower, size, periodic, displacement, species: table.species, particles, bonds }))
     }
 }
 
