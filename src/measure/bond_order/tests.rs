@@ -66,6 +66,22 @@ fn a_triangular_lattice_is_hexatic_and_its_instrument_says_so() {
 }
 
 #[test]
+fn a_triangular_lattice_is_hexatic_in_a_sheared_box_that_its_rows_fit() {
+    // Five rows, so that the next image of the first one is half a spacing beside it.
+    let height = 0.75_f64.sqrt();
+    let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
+    let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };
+    let site = |k: u32| Vector::new(f64::from(k % 6) + 0.5 * f64::from(k / 6 % 2), f64::from(k / 6) * height, 0.0);
+    let positions: Vec<Vector> = (0..30).map(site).collect();
+    let subject = Subject::of_points(space, 30);
+    for (displacement, is_perfect) in [(0.5, true), (-1.5, true), (0.0, false)] {
+        let sample = Sample { displacement, ..sample(0.0, &positions, &[]) };
+        let values = per_particle(&subject, &sample, 1.2, 6);
+        assert_eq!(values.iter().all(|value| *value > 1.0 - 1e-6), is_perfect, "{displacement}: {values:?}");
+    }
+}
+
+#[test]
 fn without_neighbours_there_is_no_order_and_no_nan() {
     let subject = Subject::of_points(Space::periodic_cube(50.0), 2);
     let positions = [Vector::zeros(), Vector::repeat(20.0)];
