@@ -94,10 +94,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_across
     }
 
-    /// Those beyond the sides that slide: cells next to them do not stay next to them.
-    pub(super) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
+    /// Calls `visit` for those beyond the sides that slide: cells next to them do not stay next to them.
+    pub(super) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
         let (Some(_), Neighbours::Cells(cells)) = (&self.shear, &self.neighbours) else { return };
-        cells.for_each_across(cells.home(me.id), [FLOW, GRADIENT], |other| {
+        cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
+    }
+
+    /// The first meeting with those beyond the sides that slide.
+    pub(super) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
+        self.for_each_across(me.id, |other| {
             let is_known = TABLE && self.memory.get(me.id, other).is_some();
             if !is_known {
                 self.predict_stranger(me, other, prediction);
