@@ -12,6 +12,7 @@ macro_rules! with_engine {
     };
 }
 
+mod apart;
 mod arrange;
 mod audit;
 mod body;

@@ -115,3 +115,79 @@ pub fn minimum_image(mut separation: Vector, periods: &Vector) -> Vector {
     }
     separation
 }
+
+/// [`minimum_image`] in a sheared box, whose next image up along y is displaced along x by `displacement` `[length]`.
+///
+/// First the image along y is chosen, which takes its displacement with it, then those along x and z. That is the shortest image
+/// wherever one is shorter than half of the shortest period. Needs a displacement of at most half a period, as
+/// [`displacement_within_period`] gives; 0 is a box at rest.
+#[inline]
+#[must_use]
+pub fn nearest_image(mut separation: Vector, periods: &Vector, displacement: f64) -> Vector {
+    if separation.y.abs() > 0.5 * periods.y {
+        separation.x -= 1.0_f64.copysign(separation.y) * displacement;
+    }
+    minimum_image(separation, periods)
+}
+
+/// A displacement along x less whole periods, in `(-period / 2, period / 2]`.
+#[must_use]
+pub fn displacement_within_period(displacement: f64, period: f64) -> f64 {
+    let rest = libm::fmod(displacement, period);
+    if rest > 0.5 * period {
+        rest - period
+    } else if rest <= -0.5 * period {
+        rest + period
+    } else {
+        rest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The shortest of the images up to two periods away along each axis, from the definition of a sheared lattice.
+    fn shortest(separation: &Vector, size: &Vector, displacement: f64) -> f64 {
+        let mut shortest = f64::INFINITY;
+        for (i, j, k) in (-2..=2).flat_map(|i| (-2..=2).flat_map(move |j| (-2..=2).map(move |k| (i, j, k)))) {
+            let [i, j, k] = [i, j, k].map(f64::from);
+            let image = Vector::new(i * size.x + j * displacement, j * size.y, k * size.z);
+            shortest = shortest.min((separation + image).norm());
+        }
+        shortest
+    }
+
+    #[test]
+    fn the_nearest_image_is_the_shortest_of_all_up_to_half_of_the_shortest_period() {
+        let size = Vector::new(6.0, 4.0, 7.0);
+        for displacement in [0.0, 0.7, -1.9, 2.4, -2.9, 3.0] {
+            let mut near = 0;
+            for index in 0..20_000_u32 {
+                // Separations of two points in the box are spread evenly by these multiples.
+                let part = |factor: f64| 2.0 * (f64::from(index) * factor).fract() - 1.0;
+                let apart = Vector::new(part(0.754_878), part(0.569_84), part(0.430_16)).component_mul(&size);
+                let nearest = nearest_image(apart, &size, displacement);
+                assert_eq!(nearest_image(-apart, &size, displacement), -nearest, "antisymmetric");
+                assert!(nearest.iter().zip(&size).all(|(x, period)| x.abs() <= 0.5 * period), "{nearest}");
+                let expected = shortest(&apart, &size, displacement);
+                if expected < 2.0 {
+                    near += 1;
+                    // Some sums of numbers below 20.
+                    assert!((nearest.norm() - expected).abs() < 1e-14, "{apart} {displacement}: {nearest} {expected}");
+                }
+            }
+            // A sphere of radius 2 is a fifth of the box.
+            assert!(near > 3000, "{near}");
+        }
+    }
+
+    #[test]
+    fn a_displacement_is_within_half_a_period_on_either_side() {
+        for (displacement, expected) in
+            [(0.0, 0.0), (3.0, 3.0), (-3.0, 3.0), (3.5, -2.5), (-3.5, 2.5), (6.0, 0.0), (20.0, 2.0), (-20.0, -2.0)]
+        {
+            assert_eq!(displacement_within_period(displacement, 6.0), expected, "{displacement}");
+        }
+    }
+}

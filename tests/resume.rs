@@ -81,6 +81,11 @@ thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.2 }
 until_events = 1000
 [measure]
 pressure_tensor = true
+radial_distribution = true
+structure_factor = true
+diffusion = true
+free_paths = true
+bond_order = true
 [[measure.profile]]
 name = "layers"
 bins = [1, 10, 1]

@@ -75,7 +75,7 @@ fn axes(subject: &Subject) -> Vec<usize> {
 
 fn near(subject: &Subject, sample: &Sample<'_>, cutoff: f64) -> Near {
     let range = cutoff.min(Near::largest_range(&subject.space));
-    Near::new(&subject.space, range, &subject.moving, sample.positions)
+    Near::new(&subject.space, range, &subject.moving, sample)
 }
 
 /// The length of a mean of `count`; `None` for the mean of none.

@@ -9,7 +9,7 @@ use super::quantity::Measured;
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
 use crate::Vector;
-use crate::space::minimum_image;
+use crate::space::nearest_image;
 use crate::statistics::CurveAverage;
 use serde::{Deserialize, Serialize};
 use topology::{Component, Topology};
@@ -28,7 +28,7 @@ const MOST_DISTRIBUTIONS: usize = 8;
 /// End-to-end distances are counted up to this many times the length of a random walk, which none of a million exceeds.
 const LONGEST_WALK: f64 = 4.0;
 
-/// Bond lengths, and the extent of each connected component, unwrapped along its bonds by minimum images: bonds are shorter than
+/// Bond lengths, and the extent of each connected component, unwrapped along its bonds by nearest images: bonds are shorter than
 /// half a period.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Chains {
@@ -89,7 +89,7 @@ impl Chains {
         let mut values = vec![0.0; 2 + self.bins];
         for &[a, b] in &subject.bonds {
             let separation = sample.positions[a as usize] - sample.positions[b as usize];
-            let length = minimum_image(separation, &periods).norm();
+            let length = nearest_image(separation, &periods, sample.displacement).norm();
             values[0] += each * length;
             values[1] += each * length * length;
             // At an end by as much as rounding may be outside.
@@ -180,7 +180,8 @@ fn unwrapped(component: &Component, sample: &Sample<'_>, subject: &Subject) -> V
     let mut path: Vec<Vector> = Vec::with_capacity(component.ids.len());
     for (&id, &parent) in component.ids.iter().zip(&component.parents) {
         let from = component.ids[parent as usize] as usize;
-        let step = minimum_image(sample.positions[id as usize] - sample.positions[from], &periods);
+        let apart = sample.positions[id as usize] - sample.positions[from];
+        let step = nearest_image(apart, &periods, sample.displacement);
         path.push(path.get(parent as usize).map_or(step, |at| at + step));
     }
     path

@@ -124,7 +124,7 @@ impl Diffusion {
         let span = self.lags.steps * TICKS_PER_STEP;
         let (length, groups) = (self.lags.steps as usize + 1, self.tracers.groups());
         // Trapezoids, by axis.
-        let weight = 0.5 * self.lags.interval() / subject.space.dimensions() as f64;
+        let weight = 0.5 * self.lags.interval() / Tracers::dimensions(subject);
         for origin in self.origins.iter_mut().filter(|origin| origin.is_young() && now - origin.tick >= span) {
             let mut values = Vec::with_capacity(groups * CURVES * length);
             for curves in origin.curve.chunks_exact(2 * length) {

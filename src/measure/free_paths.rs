@@ -24,13 +24,13 @@ const BLOCK: u64 = 64;
 ///
 /// A free path is the length of the flight, over straight pieces where events of other kinds come between; its free time the time that
 /// this takes. Flights that were under way at the start, or are at the end, do not count. Of particles that accelerate there
-/// are no paths.
+/// are no paths, nor in a sheared box: relative to what streams around them they accelerate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FreePaths {
     /// By particle id.
     flights: Vec<Flight>,
     times: Flown,
-    /// None where particles accelerate.
+    /// None where particles accelerate, or stream.
     paths: Option<Flown>,
 }
 
@@ -83,7 +83,7 @@ impl FreePaths {
         Self {
             flights: vec![flight; setup.subject.masses.len()],
             times: Flown::new(bins),
-            paths: (!setup.subject.is_accelerated).then(|| Flown::new(bins)),
+            paths: (!setup.subject.is_accelerated && setup.subject.shear_rate == 0.0).then(|| Flown::new(bins)),
         }
     }
 
@@ -163,7 +163,8 @@ fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, met
 }
 
 const TIME: &str = "Time between two successive Core events of a particle.";
-const PATH: &str = "Length of the way between two successive Core events of a particle; force-free flight only.";
+const PATH: &str =
+    "Length of the way between two successive Core events of a particle; force-free flight in a box at rest only.";
 const EXPONENTIAL: &str = "Exact if each particle collided at a rate of its own that never changes. In a dilute gas fast particles collide more \
     often, which leaves more of the longest times: Visco, van Wijland and Trizac, Phys. Rev. E 77, 041117 (2008), \
     doi:10.1103/PhysRevE.77.041117";

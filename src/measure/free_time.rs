@@ -19,7 +19,11 @@ pub(super) fn mean_free_time(subject: &Subject, sample: &Sample<'_>) -> Option<f
     let (mut twice_kinetic, mut diameters, mut volume) = (0.0, 0.0, 0.0);
     for &id in &subject.moving {
         let diameter = subject.diameters[subject.species[id as usize] as usize];
-        twice_kinetic += subject.masses[id as usize] * (sample.velocities[id as usize] - drift).norm_squared();
+        let mut velocity = sample.velocities[id as usize] - drift;
+        if subject.shear_rate != 0.0 {
+            velocity -= subject.streaming_velocity(&sample.positions[id as usize]);
+        }
+        twice_kinetic += subject.masses[id as usize] * velocity.norm_squared();
         diameters += diameter;
         volume += match dimensions {
             1 => diameter,

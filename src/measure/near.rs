@@ -1,17 +1,20 @@
 //! Pairs of particles that are closer than a range, found with cells.
 
+use super::subject::Sample;
 use crate::Vector;
-use crate::space::{Boundary, Space, minimum_image};
+use crate::space::{Boundary, Space, nearest_image};
 
 /// Cells are this much wider than the range: round-off of positions hides no pair.
 const MARGIN: f64 = 1.0 + 1e-6;
 
-/// Particles sorted into cells no smaller than a range; pairs by minimum image.
+/// Particles sorted into cells no smaller than a range; pairs by their nearest image.
 ///
 /// The range may be at most half of the shortest period.
 #[derive(Debug)]
 pub(super) struct Near {
     periods: Vector,
+    /// Of the next image up along y, along x.
+    displacement: f64,
     range: f64,
     counts: [usize; 3],
     /// Where the particles of each cell begin, and the end.
@@ -23,7 +26,8 @@ pub(super) struct Near {
 
 impl Near {
     /// Sorts particles with these ids into cells.
-    pub fn new(space: &Space, range: f64, ids: &[u32], positions: &[Vector]) -> Self {
+    pub fn new(space: &Space, range: f64, ids: &[u32], sample: &Sample<'_>) -> Self {
+        let &Sample { positions, displacement, .. } = sample;
         let (lower, extent) = extents(space, ids, positions);
         let counts = cell_counts(&extent, range * MARGIN, ids.len());
         let cell_of = |position: &Vector| {
@@ -45,7 +49,7 @@ impl Near {
             next[cell] += 1;
         }
         let positions = sorted.iter().map(|&id| positions[id as usize]).collect();
-        Self { periods: space.periods(), range, counts, starts, ids: sorted, positions }
+        Self { periods: space.periods(), displacement, range, counts, starts, ids: sorted, positions }
     }
 
     /// The largest range for which minimum images are all there are: half of the shortest period, infinite without one.
@@ -79,10 +83,10 @@ impl Near {
         });
     }
 
-    /// The minimum image of a separation, if it is within the range.
+    /// The nearest image of a separation, if it is within the range.
     #[inline]
     fn separation(&self, index: usize, other: usize) -> Option<Vector> {
-        let separation = minimum_image(self.positions[index] - self.positions[other], &self.periods);
+        let separation = nearest_image(self.positions[index] - self.positions[other], &self.periods, self.displacement);
         (separation.norm_squared() < self.range * self.range).then_some(separation)
     }
 
@@ -97,15 +101,24 @@ impl Near {
             runs.clear();
             let (x, y, z) = (cell % nx, cell / nx % ny, cell / (nx * ny));
             for z in self.around(2, z) {
-                for y in self.around(1, y) {
-                    for x in self.around(0, x) {
-                        let near = (z * ny + y) * nx + x;
+                for row in self.around(1, y) {
+                    let first = (z * ny + row) * nx;
+                    if self.slides(y, row) {
+                        runs.push((self.starts[first], self.starts[first + nx]));
+                        continue;
+                    }
+                    for near in self.around(0, x).map(|x| first + x) {
                         runs.push((self.starts[near], self.starts[near + 1]));
                     }
                 }
             }
             (self.starts[cell]..self.starts[cell + 1]).for_each(|index| visit(index, &runs));
         }
+    }
+
+    /// Whether a row of cells along x is next to another one through the side that slides, so that any cell of it may be near.
+    fn slides(&self, y: usize, row: usize) -> bool {
+        self.displacement != 0.0 && (self.counts[1] < 3 || y.abs_diff(row) > 1)
     }
 
     /// The indices next to one along an axis, itself included, each once.
@@ -152,38 +165,79 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
     use rand_core::{Rng, SeedableRng};
 
+    type Matrix = nalgebra::Matrix3<f64>;
+
+    fn tensor(separation: impl std::borrow::Borrow<Vector>) -> Matrix {
+        separation.borrow() * separation.borrow().transpose()
+    }
+
+    fn sample(positions: &[Vector], displacement: f64) -> Sample<'_> {
+        Sample { time: 0.0, positions, velocities: &[], images: &[], displacement }
+    }
+
     fn random_points(count: usize, space: &Space) -> Vec<Vector> {
         let mut random = ChaCha8Rng::seed_from_u64(4);
         let mut next = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         (0..count).map(|_| space.lower + Vector::from_fn(|k, _| next() * space.size[k])).collect()
     }
 
+    /// Displacements of all images up to two periods away along each periodic axis.
+    fn all_images(space: &Space, displacement: f64) -> impl Iterator<Item = Vector> {
+        let all = |k: usize| {
+            let is_periodic = space.boundary[k] == Boundary::Periodic;
+            (if is_periodic { -2..=2 } else { 0..=0 }).map(f64::from)
+        };
+        let (size, [x, y, z]) = (space.size, [all(0), all(1), all(2)]);
+        z.flat_map(move |k| y.clone().map(move |j| (j, k))).flat_map(move |(j, k)| {
+            x.clone().map(move |i| Vector::new(i * size.x + j * displacement, j * size.y, k * size.z))
+        })
+    }
+
     #[test]
     fn it_finds_the_pairs_that_all_pairs_contain() {
         let flat = Boundary::Flat;
-        for (boundary, size) in [
-            ([Boundary::Periodic; 3], Vector::new(10.0, 7.0, 3.0)),
-            ([Boundary::Periodic, Boundary::OPEN, Boundary::walls(1.0)], Vector::new(2.9, 8.0, 12.0)),
-            ([Boundary::Periodic, Boundary::Periodic, flat], Vector::new(12.0, 9.0, 0.0)),
-            ([flat, Boundary::OPEN, flat], Vector::new(0.0, 50.0, 0.0)),
+        let (whole, plane) = ([Boundary::Periodic; 3], [Boundary::Periodic, Boundary::Periodic, flat]);
+        let (box_of_three, sheet) = (Vector::new(10.0, 7.0, 3.0), Vector::new(12.0, 9.0, 0.0));
+        for (boundary, size, displacement) in [
+            (whole, box_of_three, 0.0),
+            ([Boundary::Periodic, Boundary::OPEN, Boundary::walls(1.0)], Vector::new(2.9, 8.0, 12.0), 0.0),
+            (plane, sheet, 0.0),
+            ([flat, Boundary::OPEN, flat], Vector::new(0.0, 50.0, 0.0), 0.0),
+            // Sheared, also with fewer than three rows.
+            (whole, box_of_three, 0.9),
+            (whole, box_of_three, -4.2),
+            (whole, Vector::new(7.0, 2.95, 5.0), 3.5),
+            (whole, Vector::new(3.0, 8.0, 4.0), 1.1),
+            (plane, sheet, -2.5),
+            (plane, sheet, 6.0),
         ] {
             let space = Space { lower: Vector::new(-1.0, 2.0, 0.5), size, boundary };
             let points = random_points(300, &space);
             let ids: Vec<u32> = (0..300).filter(|id| id % 7 != 0).collect();
             for range in [0.3, 1.0, 1.45] {
                 let is_near = |&(a, b): &(u32, u32)| {
-                    let separation = points[a as usize] - points[b as usize];
-                    minimum_image(separation, &space.periods()).norm_squared() < range * range
+                    let apart = points[a as usize] - points[b as usize];
+                    all_images(&space, displacement).any(|image| (apart + image).norm_squared() < range * range)
                 };
                 let all = ids.iter().flat_map(|&a| ids.iter().filter(move |&&b| b > a).map(move |&b| (a, b)));
                 let expected: Vec<(u32, u32)> = all.filter(is_near).collect();
-                let near = Near::new(&space, range, &ids, &points);
+                let near = Near::new(&space, range, &ids, &sample(&points, displacement));
                 let mut found = Vec::new();
                 near.for_each_pair(|a, b, _| found.push((a.min(b), a.max(b))));
                 found.sort_unstable();
                 assert_eq!(found, expected);
                 let mut ends = 0;
-                near.for_each_particle(|_, separations| ends += separations.len());
+                near.for_each_particle(|id, separations| {
+                    ends += separations.len();
+                    let others = ids.iter().filter(|&&other| other != id);
+                    let apart = others.map(|&other| points[id as usize] - points[other as usize]);
+                    let images =
+                        apart.flat_map(|apart| all_images(&space, displacement).map(move |image| apart + image));
+                    let all = images.filter(|separation| separation.norm_squared() < range * range);
+                    // The sum of their tensors tells directions apart, whatever the order.
+                    let difference = all.map(tensor).sum::<Matrix>() - separations.iter().map(tensor).sum::<Matrix>();
+                    assert!(difference.amax() < 1e-12, "{displacement} {range} {id}: {difference}");
+                });
                 assert_eq!(ends, 2 * expected.len());
             }
         }
@@ -192,10 +246,11 @@ mod tests {
     #[test]
     fn nothing_and_far_away_are_no_trouble() {
         let space = Space { lower: Vector::zeros(), size: Vector::repeat(1.0), boundary: [Boundary::OPEN; 3] };
-        Near::new(&space, 1.0, &[], &[]).for_each_pair(|_, _, _| panic!("no particles"));
+        Near::new(&space, 1.0, &[], &sample(&[], 0.0)).for_each_pair(|_, _, _| panic!("no particles"));
         let points = [Vector::repeat(1e40), Vector::repeat(-1e40), Vector::zeros(), Vector::new(0.5, 0.0, 0.0)];
         let mut found = Vec::new();
-        Near::new(&space, 1.0, &[0, 1, 2, 3], &points).for_each_pair(|a, b, square| found.push((a, b, square)));
+        let near = Near::new(&space, 1.0, &[0, 1, 2, 3], &sample(&points, 0.0));
+        near.for_each_pair(|a, b, square| found.push((a, b, square)));
         assert_eq!(found, [(2, 3, 0.25)]);
     }
 }

@@ -143,7 +143,7 @@ impl Instrument for RadialDistribution {
         let mut numbers = vec![0_u64; self.ideal.len()];
         let first_contact = self.pairs.len() * self.bins;
         let scale = self.bins as f64 / self.cutoff;
-        Near::new(&subject.space, self.range(), &self.ids, sample.positions).for_each_pair(|a, b, square| {
+        Near::new(&subject.space, self.range(), &self.ids, sample).for_each_pair(|a, b, square| {
             let Some(pair) = class(a).zip(class(b)).and_then(|(a, b)| table[a * count + b]) else { return };
             let distance = square.sqrt();
             let bin = (distance * scale) as usize;

@@ -96,7 +96,7 @@ mod tests {
     fn schedule(start: f64, duration: f64, given: Option<f64>, work: f64) -> Schedule {
         let subject = Subject::of_points(Space::periodic_cube(10.0), 1000);
         let velocities = vec![Vector::new(1.0, 0.0, 0.0); 1000];
-        let sample = Sample { time: start, positions: &[], velocities: &velocities, images: &[] };
+        let sample = Sample { time: start, positions: &[], velocities: &velocities, images: &[], displacement: 0.0 };
         Schedule::new(&Setup { subject: &subject, sample, duration }, given, work)
     }
 

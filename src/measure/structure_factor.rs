@@ -22,12 +22,23 @@ const FEWEST_VECTORS: f64 = 6.0;
 
 /// `S(q) = |sum_j exp(i q.r_j)|^2 / N` over the particles that move, at wave vectors of the periodic axes, by shells of `|q|`.
 ///
-/// Without a periodic axis there are no wave vectors, and nothing is measured.
+/// Without a periodic axis there are no wave vectors, and nothing is measured. Those of a sheared box change while its images slide.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StructureFactor {
     schedule: Schedule,
+    /// In a sheared box those of the last sample.
     shells: Vec<Shell>,
     curve: CurveAverage,
+    sliding: Option<Sliding>,
+}
+
+/// What chooses the wave vectors of a sheared box anew, at each sample.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Sliding {
+    largest: f64,
+    per_shell: usize,
+    /// Mean wave number of each shell.
+    wave_numbers: CurveAverage,
 }
 
 impl StructureFactor {
@@ -38,15 +49,49 @@ impl StructureFactor {
         let diameter = diameter.fold(0.0, f64::max);
         let default = if diameter > 0.0 { 6.0 * PI / diameter } else { f64::INFINITY };
         let per_shell = (MOST_PRODUCTS / count / vectors::MOST_SHELLS).clamp(FEWEST_VECTORS, MOST_VECTORS);
-        let shells = vectors::shells(&subject.space, plan.largest.unwrap_or(default), per_shell as usize);
+        let (largest, per_shell) = (plan.largest.unwrap_or(default), per_shell as usize);
+        let is_sliding = subject.shear_rate != 0.0;
+        let shells = if is_sliding {
+            vectors::all_shells(&subject.space, setup.sample.displacement, largest, per_shell)
+        } else {
+            vectors::shells(&subject.space, largest, per_shell)
+        };
         let products: usize = shells.iter().map(|shell| shell.vectors.len()).sum();
         let powers: usize = longest(&shells).iter().sum();
         Self {
             // Two complex products for each vector, and one for each power.
             schedule: Schedule::new(setup, plan.interval, count * (4 * products + 4 * powers) as f64),
             curve: CurveAverage::new(shells.len()),
+            sliding: is_sliding.then(|| Sliding { largest, per_shell, wave_numbers: CurveAverage::new(shells.len()) }),
             shells,
         }
+    }
+
+    /// The wave numbers of the shells that were measured, and which shells those are.
+    fn measured_shells(&self) -> Vec<(usize, f64)> {
+        match &self.sliding {
+            None => self.shells.iter().map(|shell| shell.wave_number).enumerate().collect(),
+            Some(sliding) => {
+                let means = sliding.wave_numbers.means().into_iter().enumerate();
+                means.filter_map(|(index, mean)| Some((index, mean?))).collect()
+            }
+        }
+    }
+
+    fn method(&self, shells: usize) -> String {
+        let vectors = match &self.sliding {
+            None => {
+                let vectors = self.shells.iter().map(|shell| shell.vectors.len()).sum::<usize>();
+                format!("{vectors} wave vectors of the periodic box")
+            }
+            Some(_) => "the wave vectors that the sheared box has at the time of each sample, 2 pi (n_x / L_x, (n_y - n_x d / L_x) / \
+                        L_y, n_z / L_z) with the displacement d of its images, q being their mean,"
+                .to_owned(),
+        };
+        format!(
+            "S(q) = <|sum_j exp(i q.r_j)|^2> / N over the particles that move, at {vectors} in {shells} shells of |q|, those along the \
+             axes and diagonals of the box first; a crystal has most of its peaks between them"
+        )
     }
 }
 
@@ -65,6 +110,13 @@ impl Instrument for StructureFactor {
         if !self.schedule.is_due(sample.time) {
             return;
         }
+        if let Some(sliding) = &mut self.sliding {
+            let Sliding { largest, per_shell, wave_numbers } = sliding;
+            self.shells = vectors::all_shells(&subject.space, sample.displacement, *largest, *per_shell);
+            // A shell without vectors adds nothing.
+            let of = |shell: &Shell| if shell.vectors.is_empty() { f64::NAN } else { shell.wave_number };
+            wave_numbers.add_all(self.shells.iter().map(of));
+        }
         let sums = density_modes(&self.shells, sample, subject);
         let count = subject.moving.len() as f64;
         let mut rest = &sums[..];
@@ -79,28 +131,25 @@ impl Instrument for StructureFactor {
     }
 
     fn report(&self, _subject: &Subject, measured: &mut Measured) {
-        if self.shells.is_empty() {
+        let shells = self.measured_shells();
+        if shells.is_empty() {
             return;
         }
+        let (means, errors) = (self.curve.means(), self.curve.standard_errors());
         measured.curves.push(Curve {
             name: "structure_factor".to_owned(),
             title: "Static structure factor".to_owned(),
-            method: format!(
-                "S(q) = <|sum_j exp(i q.r_j)|^2> / N over the particles that move, at {} wave vectors of the periodic box in {} \
-                 shells of |q|, those along the axes and diagonals of the box first; a crystal has most of its peaks between them",
-                self.shells.iter().map(|shell| shell.vectors.len()).sum::<usize>(),
-                self.shells.len()
-            ),
+            method: self.method(shells.len()),
             variables: vec![Variable {
                 name: "q".to_owned(),
                 unit: "1 / length".to_owned(),
-                values: self.shells.iter().map(|shell| shell.wave_number).collect(),
+                values: shells.iter().map(|&(_, wave_number)| wave_number).collect(),
             }],
             series: vec![Series {
                 name: "S(q)".to_owned(),
                 unit: "1".to_owned(),
-                values: self.curve.means(),
-                standard_errors: self.curve.standard_errors(),
+                values: shells.iter().map(|&(index, _)| means[index]).collect(),
+                standard_errors: shells.iter().map(|&(index, _)| errors[index]).collect(),
             }],
             is_logarithmic: [false; 2],
             published: Vec::new(),
@@ -124,7 +173,11 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, subject: &Subject) -> Ve
     let mut tables = longest.map(|most| vec![[1.0, 0.0]; 2 * most + 1]);
     let mut sums = vec![[0.0; 2]; multiples.len()];
     for &id in &subject.moving {
-        let position = sample.positions[id as usize];
+        let mut position = sample.positions[id as usize];
+        if sample.displacement != 0.0 {
+            // The phase along x is that of the point in the plane of the box's lower corner that the point comes from, sheared.
+            position.x -= sample.displacement * ((position.y - subject.space.lower.y) / subject.space.size.y);
+        }
         for k in (0..3).filter(|&k| longest[k] > 0) {
             let phase = 2.0 * PI * ((position[k] - subject.space.lower[k]) / subject.space.size[k]);
             let (sine, cosine) = libm::sincos(phase);
@@ -145,79 +198,4 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, subject: &Subject) -> Ve
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Vector;
-    use crate::space::{Boundary, Space};
-    use rand_chacha::ChaCha8Rng;
-    use rand_core::{Rng, SeedableRng};
-
-    fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
-        let subject = Subject::of_points(space.clone(), frames[0].len() as u32);
-        let velocities = vec![Vector::zeros(); frames[0].len()];
-        let sample = |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, images: &[] };
-        let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
-        let setup = Setup { subject: &subject, sample: sample(0), duration: frames.len() as f64 };
-        let mut instrument = StructureFactor::new(&plan, &setup);
-        (1..frames.len()).for_each(|k| instrument.sample(&sample(k), &subject));
-        instrument
-    }
-
-    #[test]
-    fn modes_are_the_sums_of_their_definition() {
-        let boundary = [Boundary::Periodic, Boundary::walls(1.0), Boundary::Periodic];
-        let space = Space { lower: Vector::new(-1.0, 3.0, 0.5), size: Vector::new(8.0, 5.0, 6.0), boundary };
-        let positions: Vec<Vector> =
-            (0..20).map(|k| Vector::from_fn(|axis, _| (f64::from(k) * (1.3 + axis as f64)).rem_euclid(5.0))).collect();
-        let subject = Subject::of_points(space.clone(), 20);
-        let sample = Sample { time: 0.0, positions: &positions, velocities: &[], images: &[] };
-        let shells = vectors::shells(&space, 20.0, 20);
-        let sums = density_modes(&shells, &sample, &subject);
-        let all: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.clone()).collect();
-        assert_eq!(sums.len(), all.len());
-        for (n, [re, im]) in all.iter().zip(sums) {
-            assert_eq!(n[1], 0, "walls have no wave vectors");
-            let q = Vector::from_fn(|k, _| 2.0 * PI * f64::from(n[k]) / space.size[k]);
-            let phase = |position: &Vector| q.dot(&(position - space.lower));
-            let exact: [f64; 2] = [
-                positions.iter().map(|position| phase(position).cos()).sum(),
-                positions.iter().map(|position| phase(position).sin()).sum(),
-            ];
-            // Powers up to 25, 20 particles, phases up to 200 that are rounded.
-            assert!((exact[0] - re).abs() < 1e-12 && (exact[1] - im).abs() < 1e-12, "{n:?}");
-        }
-    }
-
-    #[test]
-    fn a_lattice_scatters_into_its_reciprocal_lattice_only() {
-        // A simple cubic lattice of spacing 1: 2 pi is the only wave number up to 7, in the directions of the axes.
-        let site = |k: u32| Vector::new(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36));
-        let frame: Vec<Vector> = (0..216).map(site).collect();
-        let instrument = measure(&Space::periodic_cube(6.0), &vec![frame; 10]);
-        let means = instrument.curve.means();
-        for (shell, mean) in instrument.shells.iter().zip(means) {
-            let is_peak = |n: &&[i32; 3]| n.iter().all(|n| n % 6 == 0);
-            let peaks = shell.vectors.iter().filter(is_peak).count() as f64;
-            let expected = 216.0 * peaks / shell.vectors.len() as f64;
-            assert!((mean.unwrap() - expected).abs() < 1e-9, "q = {}", shell.wave_number);
-            assert!((shell.wave_number - 2.0 * PI).abs() > 0.6 || peaks >= 3.0);
-        }
-    }
-
-    #[test]
-    fn an_ideal_gas_has_no_structure() {
-        let mut random = ChaCha8Rng::seed_from_u64(8);
-        let mut next = || 7.0 * (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
-        let frames: Vec<Vec<Vector>> =
-            (0..65).map(|_| (0..50).map(|_| Vector::from_fn(|_, _| next())).collect()).collect();
-        let instrument = measure(&Space::periodic_cube(7.0), &frames);
-        let (means, errors) = (instrument.curve.means(), instrument.curve.standard_errors());
-        assert!(means.len() >= 9);
-        for (shell, (mean, error)) in instrument.shells.iter().zip(means.into_iter().zip(errors)) {
-            // |sum|^2 / N is distributed exponentially, with mean and deviation 1.
-            let exact = (1.0 / (64.0 * shell.vectors.len() as f64)).sqrt();
-            assert!((mean.unwrap() - 1.0).abs() < 4.0 * exact, "{mean:?} +- {exact}");
-            assert!((error.unwrap() / exact - 1.0).abs() < 0.6, "{error:?} but {exact}");
-        }
-    }
-}
+mod tests;

@@ -28,6 +28,8 @@ pub struct Subject {
     pub bond_lengths: [f64; 2],
     /// Whether nothing from outside changes the total momentum.
     pub conserves_momentum: bool,
+    /// Whether nothing from outside changes the total momentum across the flow of a sheared box, along y and z.
+    pub conserves_momentum_across: bool,
     /// Whether particles accelerate between events.
     pub is_accelerated: bool,
     /// Whether the fluid is homogeneous and free: periodic, without gravity, walls or static particles.
@@ -68,6 +70,7 @@ impl Subject {
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: meaning.conserves_momentum,
+            conserves_momentum_across: scene.shear_rate.is_some() && !scene.run.has_kicks(),
             is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
             is_homogeneous: meaning.is_homogeneous,
             is_elastic: scene.interactions.iter().all(|interaction| interaction.restitution == 1.0)
@@ -99,7 +102,12 @@ impl Subject {
 
     /// Velocity of the centre of mass where it is a constant of the motion, otherwise zero `[length / time]`.
     pub(super) fn drift(&self, velocities: &[Vector]) -> Vector {
-        if !self.conserves_momentum || self.moving.is_empty() {
+        if self.conserves_momentum { self.common_velocity(velocities) } else { Vector::zeros() }
+    }
+
+    /// Velocity of the centre of mass; zero where nothing moves `[length / time]`.
+    pub(super) fn common_velocity(&self, velocities: &[Vector]) -> Vector {
+        if self.moving.is_empty() {
             return Vector::zeros();
         }
         let momentum: Vector = self.moving.iter().map(|&id| velocities[id as usize] * self.masses[id as usize]).sum();
@@ -120,6 +128,7 @@ impl Subject {
             bonds: Vec::new(),
             bond_lengths: [0.0; 2],
             conserves_momentum: true,
+            conserves_momentum_across: false,
             is_accelerated: false,
             is_homogeneous: true,
             is_elastic: true,
@@ -141,6 +150,8 @@ pub struct Sample<'a> {
     pub velocities: &'a [Vector],
     /// Periods travelled since the start along each axis.
     pub images: &'a [[i32; 3]],
+    /// Displacement of the next image up, along x, in `(-L_x / 2, L_x / 2]`; 0 in a box at rest `[length]`.
+    pub displacement: f64,
 }
 
 impl<'a> Sample<'a> {
@@ -152,10 +163,13 @@ impl<'a> Sample<'a> {
             positions: &snapshot.positions,
             velocities: &snapshot.velocities,
             images: &snapshot.images,
+            displacement: snapshot.displacement,
         }
     }
 
     /// Where a particle would be if it had never been wrapped: position + image * period `[length]`.
+    ///
+    /// In a sheared box that holds for y and z only: what goes round it along y is displaced along x.
     #[must_use]
     pub fn unwrapped(&self, id: usize, space: &Space) -> Vector {
         let (position, image) = (self.positions[id], self.images[id]);

@@ -11,7 +11,7 @@
 //!
 //! | key | meaning |
 //! |---|---|
-//! | `Lattice` | the edges of the box, one vector after the other; along flat axes the largest diameter, because readers refuse a cell without volume |
+//! | `Lattice` | the edges of the box, one vector after the other; along flat axes the largest diameter, because readers refuse a cell without volume; in a sheared box `Lx 0 0 d Ly 0 0 0 Lz`, where `d` is the displacement of the next image up |
 //! | `Origin` | the lower corner of the box |
 //! | `Properties` | name, type (`S`, `R`, `I`, `L`) and number of each group of columns |
 //! | `Time` | simulated time |

@@ -234,8 +234,8 @@ impl Recorder for Folder {
     }
 
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
-        self.frame.time = snapshot.time;
-        self.frame.scalars = scalars;
+        (self.frame.time, self.frame.displacement, self.frame.scalars) =
+            (snapshot.time, snapshot.displacement, scalars);
         let states = snapshot.positions.iter().zip(&snapshot.velocities);
         let all = self.frame.particles.iter_mut().zip(&self.radii);
         for ((particle, radius), (position, velocity)) in all.zip(states) {

@@ -3,7 +3,7 @@
 use crate::Vector;
 use crate::measure::Scalar;
 use crate::scene::{ParticleId, Scene, SpeciesId};
-use crate::space::Boundary;
+use crate::space::{Boundary, nearest_image};
 
 /// Names that columns, arrays and files of the formats have already.
 const TAKEN: [&str; 38] = [
@@ -86,6 +86,8 @@ pub struct Frame {
     pub size: Vector,
     /// Whether what leaves on one side enters on the other, per axis.
     pub periodic: [bool; 3],
+    /// Displacement of the next image of the box up along y, along x, in `(-L_x / 2, L_x / 2]`; 0 in a box at rest `[length]`.
+    pub displacement: f64,
     /// The species that the particles refer to.
     pub species: Vec<FrameSpecies>,
     /// The particles, in any order.
@@ -112,6 +114,7 @@ impl Frame {
             lower: scene.space.lower,
             size: scene.space.size,
             periodic: scene.space.boundary.map(|boundary| boundary == Boundary::Periodic),
+            displacement: 0.0,
             species: scene
                 .species
                 .iter()
@@ -131,6 +134,13 @@ impl Frame {
     #[must_use]
     pub fn is_flat(&self, axis: usize) -> bool {
         self.size[axis] == 0.0
+    }
+
+    /// The shortest of the images of what separates two points of the box `[length]`.
+    #[must_use]
+    pub fn nearest_image(&self, separation: Vector) -> Vector {
+        let periods = Vector::from_fn(|k, _| if self.periodic[k] { self.size[k] } else { f64::INFINITY });
+        nearest_image(separation, &periods, self.displacement)
     }
 
     /// What readers that refuse a box without volume get for the extent of flat axes: the largest diameter, or 1.

@@ -3,7 +3,7 @@
 //! | chunk | content |
 //! |---|---|
 //! | `configuration/step` | the place of the frame in the trajectory, from 0; there are no steps in time |
-//! | `configuration/dimensions`, `configuration/box` | the edges; a box whose only flat axis is z has 2 dimensions and no extent along it, other flat axes get the largest diameter |
+//! | `configuration/dimensions`, `configuration/box` | the edges and tilt factors, of which `xy = d / Ly` for a displacement `d` of the next image up; a box whose only flat axis is z has 2 dimensions and no extent along it, other flat axes get the largest diameter |
 //! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | in the order of ids; velocities only where the source has them |
 //! | `particles/mass` | where the source gives the mass of every species; 0 for static particles, whose mass is infinite |
 //! | `bonds/N`, `types`, `group` | the ends of bonds, as places in the order of ids |
@@ -12,7 +12,7 @@
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
 //!
 //! Numbers are `f32` unless said otherwise. Boxes of HOOMD are centred on the origin: a position of the file is one of the run
-//! minus the centre. They are also periodic along all axes: where the box of the run is not, particles may lie outside, and
+//! minus the centre; where the box is tilted also plus or minus a period along x, into it. They are also periodic along all axes: where the box of the run is not, particles may lie outside, and
 //! `log/carom/periodic` tells. What is as in the first frame is not repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
@@ -64,7 +64,8 @@ impl Trajectory {
         if is_plane {
             edges.z = 0.0;
         }
-        let lengths_and_tilts = edges.iter().chain(&[0.0; 3]);
+        let tilts = [if frame.displacement == 0.0 { 0.0 } else { frame.displacement / frame.size.y }, 0.0, 0.0];
+        let lengths_and_tilts = edges.iter().chain(&tilts);
         self.chunks.write("configuration/step", Kind::Uint64, 1, &index.to_le_bytes())?;
         self.lasting("configuration/dimensions", Kind::Uint8, 1, vec![if is_plane { 2 } else { 3 }])?;
         self.lasting("configuration/box", Kind::Float, 1, singles(lengths_and_tilts)?)?;
@@ -88,7 +89,7 @@ impl Trajectory {
             self.lasting("particles/mass", Kind::Float, 1, singles(&masses)?)?;
         }
         let shifted: Vec<f64> =
-            particles.iter().flat_map(|particle| <[f64; 3]>::from(particle.position - centre)).collect();
+            particles.iter().flat_map(|particle| <[f64; 3]>::from(tilted(frame, particle.position - centre))).collect();
         self.chunks.write("particles/position", Kind::Float, 3, &singles(&shifted)?)?;
         self.has_velocities |= has_velocities;
         if self.has_velocities {
@@ -130,6 +131,16 @@ impl Writer for Trajectory {
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
         Ok(self.chunks.finish()?)
     }
+}
+
+/// A position relative to the centre, in the box as HOOMD has it: one that is tilted where its next image up is displaced.
+fn tilted(frame: &Frame, position: Vector) -> Vector {
+    if frame.displacement == 0.0 {
+        return position;
+    }
+    let middle = frame.displacement * (position.y / frame.size.y);
+    let periods = ((position.x - middle) / frame.size.x).round();
+    Vector::new(position.x - periods * frame.size.x, position.y, position.z)
 }
 
 /// The place in the file is the only id that GSD knows.

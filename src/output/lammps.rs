@@ -22,6 +22,9 @@
 //! the species. Velocities that the source does not have are left out. Sides are `p` (periodic) or `f` (anything else). A flat
 //! axis gets the largest diameter, centred on the particles. Scalars of the particles follow in columns of their own. Numbers have the fewest digits that read back as the same.
 //!
+//! A sheared box whose next image up is displaced has the bounds of its parallelepiped, with the displacement behind those along x as
+//! the tilt factor `xy`: `ITEM: BOX BOUNDS xy xz yz pp pp pp`. Positions are those of the run.
+//!
 //! ASE takes only chemical symbols as names, and MDAnalysis (2.11) no dump with `TIME`: for these there are extended XYZ and GSD.
 
 use std::io::Write;
@@ -49,13 +52,22 @@ impl Dump {
             self.has_units = true;
         }
         write!(file, "ITEM: TIME\n{}\nITEM: TIMESTEP\n{index}\n", Cell(Some(frame.time)))?;
-        write!(file, "ITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS", frame.particles.len())?;
+        let tilt = frame.displacement;
+        let is_tilted = tilt != 0.0;
+        let tilts = if is_tilted { " xy xz yz" } else { "" };
+        write!(file, "ITEM: NUMBER OF ATOMS\n{}\nITEM: BOX BOUNDS{tilts}", frame.particles.len())?;
         for is_periodic in frame.periodic {
             file.write_all(if is_periodic { b" pp" } else { b" ff" })?;
         }
-        let (lower, upper) = frame.thickened();
-        for (lower, upper) in lower.iter().zip(&upper) {
+        let (mut lower, mut upper) = frame.thickened();
+        // The bounds are those of all corners.
+        lower.x += tilt.min(0.0);
+        upper.x += tilt.max(0.0);
+        for ((lower, upper), tilt) in lower.iter().zip(&upper).zip([tilt, 0.0, 0.0]) {
             write!(file, "\n{} {}", Cell(Some(*lower)), Cell(Some(*upper)))?;
+            if is_tilted {
+                write!(file, " {}", Cell(Some(tilt)))?;
+            }
         }
         let velocities = if has_velocities { " vx vy vz" } else { "" };
         write!(file, "\nITEM: ATOMS id type element x y z{velocities} radius")?;
@@ -92,8 +104,8 @@ impl Writer for Dump {
 #[cfg(test)]
 mod tests {
     use crate::Vector;
-    use crate::output::Format;
     use crate::output::convert::tests::{chain, converted};
+    use crate::output::{Format, Frame};
 
     #[test]
     fn the_frame_of_a_chain() {
@@ -109,6 +121,17 @@ mod tests {
             )
         };
         assert_eq!(text, format!("ITEM: UNITS\nlj\n{}{}", one(0), one(1)));
+    }
+
+    #[test]
+    fn a_sheared_box_has_the_bounds_of_its_corners_and_its_tilt() {
+        for (displacement, line) in [(1.5, "-2 3.5 1.5"), (-1.5, "-3.5 2 -1.5")] {
+            let mut frame = Frame { displacement, ..chain() };
+            frame.periodic[1] = true;
+            let text = String::from_utf8(converted(&[frame], Format::Lammps)).unwrap();
+            let expected = format!("BOX BOUNDS xy xz yz pp pp pp\n{line}\n-1 5 0\n0 10 0\nITEM: ATOMS");
+            assert!(text.contains(&expected), "{text}");
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! | `times.npy` | frames | simulated time |
 //! | `positions.npy`, `velocities.npy` | frames x N x 3 | no velocities if the source has none |
 //! | `box.npy` | frames x 2 x 3 | lower corner and edges; an edge is 0 along flat axes |
+//! | `displacements.npy` | frames | of the next image of the box up along y, along x; 0 in a box at rest |
 //! | `periodic.npy` | 3 | whether each axis is periodic |
 //! | `ids.npy`, `radius.npy` | N | |
 //! | `species.npy` | N | index into the two below |
@@ -39,6 +40,7 @@ struct Growing {
     first: Frame,
     times: Array,
     boxes: Array,
+    displacements: Array,
     positions: Array,
     velocities: Option<Array>,
     scalars: Vec<Array>,
@@ -76,6 +78,7 @@ impl Arrays {
         Ok(Growing {
             times: Array::create(&file("times.npy"), "<f8", &[])?,
             boxes: Array::create(&file("box.npy"), "<f8", &[2, 3])?,
+            displacements: Array::create(&file("displacements.npy"), "<f8", &[])?,
             positions: vectors("positions.npy")?,
             velocities: has_velocities.then(|| vectors("velocities.npy")).transpose()?,
             scalars: frame.scalars.iter().map(scalars).collect::<Result<_, _>>()?,
@@ -88,6 +91,7 @@ impl Growing {
     fn add(&mut self, frame: &Frame) -> Result<(), FrameError> {
         self.times.add(frame.time.to_le_bytes())?;
         self.boxes.add(frame.lower.iter().chain(&frame.size).flat_map(|x| x.to_le_bytes()))?;
+        self.displacements.add(frame.displacement.to_le_bytes())?;
         self.positions.add(frame.particles.iter().flat_map(|p| p.position.iter()).flat_map(|x| x.to_le_bytes()))?;
         if let Some(velocities) = &mut self.velocities {
             velocities.add(frame.particles.iter().flat_map(|p| p.velocity.iter()).flat_map(|v| v.to_le_bytes()))?;
@@ -135,8 +139,8 @@ impl Writer for Arrays {
     }
 
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
-        if let Some(Growing { times, boxes, positions, velocities, scalars, .. }) = self.growing {
-            for array in [times, boxes, positions].into_iter().chain(velocities).chain(scalars) {
+        if let Some(Growing { times, boxes, displacements, positions, velocities, scalars, .. }) = self.growing {
+            for array in [times, boxes, displacements, positions].into_iter().chain(velocities).chain(scalars) {
                 array.finish()?;
             }
         }

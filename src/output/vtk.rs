@@ -2,12 +2,12 @@
 //!
 //! - `trajectory.pvd`, which lists the frames with their times: open this one;
 //! - `frame_000000.vtp` and so on, numbered by the place of the frame in the trajectory;
-//! - `box.vtp`, the edges of the box of the first frame as lines.
+//! - `box.vtp`, the edges of the box of the first frame as lines; also in a sheared box those of the region that holds all positions.
 //!
 //! A frame has a point and a vertex per particle, with the arrays `radius`, `velocity` (where the source has it), `species` (an
 //! index), `id`, `static` (1 for what never moves: a mesh, a pivot) and what else is known of each, and a line per bond. A bond that leaves through
 //! a periodic side is not drawn: its line would cross the whole box. Fields of the frame: `TimeValue`, `box` (lower and upper
-//! corner), `periodic`, and `species_names`.
+//! corner), `displacement` (of the next image up along y, along x; 0 in a box at rest), `periodic`, and `species_names`.
 //!
 //! Numbers are `f64`, little-endian, appended raw. Source: *VTK file formats*, XML, <https://docs.vtk.org>.
 
@@ -75,6 +75,7 @@ fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     data.field("TimeValue", 1, [frame.time]);
     let upper = frame.lower + frame.size;
     data.field("box", 3, frame.lower.iter().chain(&upper).copied());
+    data.field("displacement", 1, [frame.displacement]);
     data.byte_field("periodic", frame.periodic.map(u8::from));
     data.words("species_names", frame.species.iter().map(|species| species.name.as_str()));
     let all = &frame.particles;

@@ -5,11 +5,9 @@ use std::collections::{HashMap, HashSet};
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
 use super::{ColourBy, Style};
-use crate::Vector;
 use crate::output::Frame;
 use crate::output::frame::FrameParticle;
 use crate::scene::ParticleId;
-use crate::space::minimum_image;
 
 /// Radius of a bond, relative to the smaller of its two ends.
 const BOND_RADIUS: f64 = 0.36;
@@ -61,14 +59,13 @@ impl Bodies {
         } else {
             frame.particles.iter().map(|particle| (particle.id, particle)).collect()
         };
-        let periods = Vector::from_fn(|k, _| if frame.periodic[k] { frame.size[k] } else { f64::INFINITY });
         let mut holds_bond: HashSet<ParticleId> = HashSet::new();
         for ends in &frame.bonds {
             let (Some(a), Some(b)) = (by_id.get(&ends[0]), by_id.get(&ends[1])) else { continue };
             holds_bond.extend(ends);
             let radius = camera.length(BOND_RADIUS * a.radius.min(b.radius));
             let separation = b.position - a.position;
-            let half = 0.5 * minimum_image(separation, &periods);
+            let half = 0.5 * frame.nearest_image(separation);
             let is_through_side = 2.0 * half != separation;
             for (end, half) in [(a, half), (b, -half)] {
                 let (start, end) = (camera.place(&end.position), camera.place(&(end.position + half)));

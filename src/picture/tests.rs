@@ -13,6 +13,7 @@ fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
         lower: Vector::zeros(),
         size: size.into(),
         periodic: size.map(|edge| edge > 0.0),
+        displacement: 0.0,
         species: species.map(|(name, is_static)| FrameSpecies { name: name.into(), is_static, mass: None }).into(),
         particles: (0..)
             .zip(balls)

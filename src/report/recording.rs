@@ -17,12 +17,10 @@ use std::io::BufRead;
 
 use serde::Serialize;
 
-use crate::Vector;
 use crate::output::Frame;
 use crate::output::extended_xyz::FrameReader;
 use crate::output::frame::FrameParticle;
 use crate::scene::Scene;
-use crate::space::minimum_image;
 use channel::Channels;
 use frame::Encoded;
 
@@ -100,6 +98,8 @@ pub(super) struct FrameHead {
     /// Lower corner and edges of the box.
     pub lower: [f64; 3],
     pub size: [f64; 3],
+    /// Displacement of its next image up along y, along x.
+    pub displacement: f64,
     /// Lower corner and edges of the field.
     pub field: [[f64; 3]; 2],
     /// The least and the largest value of each channel.
@@ -266,12 +266,6 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
     }
     bytes.extend(all().map(|particle| particle.species.0 as u8));
     (bytes, bonds.len())
-}
-
-/// The shortest of the images of what separates two points of a frame.
-fn separation(frame: &Frame, a: &Vector, b: &Vector) -> Vector {
-    let periods = Vector::from_fn(|k, _| if frame.periodic[k] { frame.size[k] } else { f64::INFINITY });
-    minimum_image(a - b, &periods)
 }
 
 #[cfg(test)]

@@ -82,19 +82,13 @@ impl SceneBuilder {
         let place = Place::root().key("measure");
         check_numbers(&self.measure, &place)?;
         if self.shear_rate.is_some() {
-            let plan = &self.measure;
-            let blind = [
-                ("radial_distribution", plan.radial_distribution.is_some()),
-                ("structure_factor", plan.structure_factor.is_some()),
-                ("diffusion", plan.diffusion.is_some()),
-                ("transport", plan.transport.is_some()),
-                ("free_paths", plan.free_paths.is_some()),
-                ("chains", plan.chains.is_some()),
-                ("bond_order", plan.bond_order.is_some()),
-            ];
-            if let Some((key, _)) = blind.into_iter().find(|(_, is_asked)| *is_asked) {
-                let expected = "pressure_tensor, profiles and flows only: the others know nothing of images that slide";
-                return refuse(place.key(key), "given in a sheared box", expected);
+            if self.measure.transport.is_some() {
+                let expected = "no transport: Einstein-Helfand relations hold in equilibrium; pressure_tensor has the viscosity in shear";
+                return refuse(place.key("transport"), "given in a sheared box", expected);
+            }
+            if let Some(index) = self.measure.flows.iter().position(|flow| flow.axis == "x") {
+                let expected = "y or z: along x, images that slide would count as particles that pass";
+                return refuse(place.key("flow").index(index).key("axis"), "\"x\" in a sheared box", expected);
             }
         }
         let mut names: HashMap<&str, Place> = HashMap::new();

@@ -125,7 +125,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let species = |id: u32| self.species[id as usize];
         let mut near = Near::default();
         self.neighbours.find_near(particle, &mut near);
-        for &other in near.found() {
+        let mut others = near.found().to_vec();
+        if self.shear.is_some() {
+            self.for_each_across(particle, |other| others.push(other));
+            // Some are near in both ways.
+            others.sort_unstable();
+            others.dedup();
+        }
+        for other in others {
             let meeting = self.rules.meeting(species(particle), species(other));
             if other != particle && meeting.exists && !(TABLE && self.memory.get(particle, other).is_some()) {
                 let range = meeting.squared.sqrt() * self.scale();

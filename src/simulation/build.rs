@@ -81,6 +81,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             last_reached: 0.0,
             wall_random: has_thermal_walls.then(|| Random::new(scene.seed, Purpose::Thermostat, WALLS)),
             kicks: None,
+            has_loose_pairs: scene
+                .bonds
+                .iter()
+                .any(|bond| !scene.interactions[bond.interaction.0 as usize].potential.is_bond()),
             growing: None,
             shear: scene.shear_rate.map(|rate| Shear::new(rate, &scene.space)),
             interlude: f64::INFINITY,

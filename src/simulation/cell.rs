@@ -70,7 +70,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
             self.images[particle as usize][axis] -= transition.wrap;
         }
-        if self.is_one_by_one() {
+        if self.is_one_by_one() || self.is_apart(particle) {
             self.predict(particle, time);
             self.schedule(particle);
             return;

@@ -88,6 +88,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub wall_random: Option<Random>,
     /// What gives particles new velocities from outside.
     pub kicks: Option<Kicks>,
+    /// Whether some pairs have interactions of their own that do not hold them together.
+    pub has_loose_pairs: bool,
     /// How the diameters grow.
     pub growing: Option<Growing>,
     /// How the box is sheared.

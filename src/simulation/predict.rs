@@ -47,6 +47,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Neighbours::Lists(shells) => self.predict_in_shell(&me, shells, &mut prediction),
             Neighbours::Cells(_) => self.predict_in_cell(&me, &mut prediction),
         }
+        if self.is_apart(particle) {
+            self.predict_apart(&me, &mut prediction);
+        }
         self.predictions[particle as usize] = prediction;
     }
 
@@ -163,7 +166,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// The particle as seen from another one, and whether that is an image across the sides of a sheared box.
     #[inline]
-    fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
+    pub(super) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
         let (position, velocity) = self.state_at(other, me.time);
         self.nearest(me.position - position, me.velocity - velocity, me.time)
     }
@@ -181,7 +184,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Time from now to the pair's next event at one discontinuity; may leave out one later than `horizon`.
     #[inline]
-    fn detect(
+    pub(super) fn detect(
         &self,
         me: &Streamed,
         other: u32,
@@ -208,7 +211,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Keeps a pair event if it is the earliest so far; between simultaneous ones the lower ids come first.
     #[inline]
-    fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
+    pub(super) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
         if prediction.is_before(me.id, other, time, &self.bodies) {
             prediction.meet(me.id, other, side, time, &self.bodies);
@@ -235,7 +238,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 ///
 /// `|r| > s + |v| T + |a| T^2 / 2`. An infinite or undefined horizon rejects nothing.
 #[inline]
-fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
+pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
     let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;
     let reach = squared.sqrt() + speed * horizon;
     state.position.norm_squared() > reach * reach

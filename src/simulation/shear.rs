@@ -13,7 +13,7 @@ use crate::Vector;
 use crate::motion::RelativeState;
 use crate::neighbours::Neighbours;
 use crate::neighbours::grid::Face;
-use crate::space::minimum_image_along;
+use crate::space::{displacement_within_period, minimum_image_along};
 
 /// The axis along which images slide, and the one along which they do it ever faster.
 pub(super) const FLOW: usize = 0;
@@ -54,6 +54,11 @@ impl Shear {
         self.displacement + self.speed * time
     }
 
+    /// The same less whole periods, in `(-period / 2, period / 2]`.
+    pub fn displacement_within(&self, time: f64, period: f64) -> f64 {
+        displacement_within_period(self.displacement(time), period)
+    }
+
     /// Counts times from an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64, period: f64) {
         self.displacement = libm::fmod(self.displacement(shift), period);
@@ -89,10 +94,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_across
     }
 
-    /// Those beyond the sides that slide: cells next to them do not stay next to them.
-    pub(super) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
+    /// Calls `visit` for those beyond the sides that slide: cells next to them do not stay next to them.
+    pub(super) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
         let (Some(_), Neighbours::Cells(cells)) = (&self.shear, &self.neighbours) else { return };
-        cells.for_each_across(cells.home(me.id), [FLOW, GRADIENT], |other| {
+        cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
+    }
+
+    /// The first meeting with those beyond the sides that slide.
+    pub(super) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
+        self.for_each_across(me.id, |other| {
             let is_known = TABLE && self.memory.get(me.id, other).is_some();
             if !is_known {
                 self.predict_stranger(me, other, prediction);

@@ -45,7 +45,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.tally.transition += 1;
         let me = self.streamed(particle, time);
         let Neighbours::Lists(shells) = &self.neighbours else { return };
-        if FALLING {
+        let is_apart = self.is_apart(particle);
+        if FALLING && !is_apart {
             // The bound came true without the particle having gone far.
             let gone = (me.position - shells.centres[particle as usize]).norm_squared();
             if gone < 0.25 * shells.radius * shells.radius {
@@ -56,6 +57,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         self.wrap(particle, &me.position);
         self.relist(particle, time);
+        if is_apart {
+            self.predict(particle, time);
+            self.schedule(particle);
+            return;
+        }
         // Its motion stays as it is, and so does its predicted contact, unless one of those who are new to it comes first.
         let me = self.streamed(particle, time);
         let Neighbours::Lists(shells) = &self.neighbours else { return };

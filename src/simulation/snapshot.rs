@@ -1,6 +1,7 @@
 //! Looking without touching: positions, velocities and energies at one time, from delayed states.
 
 use super::engine::Engine;
+use super::shear::FLOW;
 use crate::Vector;
 use crate::statistics::Sum;
 
@@ -13,8 +14,11 @@ pub struct Snapshot {
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,
-    /// Periods travelled along each axis: position + image * period is the unwrapped position.
+    /// Periods travelled along each axis: position + image * period is the unwrapped position; in a sheared box along y and z only,
+    /// because what goes round it along y is displaced along x.
     pub images: Vec<[i32; 3]>,
+    /// Displacement of the next image up, along x, less whole periods: in `(-L_x / 2, L_x / 2]`, 0 in a box at rest `[length]`.
+    pub displacement: f64,
     /// Factor by which diameters have grown since the start of the scene.
     pub scale: f64,
 }
@@ -38,7 +42,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn snapshot(&self) -> Snapshot {
         let (positions, velocities) = self.numbers.iter().map(|&particle| self.state_at(particle, self.now)).unzip();
         let images = self.numbers.iter().map(|&particle| self.images[particle as usize]).collect();
-        Snapshot { time: self.time(), positions, velocities, images, scale: self.scale() }
+        let shear = self.shear.as_ref();
+        let displacement = shear.map_or(0.0, |shear| shear.displacement_within(self.now, self.periods[FLOW]));
+        Snapshot { time: self.time(), positions, velocities, images, displacement, scale: self.scale() }
     }
 
     pub(super) fn energy(&self) -> Energy {

@@ -11,6 +11,7 @@ use carom::scene::{
     Thermostat,
 };
 use carom::simulation::{Simulation, Snapshot, Until};
+use carom::space::displacement_within_period;
 
 fn hard() -> Potential {
     Potential::hard_sphere(1.0).unwrap()
@@ -198,7 +199,10 @@ fn in_a_sheared_box_nothing_is_ever_missed() {
         for part in 1..=40 {
             simulation.advance(Until::time(0.1 * f64::from(part))).unwrap();
             let snapshot = simulation.snapshot();
-            assert_no_overlap(&scene, &snapshot, rate * scene.space.size.y * snapshot.time, &|_| 1.0);
+            let slid = rate * scene.space.size.y * snapshot.time;
+            assert_no_overlap(&scene, &snapshot, slid, &|_| 1.0);
+            let within = displacement_within_period(slid, scene.space.size.x);
+            assert!((snapshot.displacement - within).abs() < 1e-12, "{} {within}", snapshot.displacement);
         }
         assert!(simulation.tally().core > 5_000);
         // Shear only heats.

@@ -12,5 +12,7 @@ mod hard_spheres;
 mod hopper;
 mod invariance;
 mod measure;
+mod sheared;
 mod single_bodies;
 mod steps;
+mod unbounded;

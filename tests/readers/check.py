@@ -96,6 +96,8 @@ def main(program):
         runs = written(program, folder)
         if not any(frame.leaves_through_a_side.any() for frames in runs.values() for frame in frames):
             raise Difference("no run has a bond through a side")
+        if not any(frame.displacement != 0 for frames in runs.values() for frame in frames):
+            raise Difference("no run has a box that is sheared")
         checks = []
         for form, package, reader in readers.ALL:
             mine = [run for run in runs if run.name in readers.ONLY.get(reader, [run.name])]

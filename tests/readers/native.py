@@ -11,6 +11,7 @@ class Frame:
     time: float
     lower: np.ndarray
     edges: np.ndarray  # 0 along flat axes
+    displacement: float  # of the next image up along y, along x
     thickness: float  # of flat axes, where a format wants a volume
     periodic: np.ndarray
     names: list  # of species, in the order of the scene
@@ -27,6 +28,14 @@ class Frame:
     @property
     def particle_names(self):
         return np.array(self.names)[self.species]
+
+    @property
+    def in_tilted_box(self):
+        """Positions relative to the centre, in the box whose sides along y are tilted."""
+        x, y, z = (self.positions - (self.lower + self.edges / 2)).T
+        if self.displacement != 0:
+            x = x - np.round((x - self.displacement * y / self.edges[1]) / self.edges[0]) * self.edges[0]
+        return np.column_stack([x, y, z])
 
     @property
     def leaves_through_a_side(self):
@@ -54,11 +63,14 @@ def _frame(comment, rows):
     names = comment["species_table"].split()
     numbers = np.array([[float(word) for word in row[1:8]] for row in rows])
     flat = flags("flat", "F F F")
-    edges = np.array(comment["Lattice"].split(), float)[[0, 4, 8]]
+    lattice = np.array(comment["Lattice"].split(), float)
+    edges = lattice[[0, 4, 8]]
+    assert not lattice[[1, 2, 5, 6, 7]].any(), comment["Lattice"]
     return Frame(
         time=float(comment["Time"]),
         lower=np.array(comment["Origin"].split(), float),
         edges=np.where(flat, 0.0, edges),
+        displacement=lattice[3],
         thickness=2 * numbers[:, 6].max(),
         periodic=flags("pbc", ""),
         names=names,

@@ -24,6 +24,13 @@ def same_scalars(column, frame, tolerance=0.0):
         same(name, column(name), values, tolerance)
 
 
+def cell(frame, edges):
+    """The vectors of the box as rows; the second one is oblique in a sheared box."""
+    rows = np.diag(edges)
+    rows[1, 0] = frame.displacement
+    return rows
+
+
 def ovito_frames(path, frames, **options):
     pipeline = import_file(str(path), **options)
     same("number of frames", pipeline.source.num_frames, len(frames))
@@ -43,7 +50,7 @@ def ovito_xyz(path, frames):
         same("positions", data.particles.positions[...], frame.positions, ROUNDED)
         same("velocities", data.particles["Velocity"][...], frame.velocities, ROUNDED)
         same("box", data.cell[:, 3], frame.lower, ROUNDED)
-        same("edges", np.diag(data.cell[:, :3]), thick(frame)[1], ROUNDED)
+        same("edges", np.transpose(data.cell[:, :3]), cell(frame, thick(frame)[1]), ROUNDED)
         same("periodic", data.cell.pbc, frame.periodic)
         same_scalars(lambda name: data.particles[name][...], frame, ROUNDED)
 
@@ -56,9 +63,10 @@ def ovito_lammps(path, frames):
         same("positions", data.particles.positions[...], frame.positions, ROUNDED)
         same("velocities", data.particles["Velocity"][...], frame.velocities, ROUNDED)
         lower, edges = thick(frame)
-        same("box", data.cell[:, 3], lower, ROUNDED)
+        same("box", data.cell[:, 3], lower, 2 * ROUNDED)
         # The dump has the upper corner, from which OVITO subtracts the lower one.
-        same("edges", np.diag(data.cell[:, :3]), edges, ROUNDED * (1 + np.abs(lower).max() / edges.max()))
+        rounded = ROUNDED * (1 + np.abs(lower).max() / edges.max())
+        same("edges", np.transpose(data.cell[:, :3]), cell(frame, edges), rounded)
         same("periodic", data.cell.pbc, frame.periodic)
         same_scalars(lambda name: data.particles[name][...], frame, ROUNDED)
 
@@ -67,10 +75,10 @@ def ovito_gsd(path, frames):
     for index, (data, frame) in enumerate(ovito_frames(path, frames)):
         same("time", data.attributes["carom/time"], frame.time)
         same("step", data.attributes["Timestep"], index)
-        centre = frame.lower + frame.edges / 2
-        same("positions", data.particles.positions[...], (frame.positions - centre).astype(np.float32))
+        same("positions", data.particles.positions[...], frame.in_tilted_box.astype(np.float32))
         same("velocities", data.particles["Velocity"][...], frame.velocities.astype(np.float32))
         same("edges", np.diag(data.cell[:, :3])[frame.edges > 0], frame.edges[frame.edges > 0], SINGLE)
+        same("tilt", data.cell[0, 1] / frame.edges[1], frame.displacement / frame.edges[1], SINGLE)
         same("plane", data.cell.is2D, bool(frame.edges[2] == 0))
         same_scalars(lambda name: data.particles[f"particles/{name}"][...], frame)
         bonds = data.particles.bonds
@@ -86,7 +94,7 @@ def ase_xyz(path, frames):
         same("positions", atoms.positions, frame.positions)
         same("velocities", atoms.arrays["velo"], frame.velocities)
         same("radii", atoms.arrays["radius"], frame.radii)
-        same("edges", np.diag(atoms.cell), thick(frame)[1])
+        same("edges", atoms.cell.array, cell(frame, thick(frame)[1]))
         same("periodic", atoms.pbc, frame.periodic)
         same_scalars(lambda name: atoms.arrays[name], frame)
 
@@ -102,8 +110,9 @@ def ase_lammps(path, frames):
         same("positions", atoms.positions, frame.positions)
         same("velocities", atoms.get_velocities() / speed, frame.velocities, ROUNDED)
         lower, edges = thick(frame)
-        same("box", atoms.get_celldisp().ravel(), lower)
-        same("edges", np.diag(atoms.cell), edges, ROUNDED * (1 + np.abs(lower).max() / edges.max()))
+        rounded = ROUNDED * (1 + np.abs(lower).max() / edges.max())
+        same("box", atoms.get_celldisp().ravel(), lower, rounded)
+        same("edges", atoms.cell.array, cell(frame, edges), rounded)
         same("periodic", atoms.pbc, frame.periodic)
 
 
@@ -121,13 +130,14 @@ def gsd_hoomd(path, frames):
             same("periodic", snapshot.log["carom/periodic"].astype(bool), frame.periodic)
             same("step", snapshot.configuration.step, index)
             same("dimensions", snapshot.configuration.dimensions, 2 if is_plane else 3)
-            same("box", snapshot.configuration.box, [*frame.edges.astype(np.float32), 0, 0, 0])
+            tilt = frame.displacement / frame.edges[1]
+            same("box", snapshot.configuration.box, np.array([*frame.edges, tilt, 0, 0], np.float32))
             same("types", particles.types, frame.names)
             same("species", particles.typeid, frame.species)
             same("diameters", particles.diameter, (2 * frame.radii).astype(np.float32))
             masses = np.where(frame.static, 0, frame.masses)[frame.species]
             same("masses", particles.mass, masses.astype(np.float32))
-            same("positions", particles.position, (frame.positions - centre).astype(np.float32))
+            same("positions", particles.position, frame.in_tilted_box.astype(np.float32))
             same("velocities", particles.velocity, frame.velocities.astype(np.float32))
             same_scalars(lambda name: snapshot.log[f"particles/{name}"], frame)
             bonds = snapshot.bonds.group
@@ -135,12 +145,12 @@ def gsd_hoomd(path, frames):
 
 
 def mdanalysis_gsd(path, frames):
+    # It takes tilt factors for cosines of angles: only edges can agree.
     universe = MDAnalysis.Universe(path)
     same("number of frames", len(universe.trajectory), len(frames))
     same("species", universe.atoms.types, frames[0].particle_names.astype(object))
     for _, frame in zip(universe.trajectory, frames):
-        centre = frame.lower + frame.edges / 2
-        same("positions", universe.atoms.positions, (frame.positions - centre).astype(np.float32))
+        same("positions", universe.atoms.positions, frame.in_tilted_box.astype(np.float32))
         same("edges", universe.dimensions[:3], frame.edges.astype(np.float32))
 
 
@@ -160,6 +170,7 @@ def pyvista_vtk(path, frames):
         mesh = reader.read()[0]
         same("time", mesh.field_data["TimeValue"], [frame.time])
         same("box", mesh.field_data["box"], np.array([frame.lower, frame.lower + frame.edges]))
+        same("displacement", mesh.field_data["displacement"], [frame.displacement])
         same("periodic", mesh.field_data["periodic"].astype(bool), frame.periodic)
         same("species", np.array(mesh.field_data["species_names"])[mesh["species"]], frame.particle_names)
         same("static", mesh["static"].astype(bool), frame.static[frame.species])
@@ -182,6 +193,7 @@ def numpy_npy(path, frames):
     same("positions", array("positions"), [frame.positions for frame in frames])
     same("velocities", array("velocities"), [frame.velocities for frame in frames])
     same("box", array("box"), [[frame.lower, frame.edges] for frame in frames])
+    same("displacements", array("displacements"), [frame.displacement for frame in frames])
     same("periodic", array("periodic"), first.periodic)
     same("ids", array("ids"), first.ids)
     same("radii", array("radius"), first.radii)
@@ -232,4 +244,4 @@ ALL = [
 ]
 
 # ASE takes only chemical symbols as the names in a dump.
-ONLY = {ase_lammps: ["mixture"]}
+ONLY = {ase_lammps: ["mixture", "sheared"]}

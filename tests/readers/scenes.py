@@ -86,12 +86,36 @@ temperature = 1.0
 until_events = 1000
 """
 
+# A box whose images along y slide along x.
+SHEARED = """
+[space]
+lower = [-3.0, 1.0, 20.0]
+size = [7.0, 8.0, 6.5]
+shear_rate = 0.4
+[[species]]
+name = "Ar"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["Ar", "Ar"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 0.5
+[[fill]]
+species = "Ar"
+count = 120
+arrangement = "random"
+temperature = 1.0
+[run]
+until_events = 5000
+"""
+
 HOPPER = Path(__file__).parents[2] / "configs" / "hopper.toml"
 
 
 def write(folder):
     """The scenes in files of their own: name, file, and what shortens it on the command line."""
-    texts = {"mixture": MIXTURE, "polymer": POLYMER, "discs": DISCS}
+    texts = {"mixture": MIXTURE, "polymer": POLYMER, "discs": DISCS, "sheared": SHEARED}
     for name, text in texts.items():
         (folder / f"{name}.toml").write_text(text)
     scenes = [(name, folder / f"{name}.toml", []) for name in texts]

@@ -3,6 +3,7 @@
 //!
 //! Tolerances are those of round-off, derived where they are used.
 
+mod apart;
 mod bits;
 mod bonds;
 mod corner;

@@ -14,7 +14,7 @@ fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (Subject, Vec<Vector
 }
 
 fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> Sample<'a> {
-    Sample { time, positions, velocities, images: &[] }
+    Sample { time, positions, velocities, images: &[], displacement: 0.0 }
 }
 
 #[test]
@@ -63,6 +63,22 @@ fn a_triangular_lattice_is_hexatic_and_its_instrument_says_so() {
     assert_eq!((six.values[9], six.values[0]), (Some(10.0), Some(0.0)), "all in the last bin, of width 0.1");
     assert_eq!(four.values[0], Some(10.0));
     assert_eq!(six.standard_errors[9], Some(0.0));
+}
+
+#[test]
+fn a_triangular_lattice_is_hexatic_in_a_sheared_box_that_its_rows_fit() {
+    // Five rows, so that the next image of the first one is half a spacing beside it.
+    let height = 0.75_f64.sqrt();
+    let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
+    let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };
+    let site = |k: u32| Vector::new(f64::from(k % 6) + 0.5 * f64::from(k / 6 % 2), f64::from(k / 6) * height, 0.0);
+    let positions: Vec<Vector> = (0..30).map(site).collect();
+    let subject = Subject::of_points(space, 30);
+    for (displacement, is_perfect) in [(0.5, true), (-1.5, true), (0.0, false)] {
+        let sample = Sample { displacement, ..sample(0.0, &positions, &[]) };
+        let values = per_particle(&subject, &sample, 1.2, 6);
+        assert_eq!(values.iter().all(|value| *value > 1.0 - 1e-6), is_perfect, "{displacement}: {values:?}");
+    }
 }
 
 #[test]

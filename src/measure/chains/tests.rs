@@ -2,21 +2,24 @@ use super::*;
 use crate::space::Space;
 
 /// Two straight chains of four across the box's sides, a ring of three, and a particle on its own.
-fn scene() -> (Subject, Vec<Vector>) {
+fn scene(displacement: f64) -> (Subject, Vec<Vector>) {
     let subject = Subject {
         bonds: vec![[0, 1], [1, 2], [2, 3], [4, 5], [5, 6], [6, 7], [8, 9], [9, 10], [8, 10]],
         bond_lengths: [0.5, 1.5],
         ..Subject::of_points(Space::periodic_cube(5.0), 12)
     };
     let mut positions: Vec<Vector> = (0..4).map(|k| Vector::new((3.5 + f64::from(k)) % 5.0, 0.0, 4.9)).collect();
-    positions.extend((0..4).map(|k| Vector::new(1.0, (8.25 - 1.25 * f64::from(k)) % 5.0, 2.0)));
+    positions.extend((0..4).map(|k| {
+        let y = 8.25 - 1.25 * f64::from(k);
+        Vector::new((1.0 - (y / 5.0).floor() * displacement).rem_euclid(5.0), y % 5.0, 2.0)
+    }));
     positions.extend([Vector::zeros(), Vector::new(1.0, 0.0, 0.0), Vector::new(0.5, 0.75_f64.sqrt(), 0.0)]);
     positions.push(Vector::repeat(2.5));
     (subject, positions)
 }
 
-fn sample(time: f64, positions: &[Vector]) -> Sample<'_> {
-    Sample { time, positions, velocities: &[], images: &[] }
+fn sample(time: f64, positions: &[Vector], displacement: f64) -> Sample<'_> {
+    Sample { time, positions, velocities: &[], images: &[], displacement }
 }
 
 fn measured(instrument: &Chains, subject: &Subject) -> Measured {
@@ -27,12 +30,17 @@ fn measured(instrument: &Chains, subject: &Subject) -> Measured {
 
 #[test]
 fn sizes_are_those_of_straight_chains_and_triangles() {
-    let (subject, positions) = scene();
+    // Also where the image that a chain goes on in is displaced.
+    [0.0, 0.9, -2.2].into_iter().for_each(check_sizes);
+}
+
+fn check_sizes(displacement: f64) {
+    let (subject, positions) = scene(displacement);
     let plan = plan::Chains { bins: Some(10), interval: Some(1.0) };
-    let setup = Setup { subject: &subject, sample: sample(0.0, &positions), duration: 10.0 };
+    let setup = Setup { subject: &subject, sample: sample(0.0, &positions, displacement), duration: 10.0 };
     let mut instrument = Chains::new(&plan, &setup);
     for k in 1..=10 {
-        instrument.sample(&sample(f64::from(k), &positions), &subject);
+        instrument.sample(&sample(f64::from(k), &positions, displacement), &subject);
         // A checkpoint in between changes nothing.
         let record = serde_json::to_string(&instrument).unwrap();
         instrument = serde_json::from_str(&record).unwrap();
@@ -64,10 +72,10 @@ fn sizes_are_those_of_straight_chains_and_triangles() {
 fn without_bonds_there_is_nothing_to_say() {
     let subject = Subject::of_points(Space::periodic_cube(5.0), 2);
     let positions = [Vector::zeros(), Vector::repeat(1.0)];
-    let setup = Setup { subject: &subject, sample: sample(0.0, &positions), duration: 10.0 };
+    let setup = Setup { subject: &subject, sample: sample(0.0, &positions, 0.0), duration: 10.0 };
     let mut instrument = Chains::new(&plan::Chains::default(), &setup);
     let next = instrument.next_sample();
-    instrument.sample(&sample(next, &positions), &subject);
+    instrument.sample(&sample(next, &positions, 0.0), &subject);
     assert!(instrument.next_sample() > next);
     assert_eq!(measured(&instrument, &subject), Measured::default());
 }

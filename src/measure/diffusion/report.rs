@@ -1,6 +1,7 @@
 //! Curves and coefficients of diffusion.
 
 use super::lags::{LOGARITHMIC, logarithmic_ticks};
+use super::tracers::Tracers;
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
 use crate::measure::quantity::{Curve, Measured, Number, Series, Variable};
 use crate::measure::slope::{of_means, straight_slope};
@@ -20,15 +21,21 @@ pub(super) fn report(diffusion: &Diffusion, subject: &Subject, measured: &mut Me
         let unit = "length^2 / time";
         let (name, title) = (format!("diffusion_coefficient{suffix}"), format!("Diffusion coefficient{of}"));
         let einstein = einstein(diffusion, subject, group);
-        measured.numbers.push(Number::estimated(&name, &title, unit, einstein, EINSTEIN));
+        measured.numbers.push(Number::estimated(&name, &title, unit, einstein, &method(EINSTEIN, subject)));
         let name = format!("diffusion_coefficient_green_kubo{suffix}");
         let title = format!("Diffusion coefficient{of}, Green and Kubo");
-        measured.numbers.push(Number::estimated(&name, &title, unit, green_kubo(diffusion, group), GREEN_KUBO));
+        let green_kubo = green_kubo(diffusion, group);
+        measured.numbers.push(Number::estimated(&name, &title, unit, green_kubo, &method(GREEN_KUBO, subject)));
     }
     measured.curves.push(linear(diffusion, subject, MSD));
     measured.curves.push(logarithmic(diffusion, subject));
     measured.curves.push(linear(diffusion, subject, VACF));
     measured.curves.push(linear(diffusion, subject, INTEGRAL));
+}
+
+/// How something is measured, with what differs in a sheared box.
+fn method(at_rest: &str, subject: &Subject) -> String {
+    if subject.shear_rate == 0.0 { at_rest.to_owned() } else { format!("{at_rest} {SHEARED}") }
 }
 
 fn species<'a>(diffusion: &Diffusion, subject: &'a Subject, index: usize) -> Option<&'a str> {
@@ -46,7 +53,7 @@ fn einstein(diffusion: &Diffusion, subject: &Subject, group: usize) -> Option<Es
     let steps = diffusion.lags.steps as usize;
     let offset = offset(diffusion, group, MSD);
     let slope = straight_slope(steps, diffusion.lags.interval(), offset, of_means(&diffusion.linear))?;
-    let scale = 0.5 / subject.space.dimensions() as f64;
+    let scale = 0.5 / Tracers::dimensions(subject);
     Some(Estimate { mean: slope.mean * scale, standard_error: slope.standard_error.map(|error| error * scale) })
 }
 
@@ -79,7 +86,7 @@ fn linear(diffusion: &Diffusion, subject: &Subject, kind: usize) -> Curve {
     Curve {
         name: name.to_owned(),
         title: title.to_owned(),
-        method: method.to_owned(),
+        method: self::method(method, subject),
         variables: vec![time(times)],
         series: series(diffusion, subject, symbol, unit, &diffusion.linear, elements),
         is_logarithmic: [false, false],
@@ -95,7 +102,7 @@ fn logarithmic(diffusion: &Diffusion, subject: &Subject) -> Curve {
     Curve {
         name: "mean_squared_displacement_logarithmic".to_owned(),
         title: "Mean squared displacement at logarithmic times".to_owned(),
-        method: DISPLACEMENT.to_owned(),
+        method: method(DISPLACEMENT, subject),
         variables: vec![time(times)],
         series: series(diffusion, subject, "<dr^2>", "length^2", average, elements),
         is_logarithmic: [true, true],
@@ -139,3 +146,5 @@ const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displa
     the size of the box.";
 const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)>, up to where it stays below two of its errors. Not corrected for \
     the size of the box.";
+const SHEARED: &str = "In this sheared box r and v are their components across the flow, along y and z, where nothing streams and momentum is conserved \
+    unless a heat bath kicks; the axes count without x.";

@@ -93,6 +93,41 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
 }
 
 #[test]
+fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
+    let scene = SceneBuilder::new("free")
+        .space(Space::periodic_cube(10.0))
+        .shear(0.3)
+        .species("A", 1.0, 0.1)
+        .species("B", 3.0, 0.1)
+        .no_interaction("A", "A")
+        .no_interaction("A", "B")
+        .no_interaction("B", "B")
+        .particle("A", crate::Vector::repeat(1.0), crate::Vector::new(7.0, 5.0, 2.0))
+        .particle("B", crate::Vector::repeat(5.0), crate::Vector::new(3.0, 1.0, -1.0))
+        .build()
+        .unwrap();
+    let (subject, mut simulation) = start(scene);
+    let plan = Plan { interval: Some(0.5), span: Some(8.0) };
+    let mut instrument = diffusion(&simulation, &subject, &plan, 40.0);
+    measure(&mut simulation, &subject, &mut instrument, 40.0);
+    let measured = report(&instrument, &subject);
+    // Along y and z, relative to the centre of mass that flies at (2, -1/4), A flies at (3, 9/4) and B at (-1, -3/4): 225/16 / (1 - 1/4),
+    // 25/16 / (1 - 3/4), and their mean.
+    for (curve, power) in [(0, 2), (2, 0)] {
+        for (series, square) in measured.curves[curve].series.iter().zip([12.5, 18.75, 6.25]) {
+            for (t, value) in measured.curves[curve].variables[0].values.iter().zip(&series.values) {
+                let expected = square * t.powi(power);
+                assert!((value.unwrap() - expected).abs() < 1e-10 * (1.0 + expected), "{t} {value:?} {expected}");
+            }
+        }
+    }
+    // A constant, by two axes: 12.5 / 2 t.
+    let integral = &measured.curves[3];
+    assert!((integral.series[0].values[16].unwrap() - 6.25 * 8.0).abs() < 1e-9);
+    assert!(measured.numbers[0].method.contains("across the flow"), "{}", measured.numbers[0].method);
+}
+
+#[test]
 fn memory_and_samples_are_bounded_in_a_long_run() {
     let scene = SceneBuilder::new("alone")
         .space(Space::periodic_cube(10.0))

@@ -14,6 +14,9 @@ const STREAM: u64 = u64::MAX;
 ///
 /// Relative to the centre of mass, a particle of mass `m` in a system of mass `M` moves by `1 - m / M` less, squared: `<m v^2>` is
 /// `D T (1 - m / M)` where `T` counts the degrees of freedom that are left. Squares of displacements and velocities are divided by that.
+///
+/// In a sheared box only components across the flow are followed, those along y and z: they go on as in a box at rest, while one
+/// along x streams, differently for each particle and time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tracers {
     ids: Vec<u32>,
@@ -51,11 +54,22 @@ impl Tracers {
         let mass = subject.moving_mass();
         for (id, kind) in ids.iter().zip(&kinds) {
             counts[*kind as usize] += 1;
-            if subject.conserves_momentum {
+            if subject.conserves_momentum || subject.conserves_momentum_across {
                 scales[*kind as usize] = 1.0 / (1.0 - subject.masses[*id as usize] / mass);
             }
         }
-        Self { ids, kinds, species, counts, scales, drift: subject.drift(sample.velocities), start: sample.time }
+        let drift = if subject.conserves_momentum_across {
+            across(subject, subject.common_velocity(sample.velocities))
+        } else {
+            subject.drift(sample.velocities)
+        };
+        Self { ids, kinds, species, counts, scales, drift, start: sample.time }
+    }
+
+    /// Number of axes that are followed.
+    pub fn dimensions(subject: &Subject) -> f64 {
+        let along = if subject.shear_rate == 0.0 { 0 } else { 1 };
+        (subject.space.dimensions() - along) as f64
     }
 
     /// Number of curves: of all particles, and of each species if there are several.
@@ -67,8 +81,8 @@ impl Tracers {
         let drifted = self.drift * (sample.time - self.start);
         let ids = || self.ids.iter().map(|&id| id as usize);
         Frame {
-            positions: ids().map(|id| sample.unwrapped(id, &subject.space) - drifted).collect(),
-            velocities: ids().map(|id| sample.velocities[id] - self.drift).collect(),
+            positions: ids().map(|id| across(subject, sample.unwrapped(id, &subject.space)) - drifted).collect(),
+            velocities: ids().map(|id| across(subject, sample.velocities[id]) - self.drift).collect(),
         }
     }
 
@@ -85,6 +99,11 @@ impl Tracers {
         }
         means
     }
+}
+
+/// The components that are followed: all, or those across the flow of a sheared box.
+fn across(subject: &Subject, vector: Vector) -> Vector {
+    if subject.shear_rate == 0.0 { vector } else { Vector::new(0.0, vector.y, vector.z) }
 }
 
 /// A random choice in the old order; each has the same chance.

@@ -16,11 +16,12 @@ fn measure(
     mut frame: impl FnMut() -> (Vec<Vector>, Vec<Vector>),
 ) -> (Profile, Measured) {
     let (positions, velocities) = frame();
-    let sample = Sample { time: 0.0, positions: &positions, velocities: &velocities, images: &[] };
+    let sample = Sample { time: 0.0, positions: &positions, velocities: &velocities, images: &[], displacement: 0.0 };
     let mut profile = Profile::new(plan, &Setup { subject, sample, duration: FRAMES as f64 });
     for k in 1..=FRAMES {
         let (positions, velocities) = frame();
-        let sample = Sample { time: k as f64, positions: &positions, velocities: &velocities, images: &[] };
+        let sample =
+            Sample { time: k as f64, positions: &positions, velocities: &velocities, images: &[], displacement: 0.0 };
         profile.sample(&sample, subject);
     }
     let mut measured = Measured::default();

@@ -9,8 +9,19 @@ use rand_core::{Rng, SeedableRng};
 
 /// Shows an instrument one frame after the other, at times 1, 2, ...
 fn measure(subject: &Subject, plan: &plan::RadialDistribution, frames: &[Vec<Vector>]) -> Measured {
+    measure_sheared(subject, plan, frames, 0.0)
+}
+
+/// The same where the next image up is displaced.
+fn measure_sheared(
+    subject: &Subject,
+    plan: &plan::RadialDistribution,
+    frames: &[Vec<Vector>],
+    displacement: f64,
+) -> Measured {
     let velocities = vec![Vector::zeros(); frames[0].len()];
-    let sample = |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, images: &[] };
+    let sample =
+        |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, images: &[], displacement };
     let setup = Setup { subject, sample: sample(0), duration: frames.len() as f64 };
     let mut instrument = RadialDistribution::new(plan, &setup);
     (1..frames.len()).for_each(|k| instrument.sample(&sample(k), subject));
@@ -103,6 +114,49 @@ fn a_crystal_has_its_neighbours_at_exact_distances() {
     }
     let exact = [0.0, 12.0, 6.0, 24.0, 12.0, 24.0, 8.0];
     assert!(found.iter().zip(exact).all(|(found, exact)| (found - exact).abs() < 1e-9), "{found:?}");
+}
+
+/// All triples of indices.
+fn triples([x, y, z]: [std::ops::Range<i32>; 3]) -> Vec<[i32; 3]> {
+    z.flat_map(|k| y.clone().map(move |j| (j, k))).flat_map(|(j, k)| x.clone().map(move |i| [i, j, k])).collect()
+}
+
+#[test]
+fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
+    let flat = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
+    for (boundary, displacement) in
+        [([Boundary::Periodic; 3], 1.3), ([Boundary::Periodic; 3], -2.1), (flat, 0.7), (flat, -2.9), (flat, 3.0)]
+    {
+        let is_flat = boundary[2] == Boundary::Flat;
+        let space = Space {
+            lower: Vector::new(-1.0, 2.0, 0.5),
+            size: Vector::new(6.0, 5.5, if is_flat { 0.0 } else { 4.4 }),
+            boundary,
+        };
+        // 6 x 5 x 4 cells, the second vector of which is oblique.
+        let site = |[i, j, k]: [i32; 3]| {
+            let [i, j, k] = [i, j, k].map(f64::from);
+            Vector::new(i + displacement * j / 5.0, 1.1 * j, 1.1 * k)
+        };
+        let inside = |site: Vector| space.lower + Vector::new((site.x + 0.1).rem_euclid(6.0), site.y, site.z);
+        let cells = triples([0..6, 0..5, if is_flat { 0..1 } else { 0..4 }]);
+        let positions: Vec<Vector> = cells.into_iter().map(|cell| inside(site(cell))).collect();
+        let around = triples([-9..10, -9..10, if is_flat { 0..1 } else { -9..10 }]);
+        let distances: Vec<f64> = around.into_iter().map(|cell| site(cell).norm()).filter(|r| *r > 0.0).collect();
+        let count = positions.len();
+        let subject = Subject::of_points(space.clone(), count as u32);
+        let (cutoff, bins) = (2.15, 215);
+        let curve = &measure_sheared(&subject, &plan(cutoff, bins), &vec![positions; 3], displacement).curves[0];
+        let (room, width) = (Room::new(&space, 1.0), cutoff / bins as f64);
+        for (bin, value) in curve.series[0].values.iter().enumerate() {
+            let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * width);
+            let neighbours = value.unwrap() * (count as f64 - 1.0) * room.probability(from, to);
+            // Distances at the end of a bin may be in either, by rounding.
+            let within = |by: f64| distances.iter().filter(|&&r| from - by <= r && r < to + by).count() as f64;
+            let is_right = within(-1e-9) - 1e-6 <= neighbours && neighbours <= within(1e-9) + 1e-6;
+            assert!(is_right, "{displacement} {from}: {neighbours}");
+        }
+    }
 }
 
 #[test]

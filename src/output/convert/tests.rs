@@ -24,6 +24,7 @@ pub(in crate::output) fn chain() -> Frame {
         lower: Vector::new(-2.0, -1.0, 0.0),
         size: Vector::new(4.0, 6.0, 10.0),
         periodic: [true, false, true],
+        displacement: 0.0,
         species: vec![
             FrameSpecies { name: "bead".into(), is_static: false, mass: Some(2.5) },
             FrameSpecies { name: "bob".into(), is_static: true, mass: Some(f64::INFINITY) },

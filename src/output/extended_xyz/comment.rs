@@ -8,6 +8,7 @@ use crate::Vector;
 use crate::output::Frame;
 use crate::output::frame::FrameSpecies;
 use crate::scene::ParticleId;
+use crate::space::displacement_within_period;
 
 /// Where the lines of a frame keep what, counted in columns from 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -22,6 +23,10 @@ pub(super) struct Columns {
     pub scalars: Vec<(String, usize)>,
 }
 
+/// The boxes that a frame can have.
+const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
+    `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
+
 /// What a comment line says.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Comment {
@@ -29,6 +34,8 @@ pub(super) struct Comment {
     /// Lower corner and edges; `None` without `Lattice`.
     pub region: Option<(Vector, Vector)>,
     pub periodic: [bool; 3],
+    /// Of the next image up along y, along x, less whole periods.
+    pub displacement: f64,
     pub species: Vec<FrameSpecies>,
     pub bonds: Vec<[ParticleId; 2]>,
     pub columns: Columns,
@@ -44,7 +51,7 @@ impl Comment {
         let lattice = value_of("Lattice").map(|value| value.lattice()).transpose()?;
         let origin = value_of("Origin").map(|value| value.numbers::<3>("three finite numbers")).transpose()?;
         let flat = value_of("flat").map(|value| value.three_flags()).transpose()?.unwrap_or_default();
-        let region = lattice.map(|edges| {
+        let region = lattice.map(|(edges, _)| {
             let size = Vector::from_fn(|k, _| if flat[k] { 0.0 } else { edges[k] });
             (Vector::from(origin.unwrap_or_default()), size)
         });
@@ -52,6 +59,11 @@ impl Comment {
             Some(value) => value.three_flags()?,
             None => [region.is_some(); 3],
         };
+        let displacement = lattice.map_or(0.0, |(_, displacement)| displacement);
+        let is_sliding = |axis: usize| periodic[axis] && !flat[axis];
+        if displacement != 0.0 && !(is_sliding(0) && is_sliding(1)) {
+            return Err(value_of("Lattice").map_or(ReadError::NoFrame, |value| value.expected(LATTICE)));
+        }
         let time = match value_of("Time") {
             Some(value) => value.numbers::<1>("a finite number")?[0],
             None => 0.0,
@@ -65,7 +77,7 @@ impl Comment {
             Some(value) => value.columns()?,
             None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
         };
-        Ok(Self { time, region, periodic, species, bonds, columns })
+        Ok(Self { time, region, periodic, displacement, species, bonds, columns })
     }
 }
 
@@ -113,15 +125,20 @@ impl<'a> Value<'a> {
         numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| self.expected(expected))
     }
 
-    /// The edges of a box that is aligned with the axes.
-    fn lattice(&self) -> Result<Vector, ReadError> {
+    /// The edges of a box that is aligned with the axes, and the displacement of its next image up.
+    fn lattice(&self) -> Result<(Vector, f64), ReadError> {
         let vectors = self.numbers::<9>("nine finite numbers")?;
-        let is_aligned = (0..9).all(|entry| if entry % 4 == 0 { vectors[entry] >= 0.0 } else { vectors[entry] == 0.0 });
-        if is_aligned {
-            Ok(Vector::new(vectors[0], vectors[4], vectors[8]))
-        } else {
-            Err(self.expected("a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`"))
+        let [x, _, _, displacement, y, _, _, _, z] = vectors;
+        let is_known = |entry: usize| match entry {
+            0 | 4 | 8 => vectors[entry] >= 0.0,
+            3 => displacement == 0.0 || x > 0.0 && y > 0.0,
+            _ => vectors[entry] == 0.0,
+        };
+        if !(0..9).all(is_known) {
+            return Err(self.expected(LATTICE));
         }
+        let within = if displacement == 0.0 { 0.0 } else { displacement_within_period(displacement, x) };
+        Ok((Vector::new(x, y, z), within))
     }
 
     fn flags(&self) -> Option<Vec<bool>> {

@@ -122,8 +122,9 @@ pub enum WriteError {
     /// A position, velocity or radius is NaN or infinite, or the radius is negative.
     #[error("particle {} has a position, velocity or radius that is no finite length", .0.0)]
     Particle(ParticleId),
-    /// The time or the box is NaN or infinite, or the box has a negative edge.
-    #[error("the frame's time or box is not finite")]
+    /// The time or the box is NaN or infinite, or the box has a negative edge, or it is displaced without being periodic along x and
+    /// y, or by more than half a period.
+    #[error("the frame's time or box is not finite, or the box is displaced by more than half of its edge")]
     Frame,
 }
 

@@ -100,8 +100,9 @@ impl<R: BufRead> FrameReader<R> {
         scalars.retain(|scalar| scalar.values.len() == count);
         self.has_velocities = comment.columns.velocity.is_some();
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
-        let (time, periodic, bonds) = (comment.time, comment.periodic, comment.bonds);
-        Ok(Some(Frame { time, lower, size, periodic, species: table.species, particles, bonds, scalars }))
+        let Comment { time, periodic, displacement, bonds, .. } = comment;
+        let species = table.species;
+        Ok(Some(Frame { time, lower, size, periodic, displacement, species, particles, bonds, scalars }))
     }
 }
 

@@ -28,6 +28,7 @@ fn two_discs() -> Frame {
         lower: Vector::zeros(),
         size: Vector::new(5.0, 5.0, 0.0),
         periodic: [true, true, false],
+        displacement: 0.0,
         species: vec![FrameSpecies { name: "ball".into(), is_static: false, mass: Some(1.0) }],
         particles: vec![disc(0, 0.5, 1.0), disc(1, 2.5, -1.0)],
         bonds: Vec::new(),
@@ -44,6 +45,21 @@ fn frame_of_the_documentation() {
         ball 0.5 0.5 0 1 0 0 0.5 0\n\
         ball 2.5 0.5 0 -1 0 0 0.5 1\n";
     assert_eq!(written(&two_discs()), expected);
+}
+
+#[test]
+fn a_sheared_box_comes_back_less_whole_periods() {
+    let frame = Frame { displacement: -1.75, ..two_discs() };
+    assert!(written(&frame).contains("Lattice=\"5 0 0 -1.75 5 0 0 0 1\""), "{}", written(&frame));
+    for (entry, expected) in [("-1.75", -1.75), ("8.25", -1.75), ("-2.5", 2.5), ("5", 0.0), ("-0", 0.0)] {
+        let text = written(&frame).replace("-1.75", entry);
+        let frames = read(text.as_bytes());
+        assert_eq!(frames[0].as_ref().unwrap().displacement, expected, "{entry}");
+    }
+    for lattice in ["5 0 0 1 5 0 0 1 1", "5 0 0 1 5 0.5 0 0 1", "5 0 0 1 0 0 0 0 1", "0 0 0 1 5 0 0 0 1"] {
+        let error = read(format!("0\nLattice=\"{lattice}\"\n").as_bytes()).pop().unwrap().unwrap_err();
+        assert!(matches!(error, ReadError::Comment { key: "Lattice", .. }), "{lattice}: {error}");
+    }
 }
 
 #[test]
@@ -92,7 +108,13 @@ fn malformed_input_names_line_and_value() {
         ),
         (
             "1\nLattice=\"1 1 0 0 1 0 0 0 1\"\n",
-            "line 2: Lattice is `1 1 0 0 1 0 0 0 1`, expected a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`",
+            "line 2: Lattice is `1 1 0 0 1 0 0 0 1`, expected a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose \
+             images along y slide along x, `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic",
+        ),
+        (
+            "1\nLattice=\"1 0 0 0.2 1 0 0 0 1\" pbc=\"T F T\"\n",
+            "line 2: Lattice is `1 0 0 0.2 1 0 0 0 1`, expected a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose \
+             images along y slide along x, `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic",
         ),
         ("1\nLattice=\"1 0 0\"\n", "line 2: Lattice is `1 0 0`, expected nine finite numbers"),
         ("1\nTime=NaN\n", "line 2: Time is `NaN`, expected a finite number"),
@@ -142,6 +164,10 @@ fn refuses_to_write_what_could_not_be_read_back() {
     }
     assert!(matches!(refusal(&|frame| frame.time = f64::NAN), WriteError::Frame));
     assert!(matches!(refusal(&|frame| frame.size.x = -1.0), WriteError::Frame));
+    for displacement in [f64::NAN, 2.6, -2.5] {
+        assert!(matches!(refusal(&|frame| frame.displacement = displacement), WriteError::Frame));
+    }
+    assert!(matches!(refusal(&|f| (f.displacement, f.periodic[1]) = (1.0, false)), WriteError::Frame));
     assert!(matches!(refusal(&|f| f.particles[1].velocity.x = f64::INFINITY), WriteError::Particle(ParticleId(1))));
 }
 
@@ -191,6 +217,7 @@ fn frame() -> impl Strategy<Value = Frame> {
             lower,
             size: size.map(f64::abs),
             periodic: [flags[0], flags[1], flags[2]],
+            displacement: if flags[0] && flags[1] && size.x != 0.0 && size.y != 0.0 { 0.375 * size.x } else { 0.0 },
             species: ["ball", "Fe", "é=1'"]
                 .iter()
                 .zip(&flags[3..])

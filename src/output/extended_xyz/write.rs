@@ -8,6 +8,7 @@ use crate::Vector;
 use crate::measure::Scalar;
 use crate::output::Frame;
 use crate::output::frame::FrameSpecies;
+use crate::space::displacement_within_period;
 
 /// Text is handed on in pieces of about this size `[bytes]`, so that the output needs no buffer of its own.
 const PIECE: usize = 1 << 16;
@@ -22,7 +23,10 @@ pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteEr
     refuse_species(frame)?;
     refuse_scalars(frame)?;
     let is_box_finite = frame.time.is_finite() && is_finite(&frame.lower) && is_finite(&frame.size);
-    if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) {
+    let is_displaced = frame.displacement != 0.0;
+    let can_be_displaced = (0..2).all(|axis| frame.periodic[axis] && frame.size[axis] > 0.0)
+        && displacement_within_period(frame.displacement, frame.size.x) == frame.displacement;
+    if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) || (is_displaced && !can_be_displaced) {
         return Err(WriteError::Frame);
     }
     let mut text = Vec::with_capacity(PIECE + 1024);
@@ -61,7 +65,12 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
         let (row, column) = (entry / 3, entry % 3);
         text.extend_from_slice(if entry == 0 { b"" } else { b" " });
         let edge = if frame.is_flat(row) { thickness } else { frame.size[row] };
-        write_number(text, if row == column { edge } else { 0.0 })?;
+        let entry = match (row, column) {
+            (1, 0) => frame.displacement,
+            _ if row == column => edge,
+            _ => 0.0,
+        };
+        write_number(text, entry)?;
     }
     text.extend_from_slice(b"\" Origin=\"");
     for axis in 0..3 {

@@ -97,6 +97,21 @@ fn a_frame_read_back() {
 }
 
 #[test]
+fn a_sheared_box_is_tilted_and_holds_its_particles() {
+    let mut frame = Frame { displacement: -1.5, ..chain() };
+    frame.periodic[1] = true;
+    // The box is centred at (0, 2, 5) and 6 high; so far above its middle it has moved by -1.5 * 2.9 / 6 = -0.725, to -2.725 .. 1.275.
+    for (particle, x) in frame.particles.iter_mut().zip([-1.9, 1.2, 1.3, 1.9]) {
+        particle.position = Vector::new(x, 4.9, 5.0);
+    }
+    let chunks = parse(&converted(&[frame], Format::Gsd));
+    let get = |name: &str| floats(&chunks[&(0, name.to_owned())]);
+    assert_eq!(get("configuration/box"), [4.0, 6.0, 10.0, -0.25, 0.0, 0.0]);
+    let x: Vec<f32> = get("particles/position").into_iter().step_by(3).collect();
+    assert_eq!(x, [-1.9, 1.2, -2.7, -2.1]);
+}
+
+#[test]
 fn later_frames_say_only_what_differs() {
     let mut second = Frame { time: 1.5, ..chain() };
     second.particles[2].radius = 2.0;

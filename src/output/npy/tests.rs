@@ -32,9 +32,12 @@ fn floats(path: &Path) -> (String, Vec<f64>) {
 fn arrays_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("a.xyz"), folder.path().join("npy"));
-    let mut second = Frame { time: 0.75, ..chain() };
+    let mut second = Frame { time: 0.75, displacement: 1.25, ..chain() };
+    second.periodic[1] = true;
     second.particles[3].position.z = 9.0;
-    trajectory(&source, &[chain(), second]);
+    let mut first = chain();
+    first.periodic[1] = true;
+    trajectory(&source, &[first, second]);
     convert(&source, Format::Npy, &target, &Default::default()).unwrap();
     let file = |name: &str| target.join(name);
     assert_eq!(floats(&file("times.npy")), ("2,".to_owned(), vec![0.25, 0.75]));
@@ -45,6 +48,7 @@ fn arrays_read_back() {
     assert_eq!((shape.as_str(), &velocities[12..16]), ("2, 4, 3,", &[1.0, 0.1 + 0.2, -2e-9, 0.0][..]));
     let (shape, edges) = floats(&file("box.npy"));
     assert_eq!((shape.as_str(), &edges[6..]), ("2, 2, 3,", &[-2.0, -1.0, 0.0, 4.0, 6.0, 10.0][..]));
+    assert_eq!(floats(&file("displacements.npy")), ("2,".to_owned(), vec![0.0, 1.25]));
     assert_eq!(floats(&file("radius.npy")), ("4,".to_owned(), vec![0.5, 0.75, 0.5, 0.5]));
     assert_eq!(floats(&file("species_mass.npy")), ("2,".to_owned(), vec![2.5, f64::INFINITY]));
     let bytes = |numbers: &[u32]| numbers.iter().flat_map(|number| number.to_le_bytes()).collect::<Vec<u8>>();
@@ -52,7 +56,7 @@ fn arrays_read_back() {
     assert_eq!(read(&file("ids.npy")), whole(&[0, 1, 2, 3], "4,"));
     assert_eq!(read(&file("species.npy")), whole(&[0, 1, 0, 0], "4,"));
     assert_eq!(read(&file("bonds.npy")), whole(&[0, 1, 2, 1, 2, 3, 3, 0], "4, 2,"));
-    assert_eq!(read(&file("periodic.npy")), ("|b1".to_owned(), "3,".to_owned(), vec![1, 0, 1]));
+    assert_eq!(read(&file("periodic.npy")), ("|b1".to_owned(), "3,".to_owned(), vec![1, 1, 1]));
     assert_eq!(read(&file("species_static.npy")), ("|b1".to_owned(), "2,".to_owned(), vec![0, 1]));
     let codes: Vec<u32> = "beadbob\0".chars().map(u32::from).collect();
     assert_eq!(read(&file("species_names.npy")), ("<U4".to_owned(), "2,".to_owned(), bytes(&codes)));

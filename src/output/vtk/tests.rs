@@ -78,6 +78,7 @@ fn a_frame_read_back() {
     }
     assert_eq!(file.floats("FieldData", "TimeValue"), [0.25]);
     assert_eq!(file.floats("FieldData", "box"), [-2.0, -1.0, 0.0, 2.0, 5.0, 10.0]);
+    assert_eq!(file.floats("FieldData", "displacement"), [0.0]);
     assert!(file.text.contains("NumberOfTuples=\"2\" format=\"ascii\">98 101 97 100 0 98 111 98 0</Array>"));
     let positions: Vec<f64> = (0..4).flat_map(|id| [f64::from(id) - 1.5, 0.1, 2.0]).collect();
     assert_eq!(file.floats("Points", "Points"), positions);
@@ -92,6 +93,15 @@ fn a_frame_read_back() {
     // The bond from 3 to 0 leaves through the side.
     assert_eq!(file.cells("Lines", "connectivity"), [0, 1, 2, 1, 2, 3]);
     assert_eq!(file.cells("Lines", "offsets"), [2, 4, 6]);
+}
+
+#[test]
+fn a_sheared_box_tells_its_displacement() {
+    let mut frame = Frame { displacement: 2.0, ..chain() };
+    frame.periodic[1] = true;
+    let folder = in_folder(&[frame]);
+    let file = File::read(&folder.path().join("vtk/frame_000000.vtp"));
+    assert_eq!(file.floats("FieldData", "displacement"), [2.0]);
 }
 
 #[test]

@@ -89,8 +89,12 @@ class Recording {
     for (let bond = 0; bond < count; bond += 1) {
       const a = this.position(frame, this.bondEnds[2 * bond]);
       const b = this.position(frame, this.bondEnds[2 * bond + 1]);
+      // In a sheared box the image beyond a side along y is displaced along x.
+      const rise = b[1] - a[1];
+      const slid = this.head.periodic[1] && Math.abs(rise) > frame.head.size[1] / 2;
+      const displacement = slid ? Math.sign(rise) * frame.head.displacement : 0;
       for (let k = 0; k < 3; k += 1) {
-        let way = b[k] - a[k];
+        let way = b[k] - a[k] - (k === 0 ? displacement : 0);
         if (this.head.periodic[k] && Math.abs(way) > frame.head.size[k] / 2) {
           way -= Math.sign(way) * frame.head.size[k];
         }

@@ -37,6 +37,7 @@ impl Encoded {
             time: frame.time,
             lower: frame.lower.into(),
             size: frame.size.into(),
+            displacement: frame.displacement,
             field: [lower.into(), size.into()],
             ranges,
             beyond,
@@ -47,6 +48,11 @@ impl Encoded {
 
 /// A position with periodic coordinates inside of the box.
 pub(super) fn wrapped(frame: &Frame, position: &Vector) -> Vector {
+    let mut position = *position;
+    if frame.displacement != 0.0 {
+        // An image further down along y is displaced the other way along x.
+        position.x -= frame.displacement * ((position.y - frame.lower.y) / frame.size.y).floor();
+    }
     Vector::from_fn(|k, _| {
         let (edge, x) = (frame.size[k], position[k] - frame.lower[k]);
         if !frame.periodic[k] || edge <= 0.0 {

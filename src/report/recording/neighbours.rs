@@ -3,7 +3,6 @@
 use std::collections::HashSet;
 
 use super::frame::wrapped;
-use super::separation;
 use crate::Vector;
 use crate::output::Frame;
 use crate::scene::{Scene, SpeciesId};
@@ -56,7 +55,7 @@ impl Neighbours {
                 let ids = [particle.id.0.min(partner.id.0), particle.id.0.max(partner.id.0)];
                 *other != index
                     && range > 0.0
-                    && separation(frame, &positions[index], position).norm_squared() < range * range
+                    && frame.nearest_image(positions[index] - position).norm_squared() < range * range
                     && !self.bonded.contains(&ids)
             };
             let around = cells.around(&positions[index]).into_iter();
@@ -73,6 +72,8 @@ struct Cells {
     width: Vector,
     number: [usize; 3],
     is_periodic: [bool; 3],
+    /// Whether images along y are displaced along x.
+    is_sliding: bool,
     first: Vec<usize>,
     sorted: Vec<usize>,
 }
@@ -92,8 +93,8 @@ impl Cells {
             many => many,
         });
         let width = Vector::from_fn(|k, _| size[k] / number[k] as f64);
-        let mut cells =
-            Self { lower, width, number, is_periodic: frame.periodic, first: Vec::new(), sorted: Vec::new() };
+        let (is_periodic, is_sliding) = (frame.periodic, frame.displacement != 0.0);
+        let mut cells = Self { lower, width, number, is_periodic, is_sliding, first: Vec::new(), sorted: Vec::new() };
         let of: Vec<usize> = positions.iter().map(|position| cells.index(cells.coordinates(position))).collect();
         cells.first = vec![0; number.iter().product::<usize>() + 1];
         of.iter().for_each(|cell| cells.first[cell + 1] += 1);
@@ -139,10 +140,14 @@ impl Cells {
             (0..3).filter_map(|offset| wrap(centre[k] + offset)).collect()
         };
         let (across, deep) = (along(0), along(1));
+        let whole_row: Vec<usize> = (0..self.number[0]).collect();
         let mut cells = Vec::with_capacity(27);
         for z in along(2) {
-            for y in &deep {
-                cells.extend(across.iter().map(|x| self.index([*x, *y, z])));
+            for &y in &deep {
+                // Across the sides that slide any cell of the row may be near.
+                let slides = self.is_sliding && (self.number[1] == 1 || y.abs_diff(centre[1]) > 1);
+                let row = if slides { &whole_row } else { &across };
+                cells.extend(row.iter().map(|x| self.index([*x, y, z])));
             }
         }
         cells

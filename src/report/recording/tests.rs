@@ -1,4 +1,5 @@
 use super::*;
+use crate::Vector;
 use crate::measure::Scalar;
 use crate::output::extended_xyz::write_frame;
 use crate::output::frame::FrameSpecies;
@@ -34,6 +35,7 @@ fn frame(time: f64, count: u32) -> Frame {
         lower: Vector::new(0.0, 0.0, -2.0),
         size: Vector::new(10.0, 4.0, 2.0),
         periodic: [true, false, false],
+        displacement: 0.0,
         species: vec![species("grain", false), species("pivot", true)],
         particles: (0..count).map(grain).chain([pivot]).collect(),
         bonds: vec![[ParticleId(0), ParticleId(count)]],
@@ -174,7 +176,8 @@ fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
 
 #[test]
 fn neighbours_are_those_of_a_search_over_all_pairs() {
-    for (edge, count) in [(4.0, 108), (6.0, 108), (12.0, 500)] {
+    let slid = [(4.0, 108, 1.7), (6.0, 108, -2.9), (12.0, 500, 5.1)];
+    for (edge, count, displacement) in [(4.0, 108, 0.0), (6.0, 108, 0.0), (12.0, 500, 0.0)].into_iter().chain(slid) {
         let scene = SceneBuilder::new("well")
             .seed(3)
             .species("A", 1.0, 0.5)
@@ -191,14 +194,17 @@ fn neighbours_are_those_of_a_search_over_all_pairs() {
             particle.position += Vector::new(shift(0.618), shift(0.414), shift(0.732));
         }
         frame.bonds = vec![[ParticleId(0), ParticleId(1)]];
+        frame.displacement = displacement;
         let found = neighbours::Neighbours::of(&scene, &frame).unwrap().count(&frame);
         let near = |a: &FrameParticle, b: &FrameParticle| {
-            let nearest = |k: usize| {
-                let x = (a.position[k] - b.position[k]).rem_euclid(edge);
-                x.min(edge - x)
-            };
-            let is_bonded = a.id.0 + b.id.0 == 1;
-            a.id != b.id && !is_bonded && nearest(0).powi(2) + nearest(1).powi(2) + nearest(2).powi(2) < 1.5 * 1.5
+            let apart = a.position - b.position;
+            let nearest = |x: f64| x.rem_euclid(edge).min(edge - x.rem_euclid(edge));
+            // Of all images along y, each displaced along x.
+            let is_near = (-2..=2).map(f64::from).any(|up| {
+                let (x, y) = (nearest(apart.x + up * displacement), apart.y + up * edge);
+                x * x + y * y + nearest(apart.z).powi(2) < 1.5 * 1.5
+            });
+            a.id != b.id && a.id.0 + b.id.0 != 1 && is_near
         };
         let all = &frame.particles;
         let expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();

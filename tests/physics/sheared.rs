@@ -1,0 +1,231 @@
+//! Sheared boxes against searches over all images.
+
+use carom::Vector;
+use carom::measure::{Plan, plan};
+use carom::potential::Potential;
+use carom::run::{self, Finished};
+use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, Limit, RunPlan, SceneBuilder, Thermostat};
+use carom::simulation::{Simulation, Snapshot, Until};
+use carom::space::{Boundary, Space};
+use std::collections::HashSet;
+use std::ops::ControlFlow;
+
+/// The distances of two particles of a snapshot, over all images that can be the nearest: positions are in the box.
+fn distances<'a>(size: &'a Vector, snapshot: &'a Snapshot, rate: f64, i: usize, j: usize) -> impl Iterator<Item = f64> {
+    let apart = snapshot.positions[i] - snapshot.positions[j];
+    // Whole periods less, so that two along x are enough.
+    let slid = (rate * size.y * snapshot.time) % size.x;
+    let images = (-2..=2).flat_map(|a| (-1..=1).flat_map(move |b| (-1..=1).map(move |c| [a, b, c])));
+    images.filter(|[_, _, c]| size.z > 0.0 || *c == 0).map(move |image| {
+        let [a, b, c] = image.map(f64::from);
+        (apart + Vector::new(a * size.x + b * slid, b * size.y, c * size.z)).norm()
+    })
+}
+
+/// Distances of pairs are off by the rounding of positions up to 20, and of times up to 10 with images at speeds up to 100.
+const ROUND_OFF: f64 = 1e-11;
+
+/// Boxes of no simple shape, the last one flat.
+pub fn boxes() -> [Space; 3] {
+    let space = |size: [f64; 3], boundary| Space { lower: Vector::new(-1.0, 2.0, 0.5), size: size.into(), boundary };
+    [
+        space([6.5, 9.0, 7.0], [Boundary::Periodic; 3]),
+        space([11.0, 6.5, 6.5], [Boundary::Periodic; 3]),
+        space([9.0, 12.0, 0.0], [Boundary::Periodic, Boundary::Periodic, Boundary::Flat]),
+    ]
+}
+
+/// Particles of diameter 1 at random places, in a box that is sheared.
+fn fluid(space: &Space, potential: Potential, rate: f64) -> Simulation {
+    let count = (0.45 * space.volume()) as u64;
+    let fill = Fill::new(Arrangement::Random, "A").count(count);
+    let scene = SceneBuilder::new("fluid")
+        .space(space.clone())
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", potential, 1.0)
+        .add_fill(fill)
+        .temperature(1.0)
+        .shear(rate);
+    Simulation::new(scene.build().unwrap())
+}
+
+#[test]
+fn hard_particles_never_overlap_in_boxes_of_any_shape() {
+    for space in boxes() {
+        for rate in [0.1, 3.0, -1.3] {
+            let mut simulation = fluid(&space, Potential::hard_sphere(1.0).unwrap(), rate);
+            for part in 1..=20 {
+                simulation.advance(Until::time(0.3 * f64::from(part))).unwrap();
+                let now = simulation.snapshot();
+                for i in 0..now.positions.len() {
+                    for j in 0..i {
+                        let nearest = distances(&space.size, &now, rate, i, j).fold(f64::INFINITY, f64::min);
+                        assert!(nearest > 1.0 - ROUND_OFF, "{rate} {:?}: {i} {j} {nearest}", space.size);
+                    }
+                }
+            }
+            assert!(simulation.tally().core > 300, "{}", simulation.tally().core);
+            assert_eq!(simulation.tally().in_invalid_state, 0);
+            assert_eq!(simulation.real_overlaps(), []);
+        }
+    }
+}
+
+#[test]
+fn the_states_of_wells_are_those_of_their_distances() {
+    for space in boxes() {
+        for rate in [0.1, 3.0] {
+            let mut simulation = fluid(&space, Potential::square_well(1.0, 1.5, 0.7).unwrap(), rate);
+            let mut pairs = 0;
+            for part in 0..=20 {
+                simulation.advance(Until::time(0.3 * f64::from(part))).unwrap();
+                let now = simulation.snapshot();
+                let captured = simulation.captured_pairs().into_iter();
+                let captured: HashSet<[usize; 2]> = captured.map(|(pair, _)| pair.map(|id| id.0 as usize)).collect();
+                for i in 0..now.positions.len() {
+                    for j in 0..i {
+                        let nearest = distances(&space.size, &now, rate, i, j).fold(f64::INFINITY, f64::min);
+                        if (nearest - 1.5).abs() < ROUND_OFF {
+                            continue;
+                        }
+                        let is_captured = captured.contains(&[j, i]);
+                        assert_eq!(is_captured, nearest < 1.5, "{rate} at {}: {i} {j} {nearest}", now.time);
+                        pairs += u64::from(is_captured);
+                    }
+                }
+                assert_eq!(simulation.real_overlaps(), []);
+            }
+            let tally = simulation.tally();
+            assert!(pairs > 1000 && tally.capture > 100 && tally.release > 100, "{pairs} {tally:?}");
+        }
+    }
+}
+
+#[test]
+fn chains_hold_together_across_the_sides_that_slide() {
+    let space = Space { size: Vector::new(7.0, 8.0, 9.0), ..Space::periodic_cube(1.0) };
+    for rate in [0.1, 2.0] {
+        let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.1 };
+        let scene = SceneBuilder::new("polymer")
+            .space(space.clone())
+            .species("bead", 1.0, 1.0)
+            .interaction("bead", "bead", Potential::square_well(1.0, 1.4, 0.5).unwrap(), 1.0)
+            .bond_interaction("link", Potential::bond(0.9, 1.3).unwrap(), 1.0)
+            .chain(Chain {
+                species: "bead".into(),
+                length: 8,
+                count: 12,
+                bond: "link".into(),
+                spacing: None,
+                straight: None,
+                temperature: Some(1.0),
+            })
+            .shear(rate)
+            .run(RunPlan { limit: Limit::time(10.0), thermostat: Some(bath), ..RunPlan::default() });
+        let plan = Plan { chains: Some(plan::Chains { interval: Some(0.5), bins: None }), ..Plan::default() };
+        let finished = finish(scene.measure(plan));
+        let simulation = &finished.simulation;
+        let (scene, now) = (simulation.scene(), simulation.snapshot());
+        let mut across = 0;
+        for bond in &scene.bonds {
+            let [a, b] = bond.pair.map(|id| id.0 as usize);
+            let nearest = distances(&space.size, &now, rate, a, b).fold(f64::INFINITY, f64::min);
+            assert!((0.9 - ROUND_OFF..1.3 + ROUND_OFF).contains(&nearest), "{rate}: {a} {b} {nearest}");
+            across += u32::from((now.positions[a].y - now.positions[b].y).abs() > 4.0);
+        }
+        assert!(across > 0, "no bond across the sides");
+        let length = finished.measured.numbers.iter().find(|number| number.name == "bond_length").unwrap();
+        assert!((0.9..1.3).contains(&length.mean.unwrap()), "{length:?}");
+    }
+}
+
+fn finish(builder: SceneBuilder) -> Finished {
+    let scene = builder.build().unwrap();
+    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    finished
+}
+
+#[test]
+fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
+    let (rate, edge) = (0.5, 10.0);
+    // Two overlap through the side, and stay so: the image above moves as fast as the one below.
+    let half = Vector::new(0.5 * rate * edge, 0.0, 0.0);
+    let scene = SceneBuilder::new("pair")
+        .space(Space::periodic_cube(edge))
+        .allow_invalid_start(true)
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .particle("A", Vector::new(5.0, 9.7, 5.0), half)
+        .particle("A", Vector::new(5.0, 0.3, 5.0), -half)
+        .shear(rate)
+        .build()
+        .unwrap();
+    let mut simulation = Simulation::new(scene);
+    for part in 0..20 {
+        simulation.advance(Until::time(0.37 * f64::from(part))).unwrap();
+        let overlaps = simulation.real_overlaps();
+        assert_eq!(overlaps.len(), 1, "at {}", simulation.time());
+        assert!((overlaps[0].depth - 0.4).abs() < 1e-12, "{overlaps:?}");
+    }
+}
+
+#[test]
+fn a_slow_shear_changes_neither_diffusion_nor_structure() {
+    let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
+    let limit = Limit::time(30.0);
+    let measured = |rate: Option<f64>| {
+        let run = RunPlan { equilibration: Limit::time(5.0), limit, thermostat: Some(bath), ..RunPlan::default() };
+        let fluid = SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.3))
+            .temperature(1.0)
+            .measure(Plan {
+                diffusion: Some(plan::Diffusion::default()),
+                radial_distribution: Some(plan::RadialDistribution::default()),
+                structure_factor: Some(plan::StructureFactor::default()),
+                bond_order: Some(plan::BondOrder::default()),
+                free_paths: Some(plan::FreePaths::default()),
+                ..Plan::default()
+            })
+            .run(run);
+        finish(match rate {
+            Some(rate) => fluid.shear(rate),
+            None => fluid,
+        })
+        .measured
+    };
+    let (rest, sheared) = (measured(None), measured(Some(0.05)));
+    // Time passes 0.05 per mean free time of 0.1: the effects of shear go as the square of 0.005.
+    for name in ["diffusion_coefficient", "contact_value_A_A", "neighbours", "q6", "mean_free_time"] {
+        let [a, b] = [&rest, &sheared].map(|measured| {
+            let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
+            (number.mean.unwrap(), number.standard_error.unwrap())
+        });
+        let error = a.1.hypot(b.1);
+        // One of five differs by 4 errors in 3000 runs; errors are themselves known to an eighth.
+        assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
+    }
+    let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
+    assert_eq!(path.mean, None, "relative to what streams nobody flies straight on");
+    let curve = |measured: &carom::measure::Measured, name: &str| {
+        measured.curves.iter().find(|curve| curve.name == name).unwrap().clone()
+    };
+    for name in ["radial_distribution", "structure_factor"] {
+        let [a, b] = [&rest, &sheared].map(|measured| curve(measured, name));
+        assert_eq!(a.series[0].values.len(), b.series[0].values.len());
+        let mut worst = 0.0_f64;
+        for index in 0..a.series[0].values.len() {
+            let at = |of: &carom::measure::Curve| {
+                (of.series[0].values[index].unwrap(), of.series[0].standard_errors[index].unwrap())
+            };
+            let (one, other) = (at(&a), at(&b));
+            // Shells of other wave vectors have other means: up to a fifth where S(q) rises.
+            let shells = if name == "structure_factor" { 0.2 * one.0 } else { 0.0 };
+            worst = worst.max(((one.0 - other.0).abs() - shells) / one.1.hypot(other.1).max(1e-3));
+        }
+        // The largest of some hundred differences.
+        assert!(worst < 6.0, "{name}: {worst}");
+    }
+}
