@@ -92,6 +92,7 @@ pub mod scene;
 pub mod simulation;
 pub mod space;
 pub mod statistics;
+mod ticks;
 pub mod validate;
 pub mod verify;
 

@@ -23,7 +23,6 @@
 mod course;
 mod driver;
 mod progress;
-mod ticks;
 
 pub use course::Course;
 pub use driver::{resume, run};

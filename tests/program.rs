@@ -143,14 +143,14 @@ fn the_keys_of_the_summary_are_the_contract() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "9"])), 0);
     let summary = place.summary("runs/scene");
-    let top = "version scene seed engine particles time events energy momentum overlap faults observables speed";
+    let top = "version scene seed engine particles diameter_factor time events energy momentum overlap faults observables speed";
     assert_eq!(keys(&summary), sorted(top.split(' ').collect()));
     for (key, contents) in [
         (
             "events",
             "total core capture release bounce wall transition turning_point in_invalid_state tc_contacts tc_altered",
         ),
-        ("energy", "initial final kinetic potential dissipated ledger_error_relative ledger_limit"),
+        ("energy", "initial final kinetic potential dissipated supplied ledger_error_relative ledger_limit"),
         ("momentum", "drift limit"),
         ("overlap", "deepest_executed deepest_final limit initial final resolved_after"),
         ("observables", "temperature pressure compressibility_factor collision_rate"),

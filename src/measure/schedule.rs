@@ -1,6 +1,7 @@
 //! When an instrument looks at the particles.
 
 use super::instrument::Setup;
+use crate::ticks::Ticks;
 use serde::{Deserialize, Serialize};
 
 /// Samples that an instrument aims at, if they are cheap.
@@ -16,19 +17,12 @@ const FREE: f64 = 5e8;
 /// for that in a fluid, some four microseconds.
 const PER_FLIGHT: f64 = 200.0;
 
-/// Times `start + k interval`, `k = 1, 2, ...`, each from one multiplication.
+/// Even times of samples, which the plan gives or the run chooses.
 ///
 /// An interval that is not given is chosen for 200 samples in the expected duration; for fewer, but not less than 16, where those
-/// would take longer than a second and than a tenth of the run. Like that of the rows of a run, it doubles whenever there
-/// are twice as many samples as were aimed at, because the duration may be a poor guess.
+/// would take longer than a second and than a tenth of the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Schedule {
-    start: f64,
-    interval: f64,
-    index: f64,
-    /// Number of samples since the interval was last doubled, and how many are aimed at; none if it was given.
-    chosen: Option<[u32; 2]>,
-}
+pub(super) struct Schedule(Ticks);
 
 impl Schedule {
     /// Samples of some `work` each, a number of floating-point operations.
@@ -36,36 +30,24 @@ impl Schedule {
         let start = setup.sample.time;
         // Times closer than this are the same number.
         let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
-        let aim = aim(setup, work);
-        let interval = given.unwrap_or(setup.duration / aim).max(shortest);
-        Self { start, interval, index: 1.0, chosen: given.is_none().then_some([0, aim as u32]) }
+        Self(match given {
+            Some(interval) => Ticks::given(start, interval.max(shortest)),
+            None => Ticks::expecting(start, setup.duration, aim(setup, work) as u32, shortest),
+        })
     }
 
     /// The next time.
     pub fn next(&self) -> f64 {
-        self.start + self.index * self.interval
+        self.0.next()
     }
 
     /// Whether it is time; if so, goes on to the first time after `time`.
     pub fn is_due(&mut self, time: f64) -> bool {
-        if time < self.next() {
-            return false;
+        let is_due = time >= self.next();
+        if is_due {
+            self.0.pass(time);
         }
-        if let Some([count, aim]) = &mut self.chosen {
-            *count += 1;
-            if *count >= 2 * *aim {
-                self.interval *= 2.0;
-                *count = *aim;
-            }
-        }
-        self.index = ((time - self.start) / self.interval).floor() + 1.0;
-        // Rounding leaves a time that is not after `time`, also where the interval is below the spacing of numbers.
-        let mut step = 1.0;
-        while self.next() <= time {
-            self.index += step;
-            step *= 2.0;
-        }
-        true
+        is_due
     }
 }
 

@@ -4,13 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::driver::PressureLook;
 use super::progress::Stage;
-use super::ticks::Ticks;
 use crate::audit::Ledger;
 use crate::event::Tally;
 use crate::measure::{Instruments, Subject};
 use crate::observe::Observer;
 use crate::scene::{Limit, Thermostat};
 use crate::simulation::Simulation;
+use crate::ticks::Ticks;
 
 /// Where a stage began.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]

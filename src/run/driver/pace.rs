@@ -1,9 +1,15 @@
 //! How often a run writes, where the scene leaves it open.
 
 use super::Driver;
-use crate::run::ticks::{self, Ticks};
 use crate::run::{Ending, Recorder};
 use crate::scene::Limit;
+use crate::ticks::Ticks;
+
+/// A run that chooses its interval itself aims at this many rows, and at most twice as many.
+const ROWS: u32 = 200;
+
+/// As [`ROWS`], for frames.
+const FRAMES: u32 = 20;
 
 /// When a measured stretch writes, and how long it will last, as far as is known `[time]`.
 pub(super) struct Pace {
@@ -26,15 +32,15 @@ impl<R: Recorder> Driver<'_, R> {
             Limit { time: Some(time), events: None } => time,
             _ if is_given => f64::INFINITY,
             Limit { time, events } => match self.pilot(time, events.unwrap_or(u64::MAX))? {
-                Ok(expected) => ticks::rounded(expected).min(time.unwrap_or(f64::INFINITY)),
+                Ok(expected) => rounded(expected).min(time.unwrap_or(f64::INFINITY)),
                 Err(ending) => return Ok(Err(ending)),
             },
         };
         let ticks = |given: Option<f64>, aim| match given {
             Some(interval) => Ticks::given(start, interval),
-            None => Ticks::expecting(start, duration, aim),
+            None => Ticks::expecting(start, duration, aim, 0.0),
         };
-        let mut pace = Pace { rows: ticks(thermo, ticks::ROWS), frames: ticks(frame, ticks::FRAMES), duration };
+        let mut pace = Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration };
         if self.simulation.time() > start {
             // The pilot is a thousandth of the events, and seldom reaches the first tick.
             for ticks in [&mut pace.rows, &mut pace.frames] {
@@ -72,5 +78,21 @@ impl<R: Recorder> Driver<'_, R> {
             return Ok(Ok(limit.unwrap_or(f64::INFINITY)));
         }
         Ok(Ok((self.simulation.time() - start.time) * (events as f64 / done)))
+    }
+}
+
+/// A duration rounded to two digits, for intervals that somebody will read.
+fn rounded(duration: f64) -> f64 {
+    format!("{duration:.1e}").parse().unwrap_or(duration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_rounded_to_two_digits() {
+        assert_eq!(rounded(123.4), 120.0);
+        assert_eq!(rounded(0.000_678_9), 0.000_68);
     }
 }

@@ -1,24 +1,18 @@
-//! Even times at which something is written.
+//! Even times at which something is written or looked at.
 
 use serde::{Deserialize, Serialize};
 
-/// A run that chooses its interval itself aims at this many rows, and at most twice as many.
-pub(super) const ROWS: u32 = 200;
-
-/// As [`ROWS`], for frames.
-pub(super) const FRAMES: u32 = 20;
-
-/// Times `start + k interval`, `k = 1, 2, ...`
+/// Times `start + k interval`, `k = 1, 2, ...`, each from one multiplication.
 ///
-/// An interval that the scene gives is kept. One that the run chose is doubled whenever there are twice as many
+/// An interval that the scene gives is kept. One that was chosen is doubled whenever there are twice as many
 /// ticks as were aimed at, because the duration that it was chosen from may be a poor guess.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Ticks {
+pub(crate) struct Ticks {
     start: f64,
     interval: f64,
     index: f64,
     /// Number of ticks since the interval was last doubled, and how many are aimed at; none if it is kept.
-    chosen: Option<(u32, u32)>,
+    chosen: Option<[u32; 2]>,
 }
 
 impl Ticks {
@@ -27,9 +21,14 @@ impl Ticks {
         Self { start, interval, index: 1.0, chosen: None }
     }
 
-    /// Some `aim` ticks in a duration that is expected.
-    pub fn expecting(start: f64, duration: f64, aim: u32) -> Self {
-        Self { chosen: Some((0, aim)), ..Self::given(start, duration / f64::from(aim)) }
+    /// Some `aim` ticks in a duration that is expected, no closer to each other than `shortest`.
+    pub fn expecting(start: f64, duration: f64, aim: u32, shortest: f64) -> Self {
+        Self { chosen: Some([0, aim]), ..Self::given(start, (duration / f64::from(aim)).max(shortest)) }
+    }
+
+    /// Between two ticks now `[time]`.
+    pub fn interval(&self) -> f64 {
+        self.interval
     }
 
     /// The next tick.
@@ -39,14 +38,19 @@ impl Ticks {
 
     /// Goes on to the first tick after `time`.
     pub fn pass(&mut self, time: f64) {
-        if let Some((count, aim)) = &mut self.chosen {
+        self.pass_early(time, 0.0);
+    }
+
+    /// The same, where a time that is early by this part of the interval is taken for that of the tick, because times are rounded.
+    pub fn pass_early(&mut self, time: f64, early: f64) {
+        if let Some([count, aim]) = &mut self.chosen {
             *count += 1;
-            if *count == 2 * *aim {
+            if *count >= 2 * *aim {
                 self.interval *= 2.0;
                 *count = *aim;
             }
         }
-        self.index = ((time - self.start) / self.interval).floor() + 1.0;
+        self.index = ((time - self.start) / self.interval + early).floor() + 1.0;
         // Rounding leaves a tick that is not after `time`, also where the interval is below the spacing of numbers.
         let mut step = 1.0;
         while self.next() <= time {
@@ -54,11 +58,6 @@ impl Ticks {
             step *= 2.0;
         }
     }
-}
-
-/// A duration rounded to two digits, for intervals that somebody will read.
-pub(super) fn rounded(duration: f64) -> f64 {
-    format!("{duration:.1e}").parse().unwrap_or(duration)
 }
 
 #[cfg(test)]
@@ -85,7 +84,7 @@ mod tests {
 
     #[test]
     fn a_chosen_interval_doubles_when_the_run_lasts_longer_than_expected() {
-        let mut ticks = Ticks::expecting(0.0, 20.0, 20);
+        let mut ticks = Ticks::expecting(0.0, 20.0, 20, 0.0);
         let mut count = 0;
         while ticks.next() <= 20.0 * 1024.0 {
             ticks.pass(ticks.next());
@@ -102,8 +101,12 @@ mod tests {
     }
 
     #[test]
-    fn durations_are_rounded_to_two_digits() {
-        assert_eq!(rounded(123.4), 120.0);
-        assert_eq!(rounded(0.000_678_9), 0.000_68);
+    fn a_rounded_time_is_not_asked_for_twice() {
+        let mut ticks = Ticks::given(1.0, 0.1);
+        for k in 1..=1000 {
+            let due = 1.0 + f64::from(k) * 0.1;
+            assert_eq!(ticks.next(), due);
+            ticks.pass_early(if k % 2 == 0 { due.next_down() } else { due.next_up() }, 1e-6);
+        }
     }
 }
