@@ -146,27 +146,50 @@ fn finish(builder: SceneBuilder) -> Finished {
     finished
 }
 
-#[test]
-fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
-    let (rate, edge) = (0.5, 10.0);
-    // Two overlap through the side, and stay so: the image above moves as fast as the one below.
-    let half = Vector::new(0.5 * rate * edge, 0.0, 0.0);
-    let scene = SceneBuilder::new("pair")
-        .space(Space::periodic_cube(edge))
+/// A pair next to the sides that slide, in a box of edge 24 in which some hundred others rest far from them, so that there are many cells.
+fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2]) -> Simulation {
+    let mut scene = SceneBuilder::new("pair")
+        .space(Space::periodic_cube(24.0))
         .allow_invalid_start(true)
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-        .particle("A", Vector::new(5.0, 9.7, 5.0), half)
-        .particle("A", Vector::new(5.0, 0.3, 5.0), -half)
-        .shear(rate)
-        .build()
-        .unwrap();
-    let mut simulation = Simulation::new(scene);
+        .shear(rate);
+    for (position, velocity) in positions.into_iter().zip(velocities) {
+        scene = scene.particle("A", position, velocity);
+    }
+    for k in 0..12 * 12 * 4 {
+        let [x, y, z] = [k % 12, k / 12 % 4, k / 48].map(f64::from);
+        scene = scene.particle("A", Vector::new(2.0 * x + 1.0, 2.0 * y + 9.0, 2.0 * z + 1.0), Vector::zeros());
+    }
+    Simulation::new(scene.build().unwrap())
+}
+
+#[test]
+fn an_overlap_across_the_sides_that_slide_is_found_wherever_it_has_gone() {
+    // Two overlap through the side, and stay so: the image above moves as fast as the one below.
+    let half = Vector::new(0.5 * 0.5 * 24.0, 0.0, 0.0);
+    let positions = [Vector::new(5.0, 23.7, 5.0), Vector::new(5.0, 0.3, 5.0)];
+    let mut simulation = pair_at_the_sides(0.5, positions, [half, -half]);
     for part in 0..20 {
         simulation.advance(Until::time(0.37 * f64::from(part))).unwrap();
         let overlaps = simulation.real_overlaps();
         assert_eq!(overlaps.len(), 1, "at {}", simulation.time());
         assert!((overlaps[0].depth - 0.4).abs() < 1e-12, "{overlaps:?}");
+    }
+}
+
+#[test]
+fn who_comes_near_while_many_images_slide_by_is_met() {
+    // Half a diameter apart along y, they touch when they are as close along z as the root of 3/4: after 0.92 in time, and then by the next
+    // image, one of which slides by in every 24 / 120 = 0.2. Nothing else happens to either until then.
+    for place in 0..8 {
+        let z = 6.0 + 0.25 * f64::from(place);
+        let positions = [Vector::new(12.0, 0.25, z), Vector::new(12.0, 23.75, z + 1.05)];
+        let mut simulation = pair_at_the_sides(5.0, positions, [Vector::zeros(), Vector::new(0.0, 0.0, -0.2)]);
+        simulation.advance(Until::time(0.91)).unwrap();
+        assert_eq!(simulation.tally().core, 0);
+        simulation.advance(Until::time(1.13)).unwrap();
+        assert_eq!(simulation.tally().core, 1, "{z}");
     }
 }
 

@@ -97,3 +97,24 @@ fn without_neighbours_there_is_no_order_and_no_nan() {
     assert!(measured.numbers[1..].iter().all(|number| number.mean.is_none()));
     assert!(measured.curves[0].series.iter().all(|series| series.values.iter().all(Option::is_none)));
 }
+
+#[test]
+fn the_columns_of_a_trajectory_are_those_of_their_degree() {
+    // A square lattice: four neighbours at right angles.
+    let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
+    let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 6.0, 0.0), boundary };
+    let positions: Vec<Vector> = (0..36).map(|k| Vector::new(f64::from(k % 6), f64::from(k / 6), 0.0)).collect();
+    let subject = Subject::of_points(space, 36);
+    let plan = plan::BondOrder { cutoff: Some(1.2), ..plan::BondOrder::default() };
+    let scalars = scalars(&plan, &subject, &sample(0.0, &positions, &[]));
+    let values = |name: &str| scalars.iter().find(|scalar| scalar.name == name).unwrap().values.clone();
+    assert_eq!(scalars.len(), 2);
+    assert!(values("psi6").iter().all(|value| value.abs() < 1e-12));
+    assert!(values("psi4").iter().all(|value| (value - 1.0).abs() < 1e-12));
+    // On a line there are no directions.
+    let line = Subject::of_points(
+        Space { boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat], ..subject.space },
+        36,
+    );
+    assert!(super::scalars(&plan, &line, &sample(0.0, &positions, &[])).is_empty());
+}
