@@ -42,11 +42,13 @@ pub struct Row {
     pub counts: Vec<usize>,
 }
 
+const COMPRESSIBILITY: &str = "compressibility_factor";
+
 /// The quantities with a mean over a run, by name, in the order of `summary.json`.
 pub const OBSERVABLES: [(&str, &str); 5] = [
     ("temperature", "energy"),
     ("pressure", "energy / length^D"),
-    ("compressibility_factor", "1"),
+    (COMPRESSIBILITY, "1"),
     ("collision_rate", "1 / time"),
     ("potential_energy_per_particle", "energy"),
 ];
@@ -56,17 +58,19 @@ pub const OBSERVABLES: [(&str, &str); 5] = [
 /// | quantity | measured as |
 /// |---|---|
 /// | temperature `T` | `2 K / (D N)`; where momentum is conserved `2 (K - P^2 / 2M) / (D (N - 1))` |
-/// | compressibility factor `Z` | `1 + W / (D (N - 1) T t)`, `W` the sum of `r_ij . J` over the events of a time `t` |
-/// | pressure | `Z rho T`, `rho = N / V` |
+/// | pressure | `rho (T + W / (D (N - 1) t))`, `rho = N / V`, `W` the sum of `r_ij . J` over the events of a time `t` |
+/// | compressibility factor `Z` | mean pressure over `rho` and the mean of `T` |
 /// | collision rate | `2 n / (N t)` with `n` Core events |
 /// | potential energy per particle | energy of the pairs over `N` |
 ///
-/// `N` counts the particles that move, `D` is the number of axes that are not flat. `T` in `Z` is the mean of its values at
-/// both ends of the interval, as are the means of `T` and of the potential energy over it.
+/// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
+/// those of straight lines between looks: at its ends, before and after velocities are scaled, and some times in between where a thermostat
+/// scales them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Observer {
     meaning: Meaning,
     before: Option<Reading>,
+    piece: Option<Piece>,
     averages: Vec<BlockAverage>,
 }
 
@@ -74,15 +78,26 @@ pub struct Observer {
 struct Reading {
     time: f64,
     tally: Tally,
+    /// Integrals since the measurement began `[energy time]`.
     temperature: Option<f64>,
     pair_energy: f64,
+}
+
+/// The last look, and the integrals up to it.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Piece {
+    time: f64,
+    temperature: Option<f64>,
+    pair_energy: f64,
+    /// `[energy time]`
+    integrals: [f64; 2],
 }
 
 impl Observer {
     /// An observer that has seen nothing yet.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        Self { meaning: Meaning::of(scene), before: None, averages: Vec::new() }
+        Self { meaning: Meaning::of(scene), before: None, piece: None, averages: Vec::new() }
     }
 
     /// What can be measured in this scene.
@@ -94,14 +109,16 @@ impl Observer {
     /// Measures now, and the interval since the last time.
     pub fn row(&mut self, simulation: &Simulation) -> Row {
         let energy = simulation.energy();
-        let reading = self.read(simulation, &energy);
+        let temperature = self.look(simulation, &energy);
+        let reading = self.read(simulation);
         let interval = self.before.and_then(|before| self.interval(&before, &reading));
         if let Some(interval) = &interval {
             self.averages.resize(OBSERVABLES.len(), BlockAverage::new(interval.duration));
             let values = [
                 interval.temperature,
                 interval.pressure,
-                interval.compressibility_factor,
+                // Over that of the temperature it is the compressibility factor.
+                interval.pressure.map(|pressure| pressure / self.meaning.number_density),
                 interval.collision_rate,
                 interval.potential_energy,
             ];
@@ -114,7 +131,7 @@ impl Observer {
         Row {
             time: reading.time,
             events: reading.tally.physical(),
-            temperature: reading.temperature,
+            temperature,
             kinetic: energy.kinetic,
             potential: energy.potential,
             supplied: reading.tally.supplied.total(),
@@ -130,16 +147,38 @@ impl Observer {
     /// The means over all intervals so far, by name; absent if they mean nothing for the scene.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
+        let estimate = |name: &str, average: &BlockAverage| match name {
+            COMPRESSIBILITY => average.ratio(self.averages.first()?),
+            _ => average.estimate(),
+        };
         let estimates = OBSERVABLES.iter().zip(&self.averages);
-        estimates.filter_map(|((name, _), average)| Some((*name, average.estimate()?))).collect()
+        estimates.filter_map(|((name, _), average)| Some((*name, estimate(name, average)?))).collect()
     }
 
-    fn read(&self, simulation: &Simulation, energy: &Energy) -> Reading {
+    /// Looks at temperature and potential energy: they go on from here on a straight line, up to the next look. Returns the temperature.
+    ///
+    /// Asked for before velocities are scaled, and again after it, so that no mean is over a line across a jump.
+    pub(crate) fn look(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
+        let (time, temperature) =
+            (simulation.time(), self.meaning.temperature(energy.thermal, &energy.peculiar_momentum));
+        let mut integrals = [0.0; 2];
+        if let Some(last) = &self.piece {
+            let half = 0.5 * (time - last.time);
+            let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
+            integrals = [last.integrals[0] + half * mean, last.integrals[1] + half * (last.pair_energy + energy.pair)];
+        }
+        self.piece = Some(Piece { time, temperature, pair_energy: energy.pair, integrals });
+        temperature
+    }
+
+    fn read(&self, simulation: &Simulation) -> Reading {
+        let (has_temperature, [heat, pair]) =
+            self.piece.map_or((false, [0.0; 2]), |piece| (piece.temperature.is_some(), piece.integrals));
         Reading {
             time: simulation.time(),
             tally: *simulation.tally(),
-            temperature: self.meaning.temperature(energy.thermal, &energy.momentum),
-            pair_energy: energy.pair,
+            temperature: has_temperature.then_some(heat),
+            pair_energy: pair,
         }
     }
 
@@ -150,20 +189,19 @@ impl Observer {
         }
         let meaning = &self.meaning;
         let moving = meaning.moving as f64;
-        let temperature = from.temperature.zip(to.temperature).map(|(a, b)| 0.5 * (a + b));
-        let compressibility_factor = temperature.filter(|&t| meaning.has_pressure && t > 0.0).map(|temperature| {
+        let temperature = from.temperature.zip(to.temperature).map(|(a, b)| (b - a) / duration);
+        let pressure = temperature.filter(|_| meaning.has_pressure).map(|temperature| {
             let virial = to.tally.virial - from.tally.virial;
-            1.0 + virial / (meaning.degrees_of_freedom * temperature * duration)
+            meaning.number_density * (temperature + virial / (meaning.degrees_of_freedom * duration))
         });
         Some(Interval {
             duration,
             temperature,
-            pressure: compressibility_factor.zip(temperature).map(|(z, t)| z * meaning.number_density * t),
-            compressibility_factor,
+            pressure,
             collision_rate: meaning
                 .has_core
                 .then(|| 2.0 * (to.tally.core - from.tally.core) as f64 / (moving * duration)),
-            potential_energy: meaning.has_wells.then(|| 0.5 * (from.pair_energy + to.pair_energy) / moving),
+            potential_energy: meaning.has_wells.then(|| (to.pair_energy - from.pair_energy) / (duration * moving)),
         })
     }
 }
@@ -173,7 +211,6 @@ struct Interval {
     duration: f64,
     temperature: Option<f64>,
     pressure: Option<f64>,
-    compressibility_factor: Option<f64>,
     collision_rate: Option<f64>,
     potential_energy: Option<f64>,
 }

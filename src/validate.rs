@@ -157,9 +157,9 @@ pub fn points(effort: Effort) -> Vec<Point> {
     all.extend(disks.iter().map(|&packing_fraction| Experiment::Disks { packing_fraction }));
     all.push(Experiment::Rods { number_density: 0.5 });
     all.extend(wells.iter().map(|&temperature| Experiment::SquareWell { temperature }));
-    let gases = choose(&[2.0], &[2.0], &[1.5, 2.0, 5.0]);
+    let gases = choose(&[1.5], &[1.5], &[1.5, 2.0, 5.0]);
     all.extend(gases.iter().map(|&temperature| Experiment::DiluteWells { temperature }));
-    if effort != Effort::Brief {
+    if effort == Effort::Long {
         all.push(Experiment::LennardJones);
     }
     all.extend([0.98, 0.95].map(|restitution| Experiment::Cooling { restitution }));
@@ -181,7 +181,7 @@ impl Point {
             Experiment::Rods { number_density } => rods::compare(number_density, seed, watch),
             Experiment::SquareWell { temperature } => steps::compare(temperature, self.effort, seed, watch),
             Experiment::DiluteWells { temperature } => dilute::compare(temperature, self.effort, seed, watch),
-            Experiment::LennardJones => lennard_jones::compare(self.effort, seed, watch),
+            Experiment::LennardJones => lennard_jones::compare(seed, watch),
             Experiment::Cooling { restitution } => cooling::compare(restitution, seed, watch),
             Experiment::Ball { restitution } => bodies::ball(restitution),
             Experiment::ThreeSpheres => bodies::three_spheres(),

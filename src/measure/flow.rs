@@ -126,6 +126,11 @@ impl Instrument for Flow {
         self.stretches.pass(sample.time);
     }
 
+    /// What came after the last sample counts, too.
+    fn end(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        self.sample(sample, subject);
+    }
+
     fn report(&self, _: &Subject, measured: &mut Measured) {
         let name = &self.name;
         measured.numbers.push(Number {

@@ -36,6 +36,14 @@ pub(crate) trait Instrument {
     /// Shows it the particles, at the time that it asked for or, at the end of the run, earlier.
     fn sample(&mut self, sample: &Sample<'_>, subject: &Subject);
 
+    /// Shows it the particles at the end of the measurement, if that is the time that it has asked for.
+    fn end(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        let due = self.next_sample();
+        if is_now(due, sample.time) {
+            self.sample(&Sample { time: due, ..*sample }, subject);
+        }
+    }
+
     /// Whether it wants to see events.
     fn has_events(&self) -> bool {
         false
@@ -46,6 +54,11 @@ pub(crate) trait Instrument {
 
     /// Adds what it has measured so far.
     fn report(&self, subject: &Subject, measured: &mut Measured);
+}
+
+/// Whether two times are the same but for rounding.
+fn is_now(due: f64, now: f64) -> bool {
+    due <= now || due - now <= 16.0 * f64::EPSILON * now.abs()
 }
 
 /// Declares the kinds of instruments and how they are told apart.
@@ -117,6 +130,11 @@ impl Instruments {
                 kind.get_mut().sample(sample, subject);
             }
         }
+    }
+
+    /// Shows the particles at the end of the measurement.
+    pub(crate) fn end(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        self.kinds.iter_mut().for_each(|kind| kind.get_mut().end(sample, subject));
     }
 
     /// Whether any wants to see events.

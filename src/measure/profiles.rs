@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 /// The largest number of cells of one profile, some three kilobytes each.
 pub const MOST_CELLS: u64 = 10_000;
 
-/// What is averaged in each cell: number, mass, momentum along three axes, `m |v|^2`.
-const ELEMENTS: usize = 6;
+/// What is averaged in each cell: number, mass, momentum along three axes, and relative to what streams `m |v|^2` and its momentum along x.
+const ELEMENTS: usize = 7;
 
 /// Means over time in cells: number density, velocity of flow and kinetic temperature.
 ///
@@ -113,7 +113,10 @@ impl Instrument for Profile {
             let Some(cell) = self.cell_of(&sample.positions[id as usize], &subject.space) else { continue };
             let (mass, velocity) = (subject.masses[id as usize], sample.velocities[id as usize]);
             let momentum = mass * velocity;
-            let parts = [1.0, mass, momentum.x, momentum.y, momentum.z, momentum.dot(&velocity)];
+            let streaming = subject.streaming_velocity(&sample.positions[id as usize]);
+            let peculiar = velocity - streaming;
+            let square = mass * peculiar.norm_squared();
+            let parts = [1.0, mass, momentum.x, momentum.y, momentum.z, square, mass * streaming.x];
             let sums = &mut values[cell * ELEMENTS..(cell + 1) * ELEMENTS];
             sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
         }
@@ -138,8 +141,9 @@ impl Instrument for Profile {
             title: format!("Profile {}", self.name),
             method: format!(
                 "means over {} samples in each cell: number density <N> / V, velocity u = <sum m v> / <sum m>, temperature \
-                 sum m |v - u|^2 / ({dimensions} (n - 1)) of all n particles counted",
-                self.samples
+                 sum m |v - u|^2 / ({dimensions} (n - 1)) of all n particles counted{}",
+                self.samples,
+                if subject.shear_rate == 0.0 { "" } else { ", both v and u in it relative to what streams where each particle is" }
             ),
             variables: self.variables(),
             series: vec![
@@ -188,6 +192,8 @@ impl Profile {
             return Cell { density: Some(Estimate { mean: 0.0, standard_error: None }), ..Cell::default() };
         }
         let flow = Vector::from_fn(|k, _| mean(2 + k).unwrap_or(0.0) / mass);
+        // Relative to what streams, which is along x.
+        let common = flow - Vector::new(mean(6).unwrap_or(0.0) / mass, 0.0, 0.0);
         let error = |terms: &[(usize, f64)]| self.curve.combination(terms).and_then(|sum| sum.standard_error);
         let velocity = |k: usize| Estimate {
             mean: flow[k],
@@ -199,17 +205,18 @@ impl Profile {
             temperature: mean(5).and_then(|square| {
                 let counted = number * self.samples as f64;
                 // What is left of the difference of two equal numbers means nothing.
-                let fluctuation = (square - mass * flow.norm_squared()).max(0.0);
+                let fluctuation = (square - mass * common.norm_squared()).max(0.0);
                 let degrees = dimensions as f64 * number * (counted - 1.0) / counted;
                 let temperature = fluctuation / degrees;
                 // T = (A - P^2 / M) / (D N), by its derivatives.
                 let part = 1.0 / (dimensions as f64 * number);
                 let terms = [
                     (first + 5, part),
-                    (first + 2, -2.0 * flow.x * part),
-                    (first + 3, -2.0 * flow.y * part),
-                    (first + 4, -2.0 * flow.z * part),
-                    (first + 1, flow.norm_squared() * part),
+                    (first + 2, -2.0 * common.x * part),
+                    (first + 3, -2.0 * common.y * part),
+                    (first + 4, -2.0 * common.z * part),
+                    (first + 6, 2.0 * common.x * part),
+                    (first + 1, common.norm_squared() * part),
                     (first, -temperature / number),
                 ];
                 (counted > 1.5).then(|| Estimate { mean: temperature, standard_error: error(&terms) })

@@ -70,7 +70,7 @@ impl Subject {
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: meaning.conserves_momentum,
-            conserves_momentum_across: scene.shear_rate.is_some() && !scene.run.has_kicks(),
+            conserves_momentum_across: scene.shear_rate.is_some() && !scene.run.measures_with_kicks(),
             is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
             is_homogeneous: meaning.is_homogeneous,
             is_elastic: scene.interactions.iter().all(|interaction| interaction.restitution == 1.0)

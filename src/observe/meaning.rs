@@ -12,7 +12,8 @@ use serde::{Deserialize, Serialize};
 pub struct Meaning {
     /// Number of particles that move.
     pub moving: usize,
-    /// Number of velocity components that are free: `D (N - 1)` where momentum is conserved, else `D N`.
+    /// Number of velocity components that are free: `D (N - 1)` where momentum is conserved, in a sheared box that relative to what streams,
+    /// else `D N`.
     pub degrees_of_freedom: f64,
     /// Whether nothing from outside changes the total momentum: no walls, no gravity, no static particles.
     pub conserves_momentum: bool,
@@ -28,6 +29,8 @@ pub struct Meaning {
     pub has_wells: bool,
     /// Particles that move per volume `[length^-D]`.
     pub number_density: f64,
+    /// Whether velocities are relative to a centre of mass that nothing moves, also in a sheared box.
+    has_free_centre: bool,
     total_mass: f64,
     up: Option<Vector>,
     is_moving: Vec<bool>,
@@ -48,9 +51,10 @@ impl Meaning {
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_walls = scene.space.boundary.iter().any(is_walled);
         let is_alone = !is_accelerated && !has_walls && moving == scene.particles.len();
-        let conserves_momentum = is_alone && !scene.run.has_kicks() && scene.shear_rate.is_none();
+        let has_free_centre = is_alone && !scene.run.measures_with_kicks();
+        let conserves_momentum = has_free_centre && scene.shear_rate.is_none();
         let dimensions = scene.space.dimensions() as f64;
-        let free = if conserves_momentum { moving.saturating_sub(1) } else { moving };
+        let free = if has_free_centre { moving.saturating_sub(1) } else { moving };
         let has_temperature = !is_accelerated && moving >= 2;
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
@@ -64,6 +68,7 @@ impl Meaning {
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),
+            has_free_centre,
             total_mass: masses.iter().sum(),
             up: super::upwards(scene),
             is_moving,
@@ -73,17 +78,18 @@ impl Meaning {
         }
     }
 
-    /// Kinetic temperature `[energy]` from the kinetic energy, relative to what streams, and the total momentum.
+    /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum, both relative to what streams.
     #[must_use]
     pub fn temperature(&self, kinetic: f64, momentum: &Vector) -> Option<f64> {
-        let common = if self.conserves_momentum { momentum.norm_squared() / (2.0 * self.total_mass) } else { 0.0 };
+        let common = if self.has_free_centre { momentum.norm_squared() / (2.0 * self.total_mass) } else { 0.0 };
         self.has_temperature.then(|| 2.0 * (kinetic - common).max(0.0) / self.degrees_of_freedom)
     }
 
-    /// The common velocity of all particles where it is a constant of the motion, from the total momentum `[length / time]`.
+    /// The common velocity of all particles relative to what streams, where nothing changes it, from their momentum relative to that
+    /// `[length / time]`.
     #[must_use]
     pub fn drift(&self, momentum: &Vector) -> Vector {
-        if self.conserves_momentum { momentum / self.total_mass } else { Vector::zeros() }
+        if self.has_free_centre { momentum / self.total_mass } else { Vector::zeros() }
     }
 
     /// Whether there is a direction against gravity, and so a height.

@@ -33,6 +33,8 @@ const THERMO: &str = "thermo.csv";
 const TRAJECTORY: &str = "trajectory.xyz";
 const CONTACTS: &str = "contacts.csv";
 const REPORT: &str = "report.txt";
+/// The page about an earlier run, which a new run makes untrue.
+const PAGE: &str = "report.html";
 /// The files of a run besides the summary.
 const FILES: [&str; 6] = [SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
 
@@ -188,7 +190,7 @@ impl Folder {
         summary_file.write(&(text + "\n"))?;
         let measurements = measurements::prepare(&self.path, measured)?;
         // From here on the folder belongs to this run.
-        for old in [SUMMARY].iter().chain(&FILES) {
+        for old in [SUMMARY, PAGE].iter().chain(&FILES) {
             remove(&self.path.join(old))?;
         }
         measurements::remove_tables(&self.path)?;

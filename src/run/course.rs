@@ -88,6 +88,8 @@ pub struct Course {
     pub(super) has_begun: bool,
     /// Simulated time of the next scaling of velocities; infinite for none.
     pub(super) next_scaling: f64,
+    /// Simulated time of the next look at the temperature before that; infinite for none.
+    pub(super) next_glance: f64,
     /// The pressure of spheres that grow until it is reached.
     pub(super) pressure_look: Option<PressureLook>,
 }
@@ -99,7 +101,10 @@ impl Course {
         let crossing = crossing_time(simulation);
         let moving = observer.meaning().moving as u64;
         Self {
-            ledger: Ledger::open(simulation, observer.meaning().conserves_momentum),
+            ledger: Ledger::open(
+                simulation,
+                observer.meaning().conserves_momentum && !simulation.scene().run.has_kicks(),
+            ),
             stage: Start::of(simulation, Stage::first(&simulation.scene().run), Limit::default()),
             observer,
             crossing,
@@ -115,6 +120,7 @@ impl Course {
             earlier_seconds: 0.0,
             has_begun: false,
             next_scaling: f64::INFINITY,
+            next_glance: f64::INFINITY,
             pressure_look: None,
         }
     }

@@ -102,7 +102,8 @@ impl<R: Recorder> Driver<'_, R> {
                 return Ok(Some(Ending::Interrupted));
             }
             let scaling = self.course.next_scaling;
-            let until = time.min(scaling);
+            let glance = self.course.next_glance;
+            let until = time.min(scaling).min(glance);
             let most = events.min(self.next_look());
             let ending =
                 if self.course.ledger.has_overlaps() { self.look(until, most)? } else { self.go(until, most)? };
@@ -111,6 +112,8 @@ impl<R: Recorder> Driver<'_, R> {
                 Some(Ending::Time) => {
                     if scaling <= until {
                         self.rescale(scaling);
+                    } else if glance <= until {
+                        self.glance();
                     }
                     if time <= until {
                         break;

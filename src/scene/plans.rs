@@ -241,6 +241,18 @@ fn check_growth(growth: &Growth, place: &Place) -> Result<(), SceneError> {
     }
 }
 
+/// The packing fraction of the densest packing of equal particles; 1 for those of several sizes.
+fn densest(scene: &Scene) -> f64 {
+    let diameters = || scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].diameter);
+    let (least, largest) = (diameters().fold(f64::INFINITY, f64::min), diameters().fold(0.0, f64::max));
+    match scene.space.dimensions() {
+        _ if least != largest => 1.0,
+        3 => std::f64::consts::PI / 18.0_f64.sqrt(),
+        2 => std::f64::consts::PI / 12.0_f64.sqrt(),
+        _ => 1.0,
+    }
+}
+
 /// Whether spheres that grow begin below their target, and do not outgrow the box.
 pub(super) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
     let dimensions = scene.space.dimensions();
@@ -257,6 +269,10 @@ pub(super) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
                     target,
                     format!("more than the {filled:.4} that it begins with"),
                 );
+            }
+            GrowthTarget::PackingFraction(target) if target > densest(scene) => {
+                let expected = format!("at most {:.4}, the densest packing that there is", densest(scene));
+                return refuse(place.key("packing_fraction"), target, expected);
             }
             GrowthTarget::PackingFraction(target) => target,
             // Where that ends is not known; nothing is denser than full.

@@ -46,7 +46,13 @@ impl RunPlan {
         self.thermostat.is_some() || self.stages.iter().any(is_driven)
     }
 
-    /// Whether some thermostat gives single particles new velocities, so that momentum is not conserved.
+    /// Whether a thermostat gives single particles new velocities in the measured stretch, so that momentum is not conserved there.
+    #[must_use]
+    pub fn measures_with_kicks(&self) -> bool {
+        matches!(self.thermostat, Some(Thermostat::Andersen { .. }))
+    }
+
+    /// Whether some thermostat gives single particles new velocities in any stage.
     #[must_use]
     pub fn has_kicks(&self) -> bool {
         let thermostats = self.stages.iter().map(|stage| &stage.thermostat).chain([&self.thermostat]);

@@ -36,6 +36,8 @@ pub struct Energy {
     pub pair: f64,
     /// Total momentum `[mass length / time]`.
     pub momentum: Vector,
+    /// `sum m (v - u)`, with the velocity `u` of what streams in a sheared box; elsewhere the total momentum.
+    pub peculiar_momentum: Vector,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -53,13 +55,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut external = Sum::default();
         let mut pair = Sum::default();
         let mut momentum = [Sum::default(); 3];
+        let mut streaming_momentum = [Sum::default(); 3];
         for &particle in self.numbers.iter().filter(|&&p| !self.is_static(p)) {
             let species = &self.rules.species[usize::from(self.species[particle as usize])];
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.now);
             kinetic.add(0.5 * mass * velocity.norm_squared());
             if self.shear.is_some() {
-                thermal.add(0.5 * mass * (velocity - self.streaming_velocity(&position)).norm_squared());
+                let streaming = self.streaming_velocity(&position);
+                thermal.add(0.5 * mass * (velocity - streaming).norm_squared());
+                streaming_momentum[FLOW].add(mass * streaming[FLOW]);
             }
             for (sum, component) in momentum.iter_mut().zip(velocity.iter()) {
                 sum.add(mass * component);
@@ -88,6 +93,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             potential: pair + external.total(),
             pair,
             momentum: Vector::from_fn(|k, _| momentum[k].total()),
+            peculiar_momentum: Vector::from_fn(|k, _| momentum[k].total() - streaming_momentum[k].total()),
         }
     }
 }

@@ -3,18 +3,20 @@
 //! Averages of a stepped potential differ from those of the smooth one by the square of the width of its steps: two widths tell how much.
 
 use super::trial::{Compared, Watch, build, finish, observable};
-use super::{Comparison, Effort, Source};
+use super::{Comparison, Source};
 use crate::error::PotentialError;
 use crate::potential::Potential;
 use crate::scene::{Amount, Lattice, Limit, RunPlan, SceneBuilder, Thermostat};
 use crate::statistics::Estimate;
 
-pub(super) const COUNT: u64 = 500;
+pub(super) const COUNT: u64 = 256;
 const NUMBER_DENSITY: f64 = 0.75;
 const TEMPERATURE: f64 = 1.0;
 const CUTOFF: f64 = 2.5;
 /// Of the wider and of the narrower steps.
-const STEPS: [usize; 2] = [16, 32];
+const STEPS: [usize; 2] = [24, 48];
+/// Simulated times in which the lattice melts and the heat bath fills it, and that are measured.
+const TIMES: [f64; 2] = [20.0, 80.0];
 /// Velocities that a particle gets from the heat bath `[1 / time]`: seldom enough to leave collisions alone, often enough to keep the temperature.
 const BATH_RATE: f64 = 0.5;
 
@@ -29,10 +31,10 @@ const WIDTH: &str = "the width of the steps: what its extrapolation to zero chan
 /// As published, at a density of 0.75 and a temperature of 1.
 const PUBLISHED: [f64; 2] = [-2.9280, 0.9909];
 
-pub(super) fn compare(effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
+pub(super) fn compare(seed: u64, watch: Watch<'_>) -> Compared {
     let [wide, narrow] = STEPS;
-    let wide = liquid(wide, effort, seed, watch)?;
-    let narrow = liquid(narrow, effort, seed, watch)?;
+    let wide = liquid(wide, seed, watch)?;
+    let narrow = liquid(narrow, seed, watch)?;
     let compared = QUANTITIES.iter().zip(PUBLISHED).zip(wide.into_iter().zip(narrow));
     Ok(compared.map(|((quantity, published), (wide, narrow))| finest(quantity, wide, narrow, published)).collect())
 }
@@ -52,7 +54,7 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
 }
 
 /// Energy per particle, with its kinetic part, and pressure.
-fn liquid(steps: usize, effort: Effort, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::Fault> {
+fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::Fault> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
     let scene = SceneBuilder::new("validate")
         .seed(seed)
@@ -61,13 +63,13 @@ fn liquid(steps: usize, effort: Effort, seed: u64, watch: Watch<'_>) -> Result<[
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::NumberDensity(NUMBER_DENSITY))
         .temperature(TEMPERATURE)
         .run(RunPlan {
-            equilibration: Limit::events(effort.events() / 5),
-            limit: Limit::events(effort.events()),
+            equilibration: Limit::time(TIMES[0]),
+            limit: Limit::time(TIMES[1]),
             thermostat: Some(bath),
             ..RunPlan::default()
         });
     let finished = finish(build(&scene)?, watch)?;
-    let energy = observable(&finished, "potential_energy")
+    let energy = observable(&finished, "potential_energy_per_particle")
         .map(|potential| Estimate { mean: 1.5 * TEMPERATURE + potential.mean, ..potential });
     Ok([energy, observable(&finished, "pressure")])
 }

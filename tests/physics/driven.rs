@@ -4,14 +4,15 @@ use std::ops::ControlFlow;
 
 use carom::Vector;
 use carom::event::EventKind;
+use carom::measure::{Plan, plan};
 use carom::potential::Potential;
 use carom::run::{self, Finished};
 use carom::scene::{
-    Amount, Arrangement, Fill, Growth, GrowthTarget, Lattice, Limit, RunPlan, Scene, SceneBuilder, StagePlan,
-    Thermostat,
+    Amount, Arrangement, Fill, Growth, GrowthTarget, Lattice, Limit, OutputPlan, RunPlan, Scene, SceneBuilder,
+    StagePlan, Thermostat,
 };
 use carom::simulation::{Simulation, Snapshot, Until};
-use carom::space::displacement_within_period;
+use carom::space::{Space, displacement_within_period};
 
 fn hard() -> Potential {
     Potential::hard_sphere(1.0).unwrap()
@@ -236,4 +237,85 @@ fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_tha
     // Walls that gave velocities of the gas inside, not of its flux, would make it colder by a fifth.
     assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.02, "{temperature:?}");
     assert!(finished.audit.tally.supplied.total() < 0.0, "it was hotter at the start");
+}
+
+#[test]
+fn means_of_a_rescaled_gas_do_not_depend_on_how_often_it_is_looked_at() {
+    let measured = |interval: f64| {
+        let thermostat = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
+        let scene = SceneBuilder::new("granular")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", hard(), 0.8)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.15))
+            .temperature(1.0)
+            .output(OutputPlan { thermo_interval: Some(interval), ..OutputPlan::default() })
+            .run(RunPlan { limit: Limit::time(50.0), thermostat, ..RunPlan::default() });
+        let finished = finish(scene.build().unwrap());
+        let of = |name: &str| finished.observables.iter().find(|(known, _)| *known == name).unwrap().1.mean;
+        [of("temperature"), of("pressure"), of("compressibility_factor")]
+    };
+    let (seldom, often) = (measured(1.0), measured(0.0173));
+    assert!(often[0] < 0.9, "it cools by a good part between two scalings: {often:?}");
+    for (a, b) in seldom.into_iter().zip(often) {
+        // A straight line between looks that are h = 1/4 apart is off by h^2 / 12 of the second derivative, which is one at most: half a per cent.
+        assert!((a / b - 1.0).abs() < 0.006, "{seldom:?} {often:?}");
+    }
+}
+
+#[test]
+fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
+    let bath = Thermostat::Andersen { temperature: 1.0, rate: 2.0, axes: [true; 3] };
+    let stage = StagePlan { name: "heat".into(), limit: Limit::time(3.0), thermostat: Some(bath), growth: None };
+    let run = RunPlan { stages: vec![stage], limit: Limit::time(5.0), ..RunPlan::default() };
+    let finished = finish(fluid("moving", 32, 0.3).run(run).build().unwrap());
+    let energy = finished.simulation.energy();
+    let common = energy.momentum.norm_squared() / 64.0;
+    assert!(common > 0.01, "{common}");
+    // Momentum is conserved in the measured stretch: 3 (N - 1) components are free.
+    let expected = 2.0 * (energy.kinetic - common) / 93.0;
+    let (_, temperature) = finished.observables.iter().find(|(name, _)| *name == "temperature").unwrap();
+    assert!((temperature.mean / expected - 1.0).abs() < 1e-12, "{temperature:?} {expected}");
+}
+
+#[test]
+fn shear_that_vanishes_is_no_shear() {
+    let pressure = |rate: Option<f64>| {
+        let fluid = fluid("slow", 32, 0.1).run(RunPlan { limit: Limit::time(200.0), ..RunPlan::default() });
+        let scene = rate.map_or(fluid.clone(), |rate| fluid.shear(rate));
+        let finished = finish(
+            scene.measure(Plan { pressure_tensor: Some(Default::default()), ..Plan::default() }).build().unwrap(),
+        );
+        let pressure = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap().clone();
+        let (_, temperature) = *finished.observables.iter().find(|(name, _)| *name == "temperature").unwrap();
+        (temperature.mean, pressure.mean.unwrap(), pressure.standard_error.unwrap())
+    };
+    let (rest, sheared) = (pressure(None), pressure(Some(1e-9)));
+    assert!((sheared.0 - rest.0).abs() < 1e-6, "{rest:?} {sheared:?}");
+    // Other trajectories after the first contacts; one degree of freedom of 32 more or less would be 3 %.
+    let error = rest.2.hypot(sheared.2);
+    assert!((sheared.1 - rest.1).abs() < 4.0 * error && error < 0.01 * rest.1, "{rest:?} {sheared:?}");
+}
+
+#[test]
+fn what_passes_after_the_last_sample_is_counted() {
+    let gate = plan::Flow {
+        name: "gate".into(),
+        axis: "x".into(),
+        at: 1.0,
+        lower: None,
+        upper: None,
+        species: None,
+        interval: Some(50.0),
+    };
+    let scene = SceneBuilder::new("two")
+        .space(Space::periodic_cube(3.0))
+        .species("A", 1.0, 0.1)
+        .no_interaction("A", "A")
+        .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.0, 0.0))
+        .particle("A", Vector::new(2.0, 2.0, 2.0), Vector::new(1.0, 0.0, 0.0))
+        .measure(Plan { flows: vec![gate], ..Plan::default() })
+        .run(RunPlan { limit: Limit::time(30.2), ..RunPlan::default() });
+    let finished = finish(scene.build().unwrap());
+    // At 0.5 + 3 k and at 2 + 3 k, up to 30.2: eleven less one, and ten.
+    assert_eq!(finished.measured.numbers[0].mean, Some(20.0));
 }

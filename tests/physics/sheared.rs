@@ -196,7 +196,7 @@ fn who_comes_near_while_many_images_slide_by_is_met() {
 #[test]
 fn a_slow_shear_changes_neither_diffusion_nor_structure() {
     let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
-    let limit = Limit::time(30.0);
+    let limit = Limit::time(40.0);
     let measured = |rate: Option<f64>| {
         let run = RunPlan { equilibration: Limit::time(5.0), limit, thermostat: Some(bath), ..RunPlan::default() };
         let fluid = SceneBuilder::new("fluid")
@@ -205,7 +205,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.3))
             .temperature(1.0)
             .measure(Plan {
-                diffusion: Some(plan::Diffusion::default()),
+                diffusion: Some(plan::Diffusion { span: Some(2.5), ..plan::Diffusion::default() }),
                 radial_distribution: Some(plan::RadialDistribution::default()),
                 structure_factor: Some(plan::StructureFactor::default()),
                 bond_order: Some(plan::BondOrder::default()),
@@ -224,7 +224,8 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
     for name in ["diffusion_coefficient", "contact_value_A_A", "neighbours", "q6", "mean_free_time"] {
         let [a, b] = [&rest, &sheared].map(|measured| {
             let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
-            (number.mean.unwrap(), number.standard_error.unwrap())
+            let error = number.standard_error.unwrap_or_else(|| panic!("{number:?}"));
+            (number.mean.unwrap(), error)
         });
         let error = a.1.hypot(b.1);
         // One of five differs by 4 errors in 3000 runs; errors are themselves known to an eighth.
@@ -239,16 +240,17 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
         let [a, b] = [&rest, &sheared].map(|measured| curve(measured, name));
         assert_eq!(a.series[0].values.len(), b.series[0].values.len());
         let mut worst = 0.0_f64;
+        let mut known = 0;
         for index in 0..a.series[0].values.len() {
-            let at = |of: &carom::measure::Curve| {
-                (of.series[0].values[index].unwrap(), of.series[0].standard_errors[index].unwrap())
-            };
-            let (one, other) = (at(&a), at(&b));
+            let at =
+                |of: &carom::measure::Curve| Some((of.series[0].values[index]?, of.series[0].standard_errors[index]?));
+            let Some((one, other)) = at(&a).zip(at(&b)) else { continue };
+            known += 1;
             // Shells of other wave vectors have other means: up to a fifth where S(q) rises.
             let shells = if name == "structure_factor" { 0.2 * one.0 } else { 0.0 };
             worst = worst.max(((one.0 - other.0).abs() - shells) / one.1.hypot(other.1).max(1e-3));
         }
-        // The largest of some hundred differences.
-        assert!(worst < 6.0, "{name}: {worst}");
+        // The largest of some hundred differences. Of a few the series are too correlated for an error.
+        assert!(worst < 6.0 && 10 * known > 9 * a.series[0].values.len(), "{name}: {worst} {known}");
     }
 }

@@ -8,8 +8,8 @@ use crate::measure::slope::{of_means, straight_slope};
 use crate::measure::subject::Subject;
 use crate::statistics::Estimate;
 
-/// The autocorrelation has vanished where it is smaller than two of its errors for this many linear times in a row.
-const QUIET: usize = 8;
+/// What has to be left of the autocorrelation after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
+const SMOOTH: f64 = 0.8;
 
 pub(super) fn report(diffusion: &Diffusion, subject: &Subject, measured: &mut Measured) {
     let groups = diffusion.tracers.groups();
@@ -57,19 +57,15 @@ fn einstein(diffusion: &Diffusion, subject: &Subject, group: usize) -> Option<Es
     Some(Estimate { mean: slope.mean * scale, standard_error: slope.standard_error.map(|error| error * scale) })
 }
 
-/// The integral up to where the autocorrelation vanishes in its noise.
+/// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next for trapezoids.
+///
+/// An end that the noise chooses, such as where the autocorrelation vanishes in it, would cut off the tail and tell an error without it.
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
-    let steps = diffusion.lags.steps as usize;
     let first = offset(diffusion, group, VACF);
-    let mut quiet = 0;
-    let end = (0..=steps).find(|step| {
-        let estimate = diffusion.linear.estimate(first + step);
-        let vanishes = estimate.is_some_and(|e| e.standard_error.is_some_and(|error| e.mean.abs() < 2.0 * error));
-        quiet = if vanishes { quiet + 1 } else { 0 };
-        quiet == QUIET
-    });
-    let end = end.map_or(steps, |step| step + 1 - QUIET);
-    diffusion.linear.estimate(offset(diffusion, group, INTEGRAL) + end)
+    let at = |step: usize| Some(diffusion.linear.estimate(first + step)?.mean);
+    let steps = diffusion.lags.steps as usize;
+    let is_smooth = at(1)? > SMOOTH * at(0)?;
+    diffusion.linear.estimate(offset(diffusion, group, INTEGRAL) + steps).filter(|_| is_smooth)
 }
 
 fn linear(diffusion: &Diffusion, subject: &Subject, kind: usize) -> Curve {
@@ -144,7 +140,7 @@ const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t b
 const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
     squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors. Not corrected for \
     the size of the box.";
-const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)>, up to where it stays below two of its errors. Not corrected for \
+const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve. Not corrected for \
     the size of the box.";
 const SHEARED: &str = "In this sheared box r and v are their components across the flow, along y and z, where nothing streams and momentum is conserved \
     unless a heat bath kicks; the axes count without x.";

@@ -122,3 +122,20 @@ fn two_velocities_have_one_degree_of_freedom_between_them() {
     assert!((curve.series[4].values[0].unwrap() - 2.0 / 3.0).abs() < 1e-12, "{:?}", curve.series[4]);
     assert_eq!((curve.series[1].values[0], curve.variables.len()), (Some(5.0), 1));
 }
+
+#[test]
+fn what_streams_in_a_sheared_box_is_not_hot() {
+    // Uniform in y, moving only as the box streams, in one cell: velocities differ by up to 8, and nothing is hot.
+    let mut random = ChaCha8Rng::seed_from_u64(9);
+    let subject = Subject { shear_rate: 2.0, ..Subject::of_points(Space::periodic_cube(4.0), 100) };
+    let (_, measured) = measure(&subject, &plan([1, 1, 1]), || {
+        let positions: Vec<Vector> = (0..100).map(|_| Vector::from_fn(|_, _| 4.0 * uniform(&mut random))).collect();
+        let velocities = positions.iter().map(|position| subject.streaming_velocity(position)).collect();
+        (positions, velocities)
+    });
+    let series =
+        |name: &str| measured.curves[0].series.iter().find(|series| series.name == name).unwrap().values[0].unwrap();
+    assert!(series("temperature") < 1e-12, "{}", series("temperature"));
+    // The mean of 40,000 places: 8 / sqrt(12 * 40,000).
+    assert!(series("velocity x").abs() < 4.0 * 0.012);
+}

@@ -1,6 +1,7 @@
 //! The end of a run.
 
 use super::Driver;
+use crate::measure::Sample;
 use crate::run::progress::Stage;
 use crate::run::{Ending, Finished, Recorder, Stretch};
 
@@ -15,6 +16,10 @@ impl<R: Recorder> Driver<'_, R> {
             self.keep()?;
         }
         self.record(true, true)?;
+        if let Some(measurement) = self.course.measurement.as_mut().filter(|_| is_measured) {
+            let snapshot = self.simulation.snapshot();
+            measurement.instruments.end(&Sample::of(&snapshot), &self.subject);
+        }
         let now = self.simulation.time();
         let start = if is_measured { self.course.stage.time } else { now };
         Ok(Finished {

@@ -75,7 +75,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     fn temperature(&self) -> f64 {
         let energy = self.simulation.energy();
-        self.course.observer.meaning().temperature(energy.thermal, &energy.momentum).unwrap_or(0.0)
+        self.course.observer.meaning().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
     /// Physical events at which the pressure of growing spheres is looked at next.

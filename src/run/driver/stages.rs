@@ -7,6 +7,9 @@ use crate::run::course::Start;
 use crate::run::progress::Stage;
 use crate::scene::{Limit, Thermostat};
 
+/// The temperature is looked at so often between two scalings, because it does not go on a straight line there.
+const GLANCES: f64 = 4.0;
+
 impl<R: Recorder> Driver<'_, R> {
     /// Sets the present stage up.
     pub(super) fn enter(&mut self) {
@@ -21,6 +24,7 @@ impl<R: Recorder> Driver<'_, R> {
             Stage::Measurement => (plan.limit, plan.thermostat, None, plan.stages.len() + 1),
         };
         self.simulation.set_thermostat(thermostat.as_ref(), number);
+        self.course.next_glance = f64::INFINITY;
         self.course.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),
             _ => f64::INFINITY,
@@ -56,18 +60,33 @@ impl<R: Recorder> Driver<'_, R> {
         let Some(Thermostat::Rescaling { temperature, interval }) = thermostat else { return };
         self.end_piece();
         let energy = self.simulation.energy();
+        self.course.observer.look(&self.simulation, &energy);
         let meaning = self.course.observer.meaning();
-        if let Some(now) = meaning.temperature(energy.thermal, &energy.momentum)
+        if let Some(now) = meaning.temperature(energy.thermal, &energy.peculiar_momentum)
             && now > 0.0
         {
-            let drift = meaning.drift(&energy.momentum);
+            let drift = meaning.drift(&energy.peculiar_momentum);
             self.course.ledger.note(&energy);
             self.simulation.scale_velocities((temperature / now).sqrt(), &drift);
             self.begin_piece();
+            let scaled = self.simulation.energy();
+            self.course.observer.look(&self.simulation, &scaled);
         }
         // Counted from the start of the stage, so that rounding does not add up.
         let start = self.course.stage.time;
         let passed = ((time - start) / interval).floor();
         self.course.next_scaling = (start + (passed + 1.0) * interval).max(time.next_up());
+        let is_measured = self.course.stage.stage == Stage::Measurement;
+        self.course.next_glance = if is_measured { time + interval / GLANCES } else { f64::INFINITY };
+    }
+
+    /// Looks at the temperature between two scalings.
+    pub(super) fn glance(&mut self) {
+        let energy = self.simulation.energy();
+        self.course.observer.look(&self.simulation, &energy);
+        let Some(Thermostat::Rescaling { interval, .. }) = self.simulation.scene().run.thermostat else { return };
+        let step = interval / GLANCES;
+        let next = (self.course.next_glance + step).max(self.simulation.time().next_up());
+        self.course.next_glance = if next < self.course.next_scaling - 0.5 * step { next } else { f64::INFINITY };
     }
 }
