@@ -112,7 +112,7 @@ impl Experiment {
             }
             Self::DiluteWells { temperature: t } => (
                 format!("square_well_gas/{t:.1}"),
-                format!("T = {t:.1} at the start, rho = {}, N = {n}", dilute::NUMBER_DENSITY),
+                format!("T = {t:.1}, rho = {}, N = {n}", dilute::NUMBER_DENSITY),
                 dilute::QUANTITIES,
             ),
             Self::LennardJones => (

@@ -96,7 +96,7 @@ impl CheckpointError {
             Self::Missing(_) => "a run writes its first one after a second; start it again",
             Self::Unreadable { .. } => "make the file readable",
             Self::Damaged { .. } => {
-                "the one before it is kept as checkpoint.previous: rename it to checkpoint, and resume from there"
+                "if there is a checkpoint.previous, rename it to checkpoint and resume from there; else start the run again"
             }
             Self::OtherVersion { .. } => "resume with the version that wrote it, or start the run again",
             Self::File { .. } | Self::FileUnreadable { .. } => "bring the file back, or start the run again",

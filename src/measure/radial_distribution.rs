@@ -2,6 +2,7 @@
 
 mod contact;
 mod room;
+mod unequal;
 
 use super::instrument::{Instrument, Setup};
 use super::near::Near;
@@ -15,6 +16,7 @@ use crate::statistics::CurveAverage;
 use contact::CONTACT_BINS;
 use room::Room;
 use serde::{Deserialize, Serialize};
+use unequal::Rooms;
 
 /// The largest number of bins.
 pub const MOST_BINS: u64 = 2000;
@@ -72,13 +74,14 @@ impl RadialDistribution {
         for (a, first) in all.iter().enumerate() {
             for (b, second) in all.iter().enumerate().skip(a).filter(|(_, second)| first.is_moving || second.is_moving)
             {
-                let room = Room::new(&subject.space, mean_diameter(subject, first, second));
+                let diameters = [mean_diameter(subject, first), mean_diameter(subject, second)];
+                let probability = room_of(subject, diameters);
                 let number = if a == b { 0.5 * first.count * (first.count - 1.0) } else { first.count * second.count };
                 let core = core(subject, first, second).filter(|&core| contact::end(core) <= reach);
-                ideal.extend(edges(0.0, cutoff, bins).map(|[from, to]| number * room.probability(from, to)));
+                ideal.extend(edges(0.0, cutoff, bins).map(|[from, to]| number * probability(from, to)));
                 let near = core.map(|core| edges(core, contact::end(core), CONTACT_BINS)).into_iter().flatten();
                 let before = ideal_contact.len();
-                ideal_contact.extend(near.map(|[from, to]| number * room.probability(from, to)));
+                ideal_contact.extend(near.map(|[from, to]| number * probability(from, to)));
                 ideal_contact.resize(before + CONTACT_BINS, 0.0);
                 pairs.push(Pair { classes: [a, b], names: [first.name.clone(), second.name.clone()], core });
             }
@@ -256,11 +259,19 @@ fn classes(subject: &Subject) -> Vec<Class> {
     vec![Class { name: "all".to_owned(), species, count: subject.moving.len() as f64, is_moving: true }]
 }
 
-fn mean_diameter(subject: &Subject, first: &Class, second: &Class) -> f64 {
-    let mean = |class: &Class| {
-        class.species.iter().map(|&species| subject.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
-    };
-    0.5 * (mean(first) + mean(second))
+fn mean_diameter(subject: &Subject, class: &Class) -> f64 {
+    class.species.iter().map(|&species| subject.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
+}
+
+/// The probability of distances between points of particles with these diameters: between walls, large ones have less room.
+fn room_of(subject: &Subject, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
+    let is_walled = subject.space.boundary.iter().any(|boundary| matches!(boundary, Boundary::Bounded { .. }));
+    if is_walled && diameters[0] != diameters[1] {
+        let rooms = Rooms::new(&subject.space, diameters);
+        return Box::new(move |from, to| rooms.probability(from, to));
+    }
+    let room = Room::new(&subject.space, diameters[0]);
+    Box::new(move |from, to| room.probability(from, to))
 }
 
 /// The distance at which the cores of two species touch.

@@ -9,8 +9,8 @@ use crate::statistics::Estimate;
 /// How the observables of every run are measured.
 const METHODS: [(&str, &str); 5] = [
     ("temperature", "2 K / (D N); where momentum is conserved 2 (K - P²/2M) / (D (N - 1))"),
-    ("pressure", "Z ρ T"),
-    ("compressibility_factor", "Z = 1 + W / (D (N - 1) T t), where W sums r·J over the events of a time t"),
+    ("pressure", "ρ (T + W / (D (N - 1) t)), where W sums r·J over the events of a time t"),
+    ("compressibility_factor", "Z = p / (ρ T), of the mean pressure and temperature"),
     ("collision_rate", "2 n / (N t), where n counts the core events of a time t"),
     ("potential_energy_per_particle", "energy of all pairs over N"),
 ];
@@ -35,8 +35,8 @@ pub(super) fn section(inputs: &Inputs) -> String {
         "<div class=\"wide\"><table class=\"results\">\n<caption>Means over the measured stretch and their standard errors</caption>\n\
          <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>\
          <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n\
-         <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from block averages \
-         and assume a stationary series.</p>\n"
+         <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \
+         autocorrelation of their series and assume a stationary one.</p>\n"
     )
 }
 

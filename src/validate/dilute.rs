@@ -11,7 +11,7 @@ pub(super) const NUMBER_DENSITY: f64 = 0.01;
 const WELL_RATIO: f64 = 1.5;
 const DEPTH: f64 = 1.0;
 
-pub(super) const QUANTITIES: &[&str] = &["second virial coefficient"];
+pub(super) const QUANTITIES: &[&str] = &["second virial"];
 
 const EXACT: Source = Source {
     short: "exact",
