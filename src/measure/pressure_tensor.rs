@@ -156,7 +156,7 @@ fn rate(name: &str, title: &str, estimate: Option<Estimate>) -> Number {
 const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair events, in the frame of the centre of mass with \
     N / (N - 1) where momentum is conserved; the kinetic part is exact between events.";
 const TRACE: &str = "The trace of the pressure tensor divided by the number of axes.";
-const COMPRESSIBILITY: &str = "Z = 1 + W / (D (N - 1) T t), W the sum of r_ij . J over all pair events.";
+const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure over that of its kinetic part.";
 
 /// Whether nothing leaves the box, so that it has a volume.
 fn is_closed(subject: &Subject) -> bool {
