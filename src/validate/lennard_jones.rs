@@ -16,7 +16,7 @@ const CUTOFF: f64 = 2.5;
 /// Of the wider and of the narrower steps.
 const STEPS: [usize; 2] = [24, 48];
 /// Simulated times in which the lattice melts and the heat bath fills it, and that are measured.
-const TIMES: [f64; 2] = [20.0, 80.0];
+const TIMES: [f64; 2] = [20.0, 200.0];
 /// Velocities that a particle gets from the heat bath `[1 / time]`: seldom enough to leave collisions alone, often enough to keep the temperature.
 const BATH_RATE: f64 = 0.5;
 
