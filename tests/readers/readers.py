@@ -80,7 +80,7 @@ def ovito_gsd(path, frames):
         same("edges", np.diag(data.cell[:, :3])[frame.edges > 0], frame.edges[frame.edges > 0], SINGLE)
         same("tilt", data.cell[0, 1] / frame.edges[1], frame.displacement / frame.edges[1], SINGLE)
         same("plane", data.cell.is2D, bool(frame.edges[2] == 0))
-        same_scalars(lambda name: data.particles[f"particles/{name}"][...], frame)
+        same_scalars(lambda name: data.particles[name][...], frame)
         bonds = data.particles.bonds
         same("bonds", bonds.topology[...] if bonds else np.empty((0, 2), int), frame.bonds)
 
