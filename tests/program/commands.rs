@@ -1,0 +1,112 @@
+//! The other commands.
+
+use std::fs;
+use std::process::Stdio;
+
+use super::place::{FLUID, Place, code, errors, words};
+
+#[test]
+fn a_run_can_be_proven_from_its_folder() {
+    let place = Place::with(FLUID);
+    let arguments = ["run", "scene.toml", "--seed", "9", "--set", "fill.0.temperature=2.0", "--until-events", "700"];
+    assert_eq!(code(&place.carom(&arguments)), 0);
+    fs::remove_file(place.path().join("scene.toml")).unwrap();
+    let kept = place.read("runs/scene/scene.toml");
+    for line in ["name = \"scene\"", "seed = 9", "temperature = 2.0", "until_events = 700"] {
+        assert!(kept.lines().any(|other| other == line), "{line}: {kept}");
+    }
+    let output = place.carom(&["verify", "runs/scene"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let text = words(&output);
+    for expected in ["scene, seed 9", "over all 5778 pairs", "1200 (1200 core)", "PROVEN", "up to the end of the run"] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    let output = place.carom(&["verify", "runs/scene", "--events", "100", "--from-events", "900", "--quiet"]);
+    assert!(words(&output).contains("event 901 to 1000"), "{}", words(&output));
+    assert_eq!(errors(&output), "");
+}
+
+#[test]
+fn whoever_reads_only_the_first_line_causes_no_error() {
+    let place = Place::with(FLUID);
+    let mut child = place.command(&["new", "hopper"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(errors(&output), "");
+}
+
+#[test]
+fn every_kind_of_new_scene_is_valid() {
+    let kinds = [
+        "fluid",
+        "equation-of-state",
+        "well",
+        "well-law",
+        "lennard-jones",
+        "hopper",
+        "pendulum",
+        "polymer",
+        "granular",
+        "shear",
+        "packing",
+        "ball",
+    ];
+    let place = Place::with(FLUID);
+    for kind in kinds {
+        let text = words(&place.carom(&["new", kind]));
+        assert!(text.starts_with('#'), "{kind} begins with a comment");
+        fs::write(place.path().join("new.toml"), text).unwrap();
+        let output = place.carom(&["check", "new.toml"]);
+        assert_eq!(code(&output), 0, "{kind}: {}", errors(&output));
+        assert!(words(&output).contains("The scene is valid.\n"), "{kind}: {}", words(&output));
+    }
+}
+
+#[test]
+fn validate_lists_what_it_measures_and_prints_a_table() {
+    let place = Place::with(FLUID);
+    let list = words(&place.carom(&["validate", "--list"]));
+    assert!(list.contains("hard_spheres/0.40") && list.contains("diffusion coefficient"), "{list}");
+    let output = place.carom(&["validate", "--brief", "spheres"]);
+    let table = words(&output);
+    assert_eq!(code(&output), 0, "{table}{}", errors(&output));
+    assert!(table.starts_with("quantity") && table.ends_with("PASSED: 10 of 10\n"), "{table}");
+    assert!(table.contains("1.01") && table.contains("mKLM 2019") && !table.contains("FAIL"), "{table}");
+    assert_eq!(words(&place.carom(&["validate", "--brief", "spheres"])), table, "the same seed gives the same table");
+}
+
+#[test]
+fn check_says_what_will_be_simulated_and_writes_nothing() {
+    let place = Place::with(FLUID);
+    let text = words(&place.carom(&["check", "scene.toml"]));
+    for expected in ["108 sphere", "packing fraction 0.3,", "hard spheres of contact distance 1", "for 4000 events"] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_picture_of_a_run_is_a_png() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-events", "100"])), 0);
+    let output = place.carom(&["picture", "runs/scene", "--size", "160x120", "--colour", "speed"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let png = fs::read(place.path().join("runs/scene/picture.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-events", "100"])), 0);
+    let output = place.carom(&["report", "runs/scene"]);
+    assert_eq!((code(&output), errors(&output).as_str()), (0, ""));
+    assert_eq!(words(&output).trim(), "runs/scene/report.html");
+    assert!(place.read("runs/scene/report.html").contains("108 sphere"));
+    fs::remove_file(place.path().join("runs/scene/thermo.csv")).unwrap();
+    let output = place.carom(&["report", "runs/scene", "--out", "page.html"]);
+    assert_eq!(code(&output), 0);
+    assert!(errors(&output).contains("thermo.csv") && place.read("page.html").contains("thermo.csv: "));
+    assert_eq!(code(&place.carom(&["report", "runs/scene", "--out", "nowhere/page.html"])), 1);
+}

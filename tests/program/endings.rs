@@ -1,0 +1,118 @@
+//! How runs end: arrests, limits, signals.
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use super::place::{COLLAPSE, FLUID, Place, code, errors, words};
+
+#[test]
+fn an_arrest_is_an_error_with_complete_files_and_a_cure() {
+    let place = Place::with(COLLAPSE);
+    let output = place.carom(&["run", "scene.toml"]);
+    assert_eq!(code(&output), 1, "{}", words(&output));
+    assert!(errors(&output).contains("dynamical arrest at time 4.24264"), "{}", errors(&output));
+    assert!(errors(&output).contains("contact_time"), "{}", errors(&output));
+    let summary = place.summary("runs/scene");
+    assert!((summary["time"].as_f64().unwrap() - 3.0 * 2.0_f64.sqrt()).abs() < 1e-6);
+    assert!(place.read("runs/scene/report.txt").contains("FAILED"));
+}
+
+#[test]
+fn a_run_over_a_limit_of_the_scene_says_which_one_failed() {
+    let place = Place::with(FLUID);
+    let output = place.carom(&["run", "scene.toml", "--set", "audit.overlap=1e-17"]);
+    assert_eq!(code(&output), 1, "{}", words(&output));
+    assert!(errors(&output).contains("1.0e-17"), "{}", errors(&output));
+    let summary = place.summary("runs/scene");
+    assert_eq!(summary["faults"].as_array().unwrap().len(), 1, "{summary}");
+    assert_eq!(summary["overlap"]["limit"], 1e-17);
+    assert!(place.read("runs/scene/report.txt").contains("FAILED"));
+    let output = place.carom(&["run", "scene.toml"]);
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    assert!(place.summary("runs/scene")["faults"].as_array().unwrap().is_empty());
+}
+
+#[test]
+fn a_run_from_overlaps_says_when_the_last_one_was_gone() {
+    // Two more spheres in the middle of others of the lattice.
+    let more = |x: f64| format!("[[particle]]\nspecies = \"sphere\"\nposition = [{x}, 0.2, 0.1]\n");
+    let place = Place::with(&format!("allow_invalid_start = true\n{FLUID}\n{}{}", more(0.3), more(3.0)));
+    let output = place.carom(&["run", "scene.toml"]);
+    assert_eq!(code(&output), 0, "{}", words(&output));
+    let overlap = &place.summary("runs/scene")["overlap"];
+    println!("{overlap}");
+    assert!(overlap["initial"].as_u64().unwrap() > 0 && overlap["final"] == 0, "{overlap}");
+    assert!(overlap["resolved_after"].as_f64().unwrap() > 0.0, "{overlap}");
+    assert!(place.read("runs/scene/report.txt").contains("the last gone after a time of"));
+}
+
+#[test]
+fn an_arrest_ends_a_proof_with_the_cure() {
+    let place = Place::with(COLLAPSE);
+    let output = place.carom(&["verify", "scene.toml"]);
+    assert_eq!(code(&output), 1, "{}", words(&output));
+    assert!(words(&output).contains("ARRESTED"), "{}", words(&output));
+    assert!(errors(&output).contains("contact_time"), "{}", errors(&output));
+}
+
+#[test]
+fn a_run_without_future_ends() {
+    // Two spheres that fly apart: no number of events is ever reached.
+    let scene = r#"
+[space]
+size = [10.0, 0.0, 0.0]
+x = "open"
+y = "flat"
+z = "flat"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[particle]]
+species = "A"
+position = [2.0, 0.0, 0.0]
+velocity = [1.0, 0.0, 0.0]
+[[particle]]
+species = "A"
+position = [5.0, 0.0, 0.0]
+[run]
+until_events = 10
+"#;
+    let place = Place::with(scene);
+    let output = place.carom(&["run", "scene.toml"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("nothing will happen any more"), "{}", words(&output));
+    assert_eq!(place.summary("runs/scene")["events"]["total"], 1);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_stopped_run_leaves_complete_files() {
+    let place = Place::with(FLUID);
+    let arguments = ["run", "scene.toml", "--until-time", "1e6", "--set", "output.thermo_interval=0.01"];
+    let mut child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let partial = place.path().join("runs/scene/thermo.csv.partial");
+    // The table is written every two seconds; then the run is under way.
+    for _ in 0..600 {
+        if fs::metadata(&partial).is_ok_and(|metadata| metadata.len() > 1000) {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let kill = Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(1));
+    assert!(!partial.exists());
+    assert!(place.summary("runs/scene")["events"]["total"].as_u64().unwrap() > 0);
+    assert!(place.read("runs/scene/report.txt").contains("INTERRUPTED"));
+    let thermo = place.read("runs/scene/thermo.csv");
+    assert!(thermo.ends_with('\n'));
+    let last = thermo.lines().last().unwrap().split(',').next().unwrap();
+    let summary = place.read("runs/scene/summary.json");
+    assert!(summary.contains(&format!("\"time\": {last},")), "{last}: {summary}");
+}

@@ -1,0 +1,189 @@
+//! `carom run`: its files, its contract and what it refuses.
+
+use std::fs;
+
+use super::place::{COLLAPSE, FLUID, Place, code, errors, keys, sorted, words};
+
+#[test]
+fn a_run_leaves_its_files_and_a_table() {
+    let place = Place::with(FLUID);
+    let output = place.carom(&["run", "scene.toml"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("compressibility factor"), "{}", words(&output));
+    assert!(words(&output).contains("one hard-sphere species"));
+    let files = fs::read_dir(place.path().join("runs/scene")).unwrap();
+    let mut names: Vec<String> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["checkpoint", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"]);
+
+    let thermo = place.read("runs/scene/thermo.csv");
+    let mut lines = thermo.lines();
+    let columns = lines.next().unwrap().split(',').count();
+    let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
+    assert!((100..=420).contains(&rows.len()), "{} rows", rows.len());
+    assert!(rows.iter().all(|row| row.len() == columns));
+    let times: Vec<f64> = rows.iter().map(|row| row[0].parse().unwrap()).collect();
+    let interval = times[1] - times[0];
+    // All but the last row stand at even times.
+    for pair in times[..times.len() - 1].windows(2) {
+        assert!(((pair[1] - pair[0]) / interval - 1.0).abs() < 1e-9);
+    }
+    let frames = place.read("runs/scene/trajectory.xyz").matches("Lattice=").count();
+    assert!((10..=42).contains(&frames), "{frames} frames");
+}
+
+#[test]
+fn the_keys_of_the_summary_are_the_contract() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "9"])), 0);
+    let summary = place.summary("runs/scene");
+    let top = "version scene seed engine particles diameter_factor time events energy momentum overlap faults observables speed";
+    assert_eq!(keys(&summary), sorted(top.split(' ').collect()));
+    for (key, contents) in [
+        (
+            "events",
+            "total core capture release bounce wall transition turning_point in_invalid_state tc_contacts tc_altered",
+        ),
+        ("energy", "initial final kinetic potential dissipated supplied ledger_error_relative ledger_limit"),
+        ("momentum", "drift limit"),
+        ("overlap", "deepest_executed deepest_final limit initial final resolved_after"),
+        ("observables", "temperature pressure compressibility_factor collision_rate"),
+        ("speed", "wall_seconds events_per_second contacts_per_second peak_memory_bytes"),
+    ] {
+        assert_eq!(keys(&summary[key]), sorted(contents.split(' ').collect()), "{key}");
+    }
+    assert_eq!(summary["seed"], 9);
+    assert_eq!(summary["particles"], 108);
+    assert_eq!(summary["events"]["total"], 4000, "the equilibration is not counted");
+    assert_eq!(summary["events"]["core"], 4000);
+    let rate = &summary["observables"]["collision_rate"];
+    assert!(rate["standard_error"].as_f64().unwrap() > 0.0);
+    // The mean over all of the stretch is what the counts say.
+    let thermo = place.read("runs/scene/thermo.csv");
+    let times: Vec<f64> = thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
+    let duration = times[times.len() - 1] - times[0];
+    assert!((rate["mean"].as_f64().unwrap() / (2.0 * 4000.0 / (108.0 * duration)) - 1.0).abs() < 1e-12);
+    assert!(summary["momentum"]["drift"].as_f64().unwrap() < 1e-12);
+}
+
+#[test]
+fn a_run_is_a_function_of_its_scene_and_rows_do_not_change_it() {
+    let place = Place::with(FLUID);
+    for (folder, more) in [("a", "seed=1"), ("b", "seed=1"), ("c", "output.thermo_interval=0.001"), ("d", "seed=2")] {
+        let output = place.carom(&["run", "scene.toml", "--out", folder, "--set", more]);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+    }
+    let last_frame = |folder: &str| {
+        let text = place.read(&format!("{folder}/trajectory.xyz"));
+        text[text.rfind("Lattice=").unwrap()..].to_owned()
+    };
+    assert_eq!(place.read("a/trajectory.xyz"), place.read("b/trajectory.xyz"));
+    assert_eq!(place.read("a/thermo.csv"), place.read("b/thermo.csv"));
+    assert_eq!(last_frame("a"), last_frame("c"));
+    assert!(place.read("c/thermo.csv").len() > 5 * place.read("a/thermo.csv").len());
+    assert_ne!(last_frame("a"), last_frame("d"));
+}
+
+#[test]
+fn limits_on_the_command_line_replace_those_of_the_scene() {
+    let place = Place::with(FLUID);
+    let output = place.carom(&["run", "scene.toml", "--until-events", "1e3", "--out", "events"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(place.summary("events")["events"]["total"], 1000);
+    let arguments =
+        ["run", "scene.toml", "--until-time", "0.5", "--set", "run.equilibration_events=1", "--out", "time"];
+    assert_eq!(code(&place.carom(&arguments)), 0);
+    let thermo = place.read("time/thermo.csv");
+    assert_eq!(thermo.lines().count(), 1 + 201, "rows at both ends and between them");
+}
+
+#[test]
+fn bad_input_is_told_before_anything_is_written() {
+    let place = Place::with(FLUID);
+    fs::write(place.path().join("binary.toml"), [0xff, 0xfe, 0, 1]).unwrap();
+    fs::create_dir(place.path().join("empty")).unwrap();
+    for (arguments, expected) in [
+        (vec!["run", "missing.toml"], "missing.toml"),
+        (vec!["run", "binary.toml"], "UTF-8"),
+        (vec!["run", "."], "cannot read"),
+        (vec!["run", "scene.toml", "--set", "run.until_event=5"], "until_events"),
+        (vec!["run", "scene.toml", "--set", "nonsense"], "KEY=VALUE"),
+        (vec!["run", "scene.toml", "--set", "fill.0.packing_fraction=0.9"], "0.74"),
+        (vec!["run", "scene.toml", "--until-time", "nan"], "positive finite"),
+        (vec!["run", "scene.toml", "--until-events", "0"], "at least 1"),
+        (vec!["run", "scene.toml", "--seed", "-1"], "--seed"),
+        (vec!["run"], "SCENE"),
+        (vec!["fly"], "unrecognized subcommand"),
+        (vec!["check", "missing.toml"], "missing.toml"),
+        (vec!["new", "soup"], "hopper"),
+        (vec!["verify", "missing.toml"], "missing.toml"),
+        (vec!["verify", "empty"], "no scene.toml"),
+        (vec!["verify", "scene.toml", "--events", "0"], "at least 1"),
+        (vec!["verify", "scene.toml", "-q", "--from-events", "1e5"], "only 4500 events"),
+        (vec!["validate", "soup"], "validate --list"),
+        (vec!["validate", "--seed", "-1"], "-1"),
+        (vec!["picture", "missing"], "missing"),
+        (vec!["picture", ".", "--size", "10"], "WIDTH"),
+        (vec!["report", "missing"], "not the folder of a run"),
+        (vec!["report", "empty"], "summary.json"),
+    ] {
+        let output = place.carom(&arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
+        assert!(errors(&output).contains(expected), "{arguments:?}: {}", errors(&output));
+        assert!(!errors(&output).contains("panicked"), "{}", errors(&output));
+        assert!(!place.path().join("runs").exists(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_folder_is_only_replaced_if_it_is_a_run() {
+    let place = Place::with(FLUID);
+    let thesis = place.path().join("thesis");
+    fs::create_dir(&thesis).unwrap();
+    fs::write(thesis.join("chapter.tex"), "years of work").unwrap();
+    let output = place.carom(&["run", "scene.toml", "--out", "thesis"]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("not a run of carom"), "{}", errors(&output));
+    assert_eq!(fs::read_dir(&thesis).unwrap().count(), 1);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "scene.toml"])), 2);
+    assert_eq!(place.read("scene.toml"), FLUID);
+
+    fs::create_dir(place.path().join("empty")).unwrap();
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "empty", "--set", "output.contacts=true"])), 0);
+    assert!(place.path().join("empty/contacts.csv").exists());
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "empty", "--seed", "2"])), 0);
+    assert!(!place.path().join("empty/contacts.csv").exists(), "a file of the earlier run");
+    assert_eq!(place.summary("empty")["seed"], 2);
+}
+
+#[test]
+fn contacts_lists_every_physical_event() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--set", "output.contacts=true"])), 0);
+    let contacts = place.read("runs/scene/contacts.csv");
+    assert_eq!(contacts.lines().count(), 1 + 4000);
+    assert!(contacts.lines().skip(1).all(|line| line.split(',').count() == 7 && line.contains(",core,")));
+    let times: Vec<f64> =
+        contacts.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
+    assert!(times.is_sorted());
+}
+
+#[test]
+fn counting_regions_and_heights_are_columns() {
+    let counting =
+        format!("{COLLAPSE}\n[[output.count]]\nname = \"floor\"\nlower = [0.0, 0.0, 0.0]\nupper = [4.0, 4.0, 1.0]\n");
+    let place = Place::with(&counting);
+    let arguments = ["run", "scene.toml", "--set", "space.z.restitution=1.0", "--until-time", "2"];
+    let output = place.carom(&arguments);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let thermo = place.read("runs/scene/thermo.csv");
+    assert!(thermo.starts_with("time [time],events [1],kinetic [energy]"), "{thermo}");
+    assert!(thermo.lines().next().unwrap().ends_with("height [length],in floor [1]"), "{thermo}");
+    // At t = 1 the ball has fallen by 1/2 to 1; it touches the floor at sqrt(2).
+    let row: Vec<&str> = thermo.lines().nth(3).unwrap().split(',').collect();
+    assert_eq!((row[0], row[row.len() - 1]), ("1", "0"));
+    assert!((row[row.len() - 2].parse::<f64>().unwrap() - 1.0).abs() < 1e-14);
+    let row: Vec<&str> = thermo.lines().nth(4).unwrap().split(',').collect();
+    assert_eq!((row[0], row[row.len() - 1]), ("1.5", "1"));
+    assert!(place.summary("runs/scene")["momentum"]["drift"].is_null());
+}
