@@ -60,8 +60,7 @@ impl PressureTensor {
     fn close_block(&mut self, duration: f64, subject: &Subject) {
         let moving = subject.moving.len() as f64;
         let dimensions = subject.space.dimensions() as f64;
-        let factor =
-            if subject.conserves_momentum || subject.conserves_momentum_across { moving / (moving - 1.0) } else { 1.0 };
+        let factor = if subject.has_free_centre { moving / (moving - 1.0) } else { 1.0 };
         let scale = factor / (subject.space.volume() * duration);
         let MomentumFlow { kinetic, collisional, .. } = &self.flow;
         for (average, (kinetic, collisional)) in self.tensor.iter_mut().zip(kinetic.iter().zip(collisional)) {

@@ -28,8 +28,8 @@ pub struct Subject {
     pub bond_lengths: [f64; 2],
     /// Whether nothing from outside changes the total momentum.
     pub conserves_momentum: bool,
-    /// Whether nothing from outside changes the total momentum across the flow of a sheared box, along y and z.
-    pub conserves_momentum_across: bool,
+    /// The same in a sheared box, relative to what streams; elsewhere no different.
+    pub has_free_centre: bool,
     /// Whether particles accelerate between events.
     pub is_accelerated: bool,
     /// Whether the fluid is homogeneous and free: periodic, without gravity, walls or static particles.
@@ -70,7 +70,7 @@ impl Subject {
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: meaning.conserves_momentum,
-            conserves_momentum_across: scene.shear_rate.is_some() && !scene.run.measures_with_kicks(),
+            has_free_centre: meaning.has_free_centre,
             is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
             is_homogeneous: meaning.is_homogeneous,
             is_elastic: scene.interactions.iter().all(|interaction| interaction.restitution == 1.0)
@@ -128,7 +128,7 @@ impl Subject {
             bonds: Vec::new(),
             bond_lengths: [0.0; 2],
             conserves_momentum: true,
-            conserves_momentum_across: false,
+            has_free_centre: true,
             is_accelerated: false,
             is_homogeneous: true,
             is_elastic: true,

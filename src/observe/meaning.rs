@@ -29,8 +29,8 @@ pub struct Meaning {
     pub has_wells: bool,
     /// Particles that move per volume `[length^-D]`.
     pub number_density: f64,
-    /// Whether velocities are relative to a centre of mass that nothing moves, also in a sheared box.
-    has_free_centre: bool,
+    /// Whether velocities are relative to a centre of mass that nothing from outside changes; in a sheared box relative to what streams.
+    pub has_free_centre: bool,
     total_mass: f64,
     up: Option<Vector>,
     is_moving: Vec<bool>,

@@ -54,14 +54,14 @@ impl Tracers {
         let mass = subject.moving_mass();
         for (id, kind) in ids.iter().zip(&kinds) {
             counts[*kind as usize] += 1;
-            if subject.conserves_momentum || subject.conserves_momentum_across {
+            if subject.has_free_centre {
                 scales[*kind as usize] = 1.0 / (1.0 - subject.masses[*id as usize] / mass);
             }
         }
-        let drift = if subject.conserves_momentum_across {
+        let drift = if subject.has_free_centre {
             across(subject, subject.common_velocity(sample.velocities))
         } else {
-            subject.drift(sample.velocities)
+            Vector::zeros()
         };
         Self { ids, kinds, species, counts, scales, drift, start: sample.time }
     }
