@@ -35,7 +35,7 @@ pub enum Search {
 }
 
 /// Who is near whom, in one of the two ways.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "there is one in an engine, and it is reached without a detour")]
 pub enum Neighbours {
     /// Particles by the cell that they are in.

@@ -53,7 +53,7 @@ const CROWDED: u64 = 4;
 const AHEAD: usize = 8;
 
 /// What the queue holds between the epoch and its horizon; later entries wait outside.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EventQueue {
     /// The bucket that time has reached, latest first.
     front: Vec<Wake>,

@@ -173,7 +173,7 @@ impl fmt::Display for EngineChoice {
     }
 }
 
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 enum Chosen {
     FreeHard(Engine<false, false>),
     FreeTable(Engine<false, true>),
@@ -182,7 +182,7 @@ enum Chosen {
 }
 
 /// A scene in motion.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Simulation {
     scene: Scene,
     choice: EngineChoice,

@@ -19,7 +19,7 @@ pub struct Known {
 }
 
 /// Lists of known partners, in one array with the same room for each particle.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct PairMemory {
     room: usize,
     lengths: Vec<u16>,

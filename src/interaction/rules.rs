@@ -17,7 +17,7 @@ pub struct Discontinuity {
 }
 
 /// A potential as the event loop needs it: what lies outwards and inwards of each pair state.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Steps {
     /// By state: the outer discontinuity, absent in state 0.
     outer: Vec<Option<Discontinuity>>,
@@ -133,7 +133,7 @@ impl SpeciesRules {
 }
 
 /// Everything about species and interactions that the event loop reads.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rules {
     /// By species.
     pub species: Vec<SpeciesRules>,

@@ -25,7 +25,7 @@ pub struct Transition {
 }
 
 /// The grid and the particles in it.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Cells {
     /// The grid.
     pub grid: Grid,

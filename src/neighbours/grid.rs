@@ -17,7 +17,7 @@ pub struct Face {
 }
 
 /// The cells of a box.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Grid {
     counts: [u32; 3],
     /// To divide by the first two counts.

@@ -21,7 +21,7 @@ struct Span {
 }
 
 /// Lists of others, in one array. Unused entries of a particle name itself, whom it never meets.
-#[derive(Debug, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Lists {
     spans: Vec<Span>,
     entries: Vec<u32>,

@@ -3,7 +3,7 @@
 use super::cells::NOBODY;
 
 /// Particles found. Room is kept from one search to the next.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Near {
     found: Vec<u32>,
     length: usize,

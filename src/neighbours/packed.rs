@@ -50,7 +50,7 @@ struct Link {
 }
 
 /// The centres by cell.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Packed {
     /// The cells, no smaller than the reach.
     pub grid: Grid,

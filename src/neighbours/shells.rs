@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 const MARGIN: f64 = 1e-6;
 
 /// The centres of the particles' shells, and the lists of those within reach.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Shells {
     /// Radius `delta` of a shell `[length]`.
     pub radius: f64,

@@ -23,7 +23,7 @@ struct Bucket {
 }
 
 /// Lists of particle numbers that grow and are taken as a whole.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Buckets {
     buckets: Vec<Bucket>,
     chunks: Vec<Chunk>,

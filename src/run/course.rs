@@ -77,8 +77,6 @@ pub struct Course {
     pub(super) quiet_transitions: u64,
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
-    /// Events after which the pace of the measurement is looked at, while it is not known.
-    pub(super) pilot: Option<u64>,
     pub(super) measurement: Option<Measurement>,
     /// What had happened before the measured stretch.
     pub(super) before: Tally,
@@ -114,7 +112,6 @@ impl Course {
             quiet_transitions: 0,
             last_row: None,
             last_frame: None,
-            pilot: None,
             measurement: None,
             before: Tally::default(),
             earlier_seconds: 0.0,

@@ -52,7 +52,7 @@ pub fn resume<R: Recorder>(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
     let subject = Subject::of(simulation.scene());
-    Driver { simulation, course, subject, recorder, watch, started: None }.drive()
+    Driver { simulation, course, subject, recorder, watch, started: None, is_ahead: false }.drive()
 }
 
 struct Driver<'a, R> {
@@ -63,6 +63,8 @@ struct Driver<'a, R> {
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// When the measured stretch began, or went on, on the clock.
     started: Option<Instant>,
+    /// Whether a copy looks ahead, of which nothing is kept.
+    is_ahead: bool,
 }
 
 impl<R: Recorder> Driver<'_, R> {
@@ -94,7 +96,7 @@ impl<R: Recorder> Driver<'_, R> {
             if done >= events {
                 return Ok(Some(Ending::Events));
             }
-            if self.recorder.is_checkpoint_due() {
+            if !self.is_ahead && self.recorder.is_checkpoint_due() {
                 self.keep()?;
             }
             let progress = self.progress();
@@ -189,7 +191,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Goes on without a look at anything but events.
     fn chunk(&mut self, until: Until) -> Result<Result<Reason, Arrest>, R::Error> {
-        let is_measuring = self.course.stage.stage == Stage::Measurement;
+        let is_measuring = self.course.stage.stage == Stage::Measurement && !self.is_ahead;
         let measurement = self.course.measurement.as_mut().filter(|_| is_measuring);
         let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
         let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
 /// Counts events without time.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Clock {
     /// Time at which the count began.
     pub since: f64,

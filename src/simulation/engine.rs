@@ -34,7 +34,7 @@ pub(super) struct Wall {
 
 /// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or remember a state; otherwise there is one
 /// species of hard spheres, and nothing about pairs is stored or looked up.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub bodies: Vec<Body>,
     /// How many pairs are looked at with one instruction.

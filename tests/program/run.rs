@@ -85,6 +85,41 @@ fn a_run_is_a_function_of_its_scene_and_rows_do_not_change_it() {
 }
 
 #[test]
+fn rows_and_frames_of_a_number_of_events_are_there_from_the_start() {
+    let place = Place::with(FLUID);
+    let times_of = |folder: &str| -> Vec<f64> {
+        let thermo = place.read(&format!("{folder}/thermo.csv"));
+        thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
+    };
+    // The first thousandth of the events, 100 of them, takes 0.18; the last row is that of the end.
+    let ahead = ["run", "scene.toml", "--until-events", "100000", "--set", "output.thermo_interval=0.05"];
+    for (folder, more) in [
+        ("rows", vec![]),
+        ("frames", vec!["--set", "output.frame_interval=0.1"]),
+        ("measured", vec!["--set", "output.frame_interval=0.1", "--set", "measure.pressure_tensor=true"]),
+    ] {
+        let output = place.carom(&[&ahead[..], &["--out", folder], &more[..]].concat());
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        let times = times_of(folder);
+        assert!(times.len() > 3_000, "{}", times.len());
+        for (k, time) in times[..times.len() - 1].iter().enumerate() {
+            assert!((time - times[0] - 0.05 * k as f64).abs() < 1e-9, "{folder}: row {k} is at {time}");
+        }
+        if !more.is_empty() {
+            let trajectory = place.read(&format!("{folder}/trajectory.xyz"));
+            let frames: Vec<f64> = trajectory
+                .lines()
+                .filter_map(|line| line.split("Time=").nth(1)?.split(' ').next()?.parse().ok())
+                .collect();
+            assert!(frames.len() > 1_500, "{}", frames.len());
+            for (k, time) in frames[..frames.len() - 1].iter().enumerate() {
+                assert!((time - frames[0] - 0.1 * k as f64).abs() < 1e-9, "{folder}: frame {k} is at {time}");
+            }
+        }
+    }
+}
+
+#[test]
 fn limits_on_the_command_line_replace_those_of_the_scene() {
     let place = Place::with(FLUID);
     let output = place.carom(&["run", "scene.toml", "--until-events", "1e3", "--out", "events"]);

@@ -152,7 +152,8 @@ mod tests {
         let simulation = Simulation::new(scene);
         let (course, subject) = (Course::new(&simulation), Subject::of(simulation.scene()));
         let watch = &mut |_: &Progress| ControlFlow::Continue(());
-        let mut driver = Driver { simulation, course, subject, recorder: &mut (), watch, started: None };
+        let mut driver =
+            Driver { simulation, course, subject, recorder: &mut (), watch, started: None, is_ahead: false };
         driver.enter();
         loop {
             let events = driver.simulation.tally().physical().saturating_add(step);

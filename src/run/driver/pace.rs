@@ -19,10 +19,10 @@ pub(super) struct Pace {
 }
 
 impl<R: Recorder> Driver<'_, R> {
-    /// The times of rows and frames, and how long the measurement will last, as far as is known; or the ending, if the run ends
-    /// while they are chosen.
+    /// The times of rows and frames from the start of the stretch on, and how long it will last, as far as is known; or the ending, if the
+    /// caller wants no more while they are chosen.
     ///
-    /// Where only the number of events is known, the rate in the first of them tells how long the run will last.
+    /// Where only the number of events is known, a look ahead at the first of them tells how long the run will last.
     pub(super) fn pace(&mut self) -> Result<Result<Pace, Ending>, R::Error> {
         let start = self.course.stage.time;
         let scene = self.simulation.scene();
@@ -31,41 +31,42 @@ impl<R: Recorder> Driver<'_, R> {
         let duration = match self.course.stage.limit {
             Limit { time: Some(time), events: None } => time,
             _ if is_given => f64::INFINITY,
-            Limit { time, events } => match self.pilot(time, events.unwrap_or(u64::MAX))? {
-                Ok(expected) => rounded(expected).min(time.unwrap_or(f64::INFINITY)),
-                Err(ending) => return Ok(Err(ending)),
+            Limit { time, events } => match self.look_ahead(time, events.unwrap_or(u64::MAX))? {
+                Some(expected) => rounded(expected).min(time.unwrap_or(f64::INFINITY)),
+                None => return Ok(Err(Ending::Interrupted)),
             },
         };
         let ticks = |given: Option<f64>, aim| match given {
             Some(interval) => Ticks::given(start, interval),
             None => Ticks::expecting(start, duration, aim, 0.0),
         };
-        let mut pace = Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration };
-        if self.simulation.time() > start {
-            // The pilot is a thousandth of the events, and seldom reaches the first tick.
-            for ticks in [&mut pace.rows, &mut pace.frames] {
-                if ticks.next() <= self.simulation.time() {
-                    ticks.pass(self.simulation.time());
-                }
-            }
-        }
-        Ok(Ok(pace))
+        Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration }))
     }
 
-    /// How long so many events will take, from the first thousandth of them, or of a limit in time; or the ending, if the run ends
-    /// before that is known.
-    fn pilot(&mut self, limit: Option<f64>, events: u64) -> Result<Result<f64, Ending>, R::Error> {
+    /// How long so many events will take, from the first thousandth of them, or of a limit in time; `None` if the caller wants no more.
+    ///
+    /// A copy goes ahead and is dropped, so that the run itself has its rows, frames and samples from the start of the stretch on. A checkpoint
+    /// from meanwhile is none: a run that is killed now looks ahead again, from the same state to the same bits.
+    fn look_ahead(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
+        let present = (self.simulation.clone(), self.course.clone());
+        self.is_ahead = true;
+        let expected = self.pilot(limit, events);
+        self.is_ahead = false;
+        (self.simulation, self.course) = present;
+        expected
+    }
+
+    fn pilot(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
         let start = self.course.stage;
         let (_, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
-        let mut pilot = self.course.pilot.unwrap_or_else(|| events.div_ceil(1000));
+        let mut pilot = events.div_ceil(1000);
         loop {
-            self.course.pilot = Some(pilot);
             let target = start.events.saturating_add(pilot).min(end_events);
             match self.advance(soon, target)? {
-                None => break,
+                Some(Ending::Interrupted) => return Ok(None),
                 Some(Ending::Events) if target < end_events => {}
-                Some(ending) => return Ok(Err(ending)),
+                _ => break,
             }
             // Simultaneous events tell no rate.
             if self.simulation.time() > start.time {
@@ -75,9 +76,9 @@ impl<R: Recorder> Driver<'_, R> {
         }
         let done = (self.simulation.tally().physical() - start.events) as f64;
         if done == 0.0 {
-            return Ok(Ok(limit.unwrap_or(f64::INFINITY)));
+            return Ok(Some(limit.unwrap_or(f64::INFINITY)));
         }
-        Ok(Ok((self.simulation.time() - start.time) * (events as f64 / done)))
+        Ok(Some((self.simulation.time() - start.time) * (events as f64 / done)))
     }
 }
 
