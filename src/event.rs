@@ -1,10 +1,11 @@
 //! Events: what is foreseen (a prediction), and what has happened (an event).
 
 use crate::Vector;
-use crate::response::Outcome;
 use crate::scene::ParticleId;
 use crate::statistics::Sum;
 use serde::{Deserialize, Serialize};
+
+pub use crate::response::Outcome;
 
 /// What kind of physical event took place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

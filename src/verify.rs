@@ -25,15 +25,18 @@
 //! ```
 
 mod approach;
+mod barrier;
 mod bounds;
 mod certificate;
 mod contact;
+mod ending;
 mod flights;
 mod meeting;
 mod outcome;
 mod pace;
 mod pairs;
 mod replay;
+mod rules;
 mod verifier;
 mod violation;
 mod window;

@@ -6,7 +6,7 @@ use carom::describe::{self, digits, tiny};
 use carom::output::Folder;
 use carom::scene::Scene;
 use carom::simulation::Arrest;
-use carom::verify::{self, Certificate, Counts, End, Stretch};
+use carom::verify::{self, Certificate, Counts, End, Fault, Stretch, Violation};
 use clap::Args;
 
 use super::Changes;
@@ -139,6 +139,12 @@ fn words(certificate: &Certificate) -> String {
             "NOTHING PROVEN: a thermostat, a growth, a sheared box or a thermal wall acts from outside".to_owned()
         }
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
+        End::Violated(Violation { fault: Fault::EndedEarly { .. } | Fault::EndNotShown { .. }, .. }) => {
+            "VIOLATED: the events above are proven, but not that nothing follows".to_owned()
+        }
+        End::Violated(Violation { fault: Fault::TooFast { .. }, .. }) => {
+            "NOT PROVEN: the events above are proven; the numbers have too few digits for what follows".to_owned()
+        }
         End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
         End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),
         _ => "ended".to_owned(),
@@ -147,6 +153,10 @@ fn words(certificate: &Certificate) -> String {
 
 fn verdict(certificate: &Certificate) -> Result<(), Failure> {
     match certificate.end {
+        End::Violated(violation @ Violation { fault: Fault::TooFast { .. }, .. }) => {
+            let help = "a smaller box, shallower wells or slower particles leave more digits to the positions";
+            Err(Failure::failed(violation.to_string(), None, Some(help)))
+        }
         End::Violated(violation) => {
             let help = "carom should not do this: please report the scene and the command";
             Err(Failure::failed(violation.to_string(), None, Some(help)))

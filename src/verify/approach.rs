@@ -1,8 +1,7 @@
 //! The motion across one discontinuity: how far from it a pair, or a particle and a wall, is and will be.
 
+use super::rules::{Side, fly};
 use crate::Vector;
-use crate::motion::{RelativeState, stream_position};
-use crate::overlap::{Quartic, Side};
 use crate::reference::{Polynomial, next_event};
 
 /// What is approached.
@@ -19,9 +18,11 @@ pub(super) enum Boundary {
 pub(super) struct Approach {
     /// Time in the window at which the state holds `[time]`.
     pub since: f64,
-    /// Relative position and velocity then.
-    pub state: RelativeState,
-    /// Relative acceleration.
+    /// Relative position then `[length]`.
+    pub position: Vector,
+    /// Relative velocity then `[length / time]`.
+    pub velocity: Vector,
+    /// Relative acceleration `[length / time^2]`.
     pub acceleration: Vector,
     pub boundary: Boundary,
 }
@@ -36,7 +37,7 @@ impl Approach {
     ///
     /// From the positions and not from the overlap function, which loses the digits of a small gap to its large terms.
     pub fn gap(&self, time: f64) -> f64 {
-        let at = self.streamed(time).state.position;
+        let at = self.streamed(time).position;
         match self.boundary {
             Boundary::Sphere { distance, side } => side.sign() * (at.norm() - distance),
             Boundary::Plane => at.x,
@@ -57,7 +58,7 @@ impl Approach {
 
     /// Speed towards the invalid side at a time in the window `[length / time]`.
     pub fn closing(&self, time: f64) -> f64 {
-        let RelativeState { position: at, velocity } = self.streamed(time).state;
+        let Self { position: at, velocity, .. } = self.streamed(time);
         match self.boundary {
             Boundary::Sphere { side, .. } => -side.sign() * velocity.dot(&at) / at.norm().max(f64::MIN_POSITIVE),
             Boundary::Plane => -velocity.x,
@@ -66,15 +67,13 @@ impl Approach {
 
     /// The same flight, from a later time in the window on.
     pub fn streamed(&self, time: f64) -> Self {
-        let dt = time - self.since;
-        let position = stream_position(&self.state.position, &self.state.velocity, &self.acceleration, dt);
-        let velocity = self.state.velocity + self.acceleration * dt;
-        Self { since: time, state: RelativeState { position, velocity }, ..*self }
+        let (position, velocity) = fly(&self.position, &self.velocity, &self.acceleration, time - self.since);
+        Self { since: time, position, velocity, ..*self }
     }
 
     /// How fast the closing speed changes, at its start `[length / time^2]`.
     pub fn curvature(&self) -> f64 {
-        let RelativeState { position, velocity } = &self.state;
+        let Self { position, velocity, .. } = self;
         match self.boundary {
             Boundary::Sphere { .. } => {
                 let distance = position.norm().max(f64::MIN_POSITIVE);
@@ -86,14 +85,21 @@ impl Approach {
         }
     }
 
+    /// The overlap function in the time since the start: `|r + v t + a t^2 / 2|^2 - s^2`, or its negative from inside.
     fn polynomial(&self) -> Polynomial {
+        let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
         match self.boundary {
             Boundary::Sphere { distance, side } => {
-                Polynomial::overlap(&Quartic::new(&self.state, &self.acceleration, distance * distance), side)
+                let coefficients = [
+                    r.norm_squared() - distance * distance,
+                    2.0 * v.dot(r),
+                    a.dot(r) + v.norm_squared(),
+                    a.dot(v),
+                    0.25 * a.norm_squared(),
+                ];
+                Polynomial::new(&coefficients.map(|c| side.sign() * c))
             }
-            Boundary::Plane => {
-                Polynomial::new(&[self.state.position.x, self.state.velocity.x, 0.5 * self.acceleration.x])
-            }
+            Boundary::Plane => Polynomial::new(&[r.x, v.x, 0.5 * a.x]),
         }
     }
 }
@@ -105,7 +111,8 @@ mod tests {
     fn falling(height: f64, velocity: f64) -> Approach {
         Approach {
             since: 1.0,
-            state: RelativeState { position: Vector::new(height, 0.0, 0.0), velocity: Vector::new(velocity, 0.0, 0.0) },
+            position: Vector::new(height, 0.0, 0.0),
+            velocity: Vector::new(velocity, 0.0, 0.0),
             acceleration: Vector::new(-1.0, 0.0, 0.0),
             boundary: Boundary::Plane,
         }
@@ -123,7 +130,8 @@ mod tests {
         // Passes at a distance of 1/2, at the time 3.
         let pair = Approach {
             since: 1.0,
-            state: RelativeState { position: Vector::new(-2.0, 0.5, 0.0), velocity: Vector::new(1.0, 0.0, 0.0) },
+            position: Vector::new(-2.0, 0.5, 0.0),
+            velocity: Vector::new(1.0, 0.0, 0.0),
             acceleration: Vector::zeros(),
             boundary: Boundary::Sphere { distance: 1.0, side: Side::Positive },
         };

@@ -50,6 +50,11 @@ impl Flight {
         rounded(self.length + world.periods.amax())
     }
 
+    /// After an event that has made it faster by `gained` at most `[length / time]`.
+    pub fn leaving(&self, gained: f64) -> Self {
+        Self { speed: self.speed + gained, ..*self }
+    }
+
     /// For its velocity `[length / time]`.
     pub fn velocity(&self) -> f64 {
         rounded(self.speed + self.falling)
@@ -82,6 +87,12 @@ impl Bounds {
         let velocity = a.velocity() + b.velocity();
         let direction = rounded(1.0) + bound / distance;
         Self { distance: bound, velocity, normal_velocity: velocity + speed * direction, direction }
+    }
+
+    /// After an event that has made the two faster by `gained` at most: what is rounded then are the new velocities.
+    pub fn leaving(&self, gained: f64) -> Self {
+        let velocity = self.velocity + rounded(gained);
+        Self { velocity, normal_velocity: self.normal_velocity + rounded(gained) + gained * self.direction, ..*self }
     }
 
     /// At a wall.

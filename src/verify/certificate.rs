@@ -38,7 +38,7 @@ pub enum End {
     Asked,
     /// All events up to the end that the scene plans for the run are proven.
     RunEnded,
-    /// Nothing will ever happen again.
+    /// Nothing will ever happen again: no pair, in any image, and no particle and wall has an event in all the time to come.
     Idle,
     /// The caller wanted no more.
     Interrupted,

@@ -1,7 +1,7 @@
 //! Who meets whom, in words.
 
+use super::rules::Side;
 use crate::event::{Event, EventKind};
-use crate::overlap::Side;
 use crate::scene::ParticleId;
 use std::fmt;
 
@@ -66,12 +66,5 @@ impl fmt::Display for Contact {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Claim {
     pub contact: Contact,
-    /// 0 for the positive side, 1 for the negative one.
-    side: u8,
-}
-
-impl Claim {
-    pub fn new(contact: Contact, side: Side) -> Self {
-        Self { contact, side: u8::from(side == Side::Negative) }
-    }
+    pub side: Side,
 }

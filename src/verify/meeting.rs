@@ -5,14 +5,11 @@ use super::bounds::{Bounds, Flight};
 use super::certificate::note;
 use super::contact::Contact;
 use super::outcome::Encounter;
+use super::rules::{Side, Step};
 use super::verifier::Verifier;
 use super::violation::Fault;
 use super::window::wall_approach;
-use crate::event::Event;
-use crate::interaction::rules::Discontinuity;
-use crate::motion::RelativeState;
-use crate::overlap::Side;
-use crate::response::Outcome;
+use crate::event::{Event, Outcome};
 use crate::simulation::States;
 
 impl Verifier {
@@ -57,6 +54,9 @@ impl Verifier {
         let bounds = self.bounds(&contact, &approach, &flights);
         self.check_contact(contact, &approach, &bounds, seen.distance)?;
         self.encounter(event, after, bounds, flights).check_pair(j, side, &seen, restitution, outcome)?;
+        if seen.is_barrier() {
+            self.note_contact(&[i, j], after);
+        }
         match outcome {
             Outcome::Core => self.counts.core += 1,
             Outcome::Bounce => self.counts.bounce += 1,
@@ -77,15 +77,15 @@ impl Verifier {
     }
 
     /// The discontinuity of an event, from the side of the outcome if it can be seen from there.
-    fn seen(&self, event: &Event, outcome: Outcome, i: u32, j: u32, state: u16) -> Option<(Side, Discontinuity, f64)> {
-        let steps = self.world.steps(self.world.interaction(i, j).filter(|_| i != j)?);
+    fn seen(&self, event: &Event, outcome: Outcome, i: u32, j: u32, state: usize) -> Option<(Side, Step, f64)> {
+        let interaction = self.world.interaction(i, j).filter(|_| i != j)?;
         let sides = match outcome {
             Outcome::Release => [Side::Negative, Side::Positive],
             Outcome::Core | Outcome::Capture | Outcome::Bounce => [Side::Positive, Side::Negative],
         };
-        let seen = sides.into_iter().filter_map(|side| Some((side, steps.seen_from(state, side)?)));
+        let seen = sides.into_iter().filter_map(|side| Some((side, Step::seen(&interaction.potential, state, side)?)));
         let (side, seen) = seen.into_iter().find(|(_, seen)| seen.distance == event.distance)?;
-        Some((side, seen, steps.restitution))
+        Some((side, seen, interaction.restitution))
     }
 
     /// An event at a wall: of the box, due, and with the right outcome.
@@ -102,8 +102,15 @@ impl Verifier {
         // A point has no length of its own to compare with.
         self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
         self.encounter(event, after, bounds, flights).check_wall(&wall)?;
+        self.note_contact(&[i], after);
         self.counts.wall += 1;
         Ok(())
+    }
+
+    fn note_contact(&mut self, particles: &[u32], now: &States) {
+        if let Some(contacts) = &mut self.contacts {
+            contacts.note(particles, &now.elapsed);
+        }
     }
 
     fn encounter<'a>(
@@ -113,8 +120,8 @@ impl Verifier {
         bounds: Bounds,
         flights: [Flight; 2],
     ) -> Encounter<'a> {
-        let (world, before, margins) = (&self.world, &self.before, &mut self.margins);
-        Encounter { world, event, before, after, bounds, flights, margins }
+        let Self { world, before, margins, contacts, .. } = self;
+        Encounter { world, event, before, after, bounds, flights, contacts, margins }
     }
 
     /// The event was due: at its discontinuity, and closing.
@@ -151,10 +158,8 @@ impl Verifier {
         let states = &self.before;
         Approach {
             since: self.window.time(&states.elapsed),
-            state: RelativeState {
-                position: self.world.nearest(states, i, j),
-                velocity: states.velocities[i as usize] - states.velocities[j as usize],
-            },
+            position: self.world.nearest(states, i, j),
+            velocity: states.velocities[i as usize] - states.velocities[j as usize],
             acceleration: self.world.accelerations[i as usize] - self.world.accelerations[j as usize],
             boundary: Boundary::Sphere { distance, side },
         }

@@ -35,22 +35,20 @@ impl Pace {
     ///
     /// The fastest particle does not go round a periodic box in it, so that few images come near.
     pub fn length(&self, world: &World, states: &States, next: f64) -> f64 {
-        let shortest = world.shortest_period;
         let wanted = if self.target.is_finite() { self.target.max(1.01 * next) } else { 1.01 * next };
-        let fastest = world
-            .moving
-            .iter()
-            .map(|&i| {
-                let (velocity, acceleration) = (&states.velocities[i as usize], &world.accelerations[i as usize]);
-                if reach(velocity, acceleration, wanted) <= shortest {
-                    f64::INFINITY
-                } else {
-                    duration(velocity.norm(), acceleration.norm(), shortest)
-                }
-            })
-            .fold(f64::INFINITY, f64::min);
-        wanted.min(fastest)
+        round_the_box(world, states, &world.moving, wanted).min(wanted)
     }
+}
+
+/// The time in which the fastest of some particles may have gone round a periodic box, infinite if that is more than `within`.
+pub(super) fn round_the_box(world: &World, states: &States, particles: &[u32], within: f64) -> f64 {
+    let shortest = world.shortest_period;
+    let time = |&i: &u32| {
+        let (velocity, acceleration) = (&states.velocities[i as usize], &world.accelerations[i as usize]);
+        let is_slow = reach(velocity, acceleration, within) <= shortest;
+        if is_slow { f64::INFINITY } else { duration(velocity.norm(), acceleration.norm(), shortest) }
+    };
+    particles.iter().map(time).fold(f64::INFINITY, f64::min)
 }
 
 /// The time in which a flight from `speed` on with an acceleration along it leads to `distance`.

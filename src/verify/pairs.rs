@@ -3,6 +3,7 @@
 use super::contact::Contact;
 use super::violation::Fault;
 use super::world::World;
+use crate::potential::Potential;
 use crate::scene::ParticleId;
 use crate::simulation::States;
 use std::collections::BTreeMap;
@@ -11,13 +12,13 @@ use std::collections::BTreeMap;
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
     /// By particle and partner, the lower id under the higher one and the other way round; state 0 only for bonds.
-    states: Vec<BTreeMap<u32, u16>>,
+    states: Vec<BTreeMap<u32, usize>>,
 }
 
 impl Pairs {
     /// From the distances of all pairs, the one time that distances decide them.
     pub fn from_distances(world: &World, states: &States) -> Self {
-        let at_start = |i, j, interaction| world.state_at(interaction, world.nearest(states, i, j).norm());
+        let at_start = |i, j, bond: &Potential| bond.state_at(world.nearest(states, i, j).norm());
         let mut pairs = Self::bonded(world, states.positions.len(), at_start);
         if !world.has_states {
             return pairs;
@@ -28,7 +29,7 @@ impl Pairs {
                 if (distance > world.longest_range && !world.holds_all_pairs) || pairs.get(i, j).is_some() {
                     continue;
                 }
-                let state = world.interaction(i, j).map_or(0, |interaction| world.state_at(interaction, distance));
+                let state = world.interaction(i, j).map_or(0, |interaction| interaction.potential.state_at(distance));
                 if state > 0 {
                     pairs.set(i, j, state);
                 }
@@ -44,29 +45,31 @@ impl Pairs {
     pub fn told(world: &World, states: &States, told: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
         let mut pairs = Self::bonded(world, states.positions.len(), |_, _, _| 0);
         for &([a, b], state) in told {
-            if !world.has_state(a.0, b.0, state) {
-                return Err(Fault::Unknown { contact: Contact::pair(a, b), distance: 0.0, state });
+            if !world.has_state(a.0, b.0, state.into()) {
+                return Err(Fault::Unknown { contact: Contact::pair(a, b), distance: 0.0, state: state.into() });
             }
-            pairs.set(a.0, b.0, state);
+            pairs.set(a.0, b.0, state.into());
         }
         Ok(pairs)
     }
 
     /// All strangers but the bonded pairs, each in the state that `state_of` gives it.
-    fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, u16) -> u16) -> Self {
+    fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
         let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
-        for (&(a, b), &interaction) in &world.bonds {
-            pairs.set(a, b, state_of(a, b, interaction));
+        for &(a, b) in world.bonds.keys() {
+            if let Some(interaction) = world.interaction(a, b) {
+                pairs.set(a, b, state_of(a, b, &interaction.potential));
+            }
         }
         pairs
     }
 
     /// The state of a pair that is no stranger.
-    pub fn get(&self, i: u32, j: u32) -> Option<u16> {
+    pub fn get(&self, i: u32, j: u32) -> Option<usize> {
         self.states[i as usize].get(&j).copied()
     }
 
-    pub fn set(&mut self, i: u32, j: u32, state: u16) {
+    pub fn set(&mut self, i: u32, j: u32, state: usize) {
         self.states[i as usize].insert(j, state);
         self.states[j as usize].insert(i, state);
     }
@@ -78,17 +81,17 @@ impl Pairs {
     }
 
     /// The partners of a particle that are no strangers.
-    pub fn of(&self, i: u32) -> impl Iterator<Item = (u32, u16)> {
+    pub fn of(&self, i: u32) -> impl Iterator<Item = (u32, usize)> {
         self.states[i as usize].iter().map(|(&j, &state)| (j, state))
     }
 
     /// All pairs that are not in state 0, lower id first, ascending.
-    pub fn captured(&self) -> Vec<([ParticleId; 2], u16)> {
+    pub fn captured(&self) -> Vec<([ParticleId; 2], usize)> {
         let mut captured = Vec::new();
-        for (i, partners) in self.states.iter().enumerate() {
-            for (&j, &state) in partners.range(i as u32 + 1..) {
+        for (i, partners) in (0..).zip(&self.states) {
+            for (&j, &state) in partners.range(i + 1..) {
                 if state > 0 {
-                    captured.push(([ParticleId(i as u32), ParticleId(j)], state));
+                    captured.push(([ParticleId(i), ParticleId(j)], state));
                 }
             }
         }

@@ -66,7 +66,11 @@ pub fn verify(scene: Scene, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -
         Err(fault) => return Certificate { end: End::Violated(replay.violation(fault)), ..blank },
     };
     let origin = states.elapsed;
-    let end = skipped.unwrap_or_else(|| replay.prove(&mut verifier, stretch, &mut states, watch));
+    let end = match skipped {
+        Some(End::Idle) => replay.idle(&mut verifier).unwrap_or_else(End::Violated),
+        Some(end) => end,
+        None => replay.prove(&mut verifier, stretch, &mut states, watch),
+    };
     Certificate {
         duration: states.elapsed.after(&origin),
         counts: Counts { asked: verifier.counts.asked + verifier.window.asked, ..verifier.counts },
@@ -151,7 +155,7 @@ impl Replay {
             } else if done >= stretch.events {
                 end = Some(End::Asked);
             } else {
-                end = self.step(verifier, states).unwrap_or_else(|stop| Some(stop.into()));
+                end = self.step(verifier, stretch, states, watch).unwrap_or_else(|stop| Some(stop.into()));
             }
         }
         let end = end.unwrap_or(End::Asked);
@@ -162,17 +166,33 @@ impl Replay {
     }
 
     /// The next event of the run, or what there is instead.
-    fn step(&mut self, verifier: &mut Verifier, states: &mut States) -> Result<Option<End>, Stop> {
+    fn step(
+        &mut self,
+        verifier: &mut Verifier,
+        stretch: Stretch,
+        states: &mut States,
+        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Option<End>, Stop> {
         let Some(stage) = self.stage() else { return Ok(Some(End::RunEnded)) };
         let event = self.simulation.step_before(stage.time)?;
         self.simulation.states(states);
+        let progress = self.progress(stretch, true);
+        let mut watch = || watch(&progress);
         if let Some(event) = event {
-            verifier.witness(&event, states).map_err(|fault| self.violation(fault))?;
+            verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violation(fault))?;
             return Ok(None);
         }
-        verifier.witness_quiet(states).map_err(|fault| self.violation(fault))?;
+        verifier.witness_quiet_watched(states, &mut watch).map_err(|fault| self.violation(fault))?;
         self.ends = None;
-        Ok((stage.time == f64::INFINITY).then_some(End::Idle))
+        if stage.time == f64::INFINITY {
+            return Ok(Some(self.idle(verifier)?));
+        }
+        Ok(None)
+    }
+
+    /// The engine says that nothing will happen any more: whether that is so.
+    fn idle(&self, verifier: &mut Verifier) -> Result<End, Violation> {
+        verifier.witness_end().map(|()| End::Idle).map_err(|fault| self.violation(fault))
     }
 
     fn violation(&self, fault: Fault) -> Violation {
@@ -207,6 +227,7 @@ impl From<Stop> for End {
     fn from(stop: Stop) -> Self {
         match stop {
             Stop::Arrested(arrest) => Self::Arrested(arrest),
+            Stop::Violated(Violation { fault: Fault::Interrupted, .. }) => Self::Interrupted,
             Stop::Violated(violation) => Self::Violated(violation),
         }
     }

@@ -1,17 +1,19 @@
 //! The proof itself, event by event, from nothing but events and states.
 
+use super::barrier::ContactMemory;
 use super::certificate::{Counts, Margins, note};
 use super::contact::Contact;
-use super::pace::Pace;
+use super::pace::{Pace, round_the_box};
 use super::pairs::Pairs;
+use super::rules::fly;
 use super::violation::Fault;
 use super::window::{Due, Window};
 use super::world::World;
 use crate::event::{Event, EventKind};
-use crate::motion::stream_position;
 use crate::scene::{ParticleId, Scene};
 use crate::simulation::{Elapsed, States};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 
 /// Proves a sequence of events.
 ///
@@ -21,6 +23,8 @@ use std::collections::BTreeMap;
 pub struct Verifier {
     pub(super) world: World,
     pub(super) pairs: Pairs,
+    /// Memory of the TC model, if it is switched on.
+    pub(super) contacts: Option<ContactMemory>,
     /// States at the last event, as they were shown.
     pub(super) states: States,
     /// States at the time of the event in hand, along the flights before it.
@@ -30,7 +34,7 @@ pub struct Verifier {
     /// Due already, but deeper in the invalid side by no more than round-off.
     overdue: Vec<Due>,
     pub(super) pace: Pace,
-    start_time: f64,
+    pub(super) start_time: f64,
     pub(super) counts: Counts,
     pub(super) margins: Margins,
     pub(super) largest_gap: f64,
@@ -41,12 +45,12 @@ impl Verifier {
     /// From the first states of a scene. Pair states follow from the distances, this one time.
     ///
     /// # Errors
-    /// [`Fault::Incomplete`] if there are not as many states as particles.
+    /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::TooFast`] if they are too fast for any number.
     pub fn new(scene: &Scene, states: &States) -> Result<Self, Fault> {
         check_count(scene.particles.len(), states)?;
         let world = World::new(scene);
         let pairs = Pairs::from_distances(&world, states);
-        Ok(Self::with_pairs(scene, world, pairs, states))
+        Self::with_pairs(scene, world, pairs, states, None)
     }
 
     /// From states within a run, with the pairs that are not in state 0 then.
@@ -57,16 +61,24 @@ impl Verifier {
         check_count(scene.particles.len(), states)?;
         let world = World::new(scene);
         let pairs = Pairs::told(&world, states, captured)?;
-        Ok(Self::with_pairs(scene, world, pairs, states))
+        Self::with_pairs(scene, world, pairs, states, Some(states.elapsed))
     }
 
-    fn with_pairs(scene: &Scene, world: World, pairs: Pairs, states: &States) -> Self {
+    fn with_pairs(
+        scene: &Scene,
+        world: World,
+        pairs: Pairs,
+        states: &States,
+        unseen_before: Option<Elapsed>,
+    ) -> Result<Self, Fault> {
+        let count = states.positions.len();
         let pace = Pace::new(&world, states);
-        let window = Window::open(&world, &pairs, states, pace.length(&world, states, 0.0));
-        Self {
+        let window = Window::open(&world, &pairs, states, pace.length(&world, states, 0.0))?;
+        Ok(Self {
             window,
             pace,
             pairs,
+            contacts: world.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
             states: states.clone(),
             before: states.clone(),
             // Where the last event is not known, no later than the start.
@@ -78,7 +90,7 @@ impl Verifier {
             largest_gap: 0.0,
             deepest_overlap: 0.0,
             world,
-        }
+        })
     }
 
     /// Proves that an event is the next one and comes out as it should. `after` are the states at its time, after it.
@@ -86,12 +98,22 @@ impl Verifier {
     /// # Errors
     /// The first [`Fault`].
     pub fn witness(&mut self, event: &Event, after: &States) -> Result<(), Fault> {
+        self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
+    }
+
+    /// The same, unless `watch`, which is asked now and then, breaks.
+    pub(super) fn witness_watched(
+        &mut self,
+        event: &Event,
+        after: &States,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<(), Fault> {
         let contact = Contact::of(event);
         check_count(self.states.positions.len(), after)?;
         if contact.particles().any(|particle| particle as usize >= self.states.positions.len()) {
             return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
         }
-        self.pass_to(&after.elapsed, Some(contact))?;
+        self.pass_to(&after.elapsed, Some(contact), watch)?;
         match event.kind {
             EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
             EventKind::Wall { .. } => self.check_wall(event, contact, after)?,
@@ -109,8 +131,11 @@ impl Verifier {
         }
         self.window.events += 1;
         self.window.forget(changed.iter().copied());
-        self.window.look_again(&self.world, &self.pairs, &self.states, &changed);
-        Ok(())
+        // An event may make its two so fast that they would go round the box many times in what is left of the window.
+        let now = self.window.time(&self.states.elapsed);
+        let left = self.window.length - now;
+        self.window.end_by(now + round_the_box(&self.world, &self.states, &changed, left));
+        self.window.look_again(&self.world, &self.pairs, &self.states, &changed)
     }
 
     /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there.
@@ -118,27 +143,44 @@ impl Verifier {
     /// # Errors
     /// The first [`Fault`].
     pub fn witness_quiet(&mut self, now: &States) -> Result<(), Fault> {
+        self.witness_quiet_watched(now, &mut || ControlFlow::Continue(()))
+    }
+
+    /// The same, unless `watch`, which is asked now and then, breaks.
+    pub(super) fn witness_quiet_watched(
+        &mut self,
+        now: &States,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<(), Fault> {
         check_count(self.states.positions.len(), now)?;
-        self.pass_to(&now.elapsed, None)?;
+        self.pass_to(&now.elapsed, None, watch)?;
         self.check_flights_of(now, |_| false)
     }
 
     /// Goes on to a time, and proves that everything due before it has taken place.
-    fn pass_to(&mut self, elapsed: &Elapsed, executed: Option<Contact>) -> Result<(), Fault> {
+    fn pass_to(
+        &mut self,
+        elapsed: &Elapsed,
+        executed: Option<Contact>,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<(), Fault> {
         let since = elapsed.after(&self.states.elapsed);
         if !(since.is_finite() && since >= 0.0) {
             return Err(Fault::Backwards { by: -since });
         }
         while self.window.time(elapsed) > self.window.length {
             self.settle(self.window.length, None)?;
-            self.next_window(elapsed);
+            self.next_window(elapsed)?;
+            if watch().is_break() {
+                return Err(Fault::Interrupted);
+            }
         }
         self.stream(since, *elapsed);
         self.settle(self.window.time(elapsed), executed)
     }
 
     /// A window from the end of this one on.
-    fn next_window(&mut self, elapsed: &Elapsed) {
+    fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
         // Told in the epoch of the latest states: in that of the window it might have fewer digits.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
@@ -150,7 +192,13 @@ impl Verifier {
         let length = self.pace.length(&self.world, &self.before, elapsed.after(&end));
         // What is overdue is found again.
         self.overdue.clear();
-        self.window = Window::open(&self.world, &self.pairs, &self.before, length);
+        self.window = Window::open(&self.world, &self.pairs, &self.before, length)?;
+        if end.since_epoch + self.window.length <= end.since_epoch {
+            let speed = |i: &u32| self.before.velocities[*i as usize].norm();
+            let fastest = self.world.moving.iter().copied().max_by(|a, b| speed(a).total_cmp(&speed(b))).unwrap_or(0);
+            return Err(Fault::TooFast { particle: ParticleId(fastest), speed: speed(&fastest) });
+        }
+        Ok(())
     }
 
     /// Moves all particles along their flights since the last event.
@@ -158,9 +206,8 @@ impl Verifier {
         self.before.elapsed = elapsed;
         for i in 0..self.states.positions.len() {
             let (position, velocity) = (&self.states.positions[i], &self.states.velocities[i]);
-            let acceleration = &self.world.accelerations[i];
-            self.before.positions[i] = stream_position(position, velocity, acceleration, dt);
-            self.before.velocities[i] = velocity + acceleration * dt;
+            (self.before.positions[i], self.before.velocities[i]) =
+                fly(position, velocity, &self.world.accelerations[i], dt);
         }
     }
 
@@ -207,9 +254,9 @@ impl Verifier {
     /// [`Fault::PairState`] with the first pair that differs.
     pub fn compare_pairs(&self, captured: &[([ParticleId; 2], u16)]) -> Result<(), Fault> {
         let own: BTreeMap<_, _> = self.pairs.captured().into_iter().collect();
-        let theirs: BTreeMap<_, _> = captured.iter().copied().collect();
+        let theirs: BTreeMap<_, _> = captured.iter().map(|&(pair, state)| (pair, state.into())).collect();
         for &pair in own.keys().chain(theirs.keys()) {
-            let state = |of: &BTreeMap<_, u16>| of.get(&pair).copied().unwrap_or(0);
+            let state = |of: &BTreeMap<_, usize>| of.get(&pair).copied().unwrap_or(0);
             let (events, engine) = (state(&own), state(&theirs));
             if events != engine {
                 return Err(Fault::PairState { pair, events, engine });

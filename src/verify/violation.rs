@@ -1,7 +1,7 @@
 //! What a run can do wrong.
 
 use super::contact::Contact;
-use crate::response::Outcome;
+use crate::event::Outcome;
 use crate::scene::ParticleId;
 use std::fmt;
 use thiserror::Error;
@@ -22,6 +22,8 @@ pub enum Quantity {
     Dissipation,
     /// Energy step of the discontinuity `[energy]`.
     EnergyStep,
+    /// The impulse, against the speed that a barrier leaves, over the reduced mass `[length / time]`.
+    Impulse,
     /// Relative normal velocity afterwards, in the direction that the outcome excludes `[length / time]`.
     Direction,
 }
@@ -35,6 +37,7 @@ impl fmt::Display for Quantity {
             Self::Energy => "the energy balance",
             Self::Dissipation => "the dissipated energy",
             Self::EnergyStep => "the energy step",
+            Self::Impulse => "the impulse",
             Self::Direction => "the direction afterwards",
         })
     }
@@ -99,7 +102,7 @@ pub enum Fault {
         /// Where.
         distance: f64,
         /// The state of the pair.
-        state: u16,
+        state: usize,
     },
     /// Another outcome than the table's.
     #[error("{contact} had a {found:?} where the physics demands a {expected:?}")]
@@ -141,15 +144,46 @@ pub enum Fault {
         /// What round-off explains.
         bound: f64,
     },
+    /// A particle that goes round the box in less time than the digits of the simulated time can tell.
+    #[error(
+        "particle {} is so fast ({speed:.3e}) that it goes round the box in less than the digits of the time can tell: nothing can \
+        be proven", particle.0
+    )]
+    TooFast {
+        /// Which.
+        particle: ParticleId,
+        /// How fast.
+        speed: f64,
+    },
+    /// The run ended as if nothing would ever happen again, though something is due.
+    #[error("the run ended because nothing would happen any more, but {contact} are due at t = {due}")]
+    EndedEarly {
+        /// Who.
+        contact: Contact,
+        /// Simulated time at which it is due.
+        due: f64,
+    },
+    /// The run ended as if nothing would ever happen again, which nobody can know.
+    #[error(
+        "the run ended because nothing would happen any more, but {contact} pass each other's periodic images for ever: nothing \
+        shows that they never meet"
+    )]
+    EndNotShown {
+        /// Who.
+        contact: Contact,
+    },
+    /// The caller wanted no more.
+    #[error("interrupted")]
+    Interrupted,
     /// At the end, the engine remembers another state of a pair than the events make it.
     #[error("particles {} and {} are in pair state {engine}, but their events lead to state {events}", pair[0].0, pair[1].0)]
     PairState {
         /// Which.
         pair: [ParticleId; 2],
         /// By the events since the start of the stretch.
-        events: u16,
+        events: usize,
         /// In the engine's memory.
-        engine: u16,
+        engine: usize,
     },
 }
 

@@ -7,17 +7,20 @@
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
 use super::pairs::Pairs;
+use super::rules::{Side, Step};
+use super::violation::Fault;
 use super::world::{Wall, World};
 use crate::Vector;
-use crate::motion::RelativeState;
-use crate::overlap::Side;
 use crate::scene::ParticleId;
 use crate::simulation::{Elapsed, States};
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 /// Rounding of the comparison that leaves out what is too far apart: some tens of roundings of lengths.
-const MARGIN: f64 = 1.0 + 1e-12;
+pub(super) const MARGIN: f64 = 1.0 + 1e-12;
+/// More images than this of one pair are not looked at. Within a window no particle goes round the box, and a range is at most
+/// half a period: that makes six images along an axis.
+const MOST_IMAGES: f64 = 4096.0;
 
 /// An event that the rule demands.
 #[derive(Debug, Clone)]
@@ -68,7 +71,10 @@ pub(super) struct Window {
 
 impl Window {
     /// Looks at all pairs and walls.
-    pub fn open(world: &World, pairs: &Pairs, states: &States, length: f64) -> Self {
+    ///
+    /// # Errors
+    /// [`Fault::TooFast`] if a pair goes round the box too often.
+    pub fn open(world: &World, pairs: &Pairs, states: &States, length: f64) -> Result<Self, Fault> {
         let mut window = Self {
             origin: states.elapsed,
             length,
@@ -81,9 +87,14 @@ impl Window {
             .map(|i| reach(&states.velocities[i], &world.accelerations[i], length))
             .collect();
         for &i in &world.moving {
-            window.look_at(world, pairs, states, i, |j| world.is_first(i, j), &reaches);
+            window.look_at(world, pairs, states, i, |j| world.is_first(i, j), &reaches)?;
         }
-        window
+        Ok(window)
+    }
+
+    /// Ends the window earlier.
+    pub fn end_by(&mut self, time: f64) {
+        self.length = self.length.min(time);
     }
 
     /// Makes void what was due for two particles, whose flights have changed.
@@ -94,13 +105,17 @@ impl Window {
     }
 
     /// Looks at all pairs of some particles, whose flights have changed.
-    pub fn look_again(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) {
+    ///
+    /// # Errors
+    /// [`Fault::TooFast`] if a pair goes round the box too often.
+    pub fn look_again(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) -> Result<(), Fault> {
         let left = self.length - self.time(&states.elapsed);
         let reaches: Vec<f64> =
             (0..states.positions.len()).map(|i| reach(&states.velocities[i], &world.accelerations[i], left)).collect();
         for (at, &i) in changed.iter().enumerate() {
-            self.look_at(world, pairs, states, i, |j| !changed[..at].contains(&j), &reaches);
+            self.look_at(world, pairs, states, i, |j| !changed[..at].contains(&j), &reaches)?;
         }
+        Ok(())
     }
 
     /// A time in the window `[time]`.
@@ -144,56 +159,61 @@ impl Window {
         i: u32,
         is_wanted: impl Fn(u32) -> bool,
         reaches: &[f64],
-    ) {
+    ) -> Result<(), Fault> {
         for (j, state) in pairs.of(i).filter(|(j, _)| *j != i && is_wanted(*j)) {
-            self.ask_pair(world, states, i, j, state);
+            self.ask_pair(world, states, i, j, state)?;
         }
         let far = (world.longest_range + reaches[i as usize]) * MARGIN;
         for j in (0..reaches.len() as u32).filter(|&j| j != i && is_wanted(j)) {
             let reach = far + reaches[j as usize] * MARGIN;
             if world.nearest(states, i, j).norm_squared() <= reach * reach && pairs.get(i, j).is_none() {
-                self.ask_pair(world, states, i, j, 0);
+                self.ask_pair(world, states, i, j, 0)?;
             }
         }
         if !world.is_static(i) {
             self.ask_walls(world, states, i);
         }
+        Ok(())
     }
 
     /// Asks when a pair reaches the discontinuities that its state sees.
-    fn ask_pair(&mut self, world: &World, states: &States, i: u32, j: u32, state: u16) {
-        let Some(interaction) = world.interaction(i, j) else { return };
+    fn ask_pair(&mut self, world: &World, states: &States, i: u32, j: u32, state: usize) -> Result<(), Fault> {
+        let Some(interaction) = world.interaction(i, j) else { return Ok(()) };
         let left = self.length - self.time(&states.elapsed);
         let nearest = world.nearest(states, i, j);
         let velocity = states.velocities[i as usize] - states.velocities[j as usize];
         let acceleration = world.accelerations[i as usize] - world.accelerations[j as usize];
         for side in [Side::Positive, Side::Negative] {
-            let Some(seen) = world.steps(interaction).seen_from(state, side) else { continue };
+            let Some(seen) = Step::seen(&interaction.potential, state, side) else { continue };
             // A pair inside of a discontinuity only knows its nearest image.
             let images = match side {
                 Side::Positive => {
-                    world.images(&nearest, (seen.distance + reach(&velocity, &acceleration, left)) * MARGIN)
+                    let reaches = reach_along(&velocity, &acceleration, left).add_scalar(seen.distance) * MARGIN;
+                    let images = world.images(&nearest, &reaches, MOST_IMAGES);
+                    images.ok_or(Fault::TooFast { particle: ParticleId(i), speed: velocity.norm() })?
                 }
                 Side::Negative => vec![nearest],
             };
             for position in images {
                 let approach = Approach {
                     since: self.time(&states.elapsed),
-                    state: RelativeState { position, velocity },
+                    position,
+                    velocity,
                     acceleration,
                     boundary: Boundary::Sphere { distance: seen.distance, side },
                 };
                 let contact = Contact::pair(ParticleId(i), ParticleId(j));
-                self.ask(Claim::new(contact, side), approach);
+                self.ask(Claim { contact, side }, approach);
             }
         }
+        Ok(())
     }
 
     fn ask_walls(&mut self, world: &World, states: &States, i: u32) {
         for wall in &world.walls {
             let approach = wall_approach(world, states, i, wall, self.time(&states.elapsed));
             let contact = Contact::Wall { particle: ParticleId(i), axis: wall.axis, is_upper: wall.is_upper };
-            self.ask(Claim::new(contact, Side::Positive), approach);
+            self.ask(Claim { contact, side: Side::Positive }, approach);
         }
     }
 
@@ -212,10 +232,8 @@ pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall,
     let height = inwards * (states.positions[i as usize][k] - wall.at) - world.radius(i);
     Approach {
         since,
-        state: RelativeState {
-            position: Vector::new(height, 0.0, 0.0),
-            velocity: along(states.velocities[i as usize][k]),
-        },
+        position: Vector::new(height, 0.0, 0.0),
+        velocity: along(states.velocities[i as usize][k]),
         acceleration: along(world.accelerations[i as usize][k]),
         boundary: Boundary::Plane,
     }
@@ -224,4 +242,13 @@ pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall,
 /// How far a flight leads in some time, at most `[length]`.
 pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 {
     (velocity.norm() + 0.5 * acceleration.norm() * time) * time
+}
+
+/// The same along each axis: 0 for ever where nothing moves `[length]`.
+pub(super) fn reach_along(velocity: &Vector, acceleration: &Vector, time: f64) -> Vector {
+    Vector::from_fn(|k, _| {
+        let (v, a) = (velocity[k].abs(), acceleration[k].abs());
+        let from_speed = if v > 0.0 { v * time } else { 0.0 };
+        from_speed + if a > 0.0 { 0.5 * a * time * time } else { 0.0 }
+    })
 }

@@ -2,9 +2,8 @@
 
 use super::contact::Contact;
 use crate::Vector;
-use crate::interaction::rules::{Rules, Steps};
 use crate::potential::Potential;
-use crate::scene::{InteractionId, Scene, SpeciesId};
+use crate::scene::{Interaction, InteractionId, ParticleId, Scene, Species};
 use crate::simulation::States;
 use crate::space::{Boundary, Face};
 use std::collections::BTreeMap;
@@ -30,14 +29,12 @@ impl Wall {
 #[derive(Debug)]
 pub(super) struct World {
     scene: Scene,
-    rules: Rules,
-    species: Vec<u16>,
     pub inverse_masses: Vec<f64>,
     pub accelerations: Vec<Vector>,
     /// Ids of the particles that move.
     pub moving: Vec<u32>,
     /// Interactions of bonded pairs, lower id first.
-    pub bonds: BTreeMap<(u32, u32), u16>,
+    pub bonds: BTreeMap<(u32, u32), InteractionId>,
     pub walls: Vec<Wall>,
     /// Edges of periodic axes, 0 for others `[length]`.
     pub periods: Vector,
@@ -54,23 +51,22 @@ pub(super) struct World {
     pub has_states: bool,
     /// Whether species are bonded, so that pairs are in another state however far apart they are.
     pub holds_all_pairs: bool,
-    pub has_contact_time: bool,
+    pub contact_time: Option<f64>,
 }
 
 impl World {
     pub fn new(scene: &Scene) -> Self {
-        let rules = Rules::new(scene);
-        let species: Vec<u16> = scene.particles.iter().map(|p| p.species.0 as u16).collect();
-        let of = |id: &u16| rules.species[usize::from(*id)];
+        let species: Vec<&Species> =
+            (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();
         let bonds = scene.bonds.iter().map(|bond| {
             let [a, b] = bond.pair.map(|id| id.0);
-            ((a.min(b), a.max(b)), bond.interaction.0 as u16)
+            ((a.min(b), a.max(b)), bond.interaction)
         });
         let potentials = scene.table.iter().flatten().map(|id| &scene.interactions[id.0 as usize].potential);
         Self {
-            inverse_masses: species.iter().map(|id| of(id).inverse_mass).collect(),
-            accelerations: species.iter().map(|id| of(id).acceleration).collect(),
-            moving: (0..).zip(&species).filter(|(_, id)| !of(id).is_static()).map(|(i, _)| i).collect(),
+            inverse_masses: species.iter().map(|species| species.mass.recip()).collect(),
+            accelerations: species.iter().map(|species| species.acceleration).collect(),
+            moving: (0..).zip(&species).filter(|(_, species)| !species.is_static()).map(|(i, _)| i).collect(),
             bonds: bonds.collect(),
             walls: walls(scene),
             periods: scene.space.periods().map(|period| if period.is_finite() { period } else { 0.0 }),
@@ -81,10 +77,8 @@ impl World {
             farthest_wall: walls(scene).iter().map(|wall| wall.at.abs()).fold(0.0, f64::max),
             has_states: potentials.clone().any(|potential| *potential.accessible_states().end() > 0),
             holds_all_pairs: potentials.clone().any(Potential::is_bond),
-            has_contact_time: scene.contact_time.is_some(),
+            contact_time: scene.contact_time,
             scene: scene.clone(),
-            species,
-            rules,
         }
     }
 
@@ -99,18 +93,15 @@ impl World {
 
     /// Half the diameter `[length]`.
     pub fn radius(&self, i: u32) -> f64 {
-        self.rules.species[usize::from(self.species[i as usize])].radius
+        0.5 * self.scene.species_of(ParticleId(i)).diameter
     }
 
     /// The interaction of a pair.
-    pub fn interaction(&self, i: u32, j: u32) -> Option<u16> {
-        if !self.bonds.is_empty()
-            && let Some(&bond) = self.bonds.get(&(i.min(j), i.max(j)))
-        {
-            return Some(bond);
-        }
-        let species = |i: u32| SpeciesId(u32::from(self.species[i as usize]));
-        self.scene.interaction_of(species(i), species(j)).map(|id: InteractionId| id.0 as u16)
+    pub fn interaction(&self, i: u32, j: u32) -> Option<&Interaction> {
+        let bond = if self.bonds.is_empty() { None } else { self.bonds.get(&(i.min(j), i.max(j))).copied() };
+        let species = |i: u32| self.scene.particles[i as usize].species;
+        let id = bond.or_else(|| self.scene.interaction_of(species(i), species(j)))?;
+        self.scene.interactions.get(id.0 as usize)
     }
 
     pub fn is_bonded(&self, i: u32, j: u32) -> bool {
@@ -128,24 +119,14 @@ impl World {
         self.walls.iter().find(|wall| wall.axis == axis && wall.is_upper == is_upper).copied()
     }
 
-    pub fn steps(&self, interaction: u16) -> &Steps {
-        &self.rules.steps[usize::from(interaction)]
-    }
-
     /// Whether a pair of moving or bonded particles can be in a state.
-    pub fn has_state(&self, i: u32, j: u32, state: u16) -> bool {
-        let count = self.species.len();
+    pub fn has_state(&self, i: u32, j: u32, state: usize) -> bool {
+        let count = self.scene.particles.len();
         let exist = i != j && (i as usize) < count && (j as usize) < count;
         exist
-            && self.interaction(i, j).is_some_and(|interaction| {
-                let potential = &self.scene.interactions[usize::from(interaction)].potential;
-                potential.accessible_states().contains(&usize::from(state))
-            })
-    }
-
-    /// The state that a distance means at the start.
-    pub fn state_at(&self, interaction: u16, distance: f64) -> u16 {
-        self.scene.interactions[usize::from(interaction)].potential.state_at(distance) as u16
+            && self
+                .interaction(i, j)
+                .is_some_and(|interaction| interaction.potential.accessible_states().contains(&state))
     }
 
     /// `r_i - r_j` of the nearest images, wherever they are.
@@ -166,23 +147,34 @@ impl World {
         apart
     }
 
-    /// The images of a separation that come within `reach` along every axis.
-    pub fn images(&self, nearest: &Vector, reach: f64) -> Vec<Vector> {
-        let mut images = vec![*nearest];
-        for k in (0..3).filter(|&k| self.periods[k] > 0.0) {
+    /// The images of a separation that come within `reach` along each axis; `None` if they are more than `most`.
+    ///
+    /// Their number is known before there is room for them: a flight that is long enough passes more than any memory holds.
+    pub fn images(&self, nearest: &Vector, reach: &Vector, most: f64) -> Option<Vec<Vector>> {
+        let periodic = || (0..3).filter(|&k| self.periods[k] > 0.0);
+        let ends = |k: usize| {
             let period = self.periods[k];
-            let first = ((-reach - nearest[k]) / period).ceil() as i64;
-            let last = ((reach - nearest[k]) / period).floor() as i64;
+            [((-reach[k] - nearest[k]) / period).ceil(), ((reach[k] - nearest[k]) / period).floor()]
+        };
+        let count: f64 = periodic().map(ends).map(|[first, last]| (last - first + 1.0).max(0.0)).product();
+        if count.is_nan() || count > most {
+            return None;
+        }
+        let mut images = vec![*nearest];
+        for k in periodic() {
+            let [first, last] = ends(k);
+            let numbers: Vec<f64> =
+                std::iter::successors(Some(first), |n| Some(n + 1.0)).take_while(|n| *n <= last).collect();
             let of = |image: Vector| {
-                (first..=last).map(move |n| {
+                numbers.iter().map(move |n| {
                     let mut image = image;
-                    image[k] += n as f64 * period;
+                    image[k] += n * self.periods[k];
                     image
                 })
             };
             images = images.into_iter().flat_map(of).collect();
         }
-        images
+        Some(images)
     }
 
     /// Whether a position is where the engine keeps particles: along periodic axes within the box to half a period.

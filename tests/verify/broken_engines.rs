@@ -91,3 +91,14 @@ fn a_missing_wall_misses_contacts() {
     short.run.limit = Limit::events(10);
     assert!(matches!(fault(&short, open), Fault::Unknown { .. }));
 }
+
+#[test]
+fn a_wrong_contact_time_leaves_wrong_speeds() {
+    let with = |time: &str| {
+        let text = FLUID.replace("potential = \"hard-sphere\"", "potential = \"hard-sphere\"\nrestitution = 0.5");
+        text.replace("[run]", &format!("[dynamics]\ncontact_time = {time}\n[run]"))
+    };
+    let longer = changed(&with("0.01"), "contact_time = 0.01", "contact_time = 0.011");
+    let found = fault(&longer, scene(&with("0.01")));
+    assert!(matches!(found, Fault::WrongNumbers { quantity: Quantity::Dissipation, .. }), "{found:?}");
+}

@@ -1,6 +1,8 @@
 //! The proof of runs: what is right is proven, and whatever is wrong is found.
 
 mod broken_engines;
+mod endings;
+mod imports;
 mod scenes;
 mod tampered_events;
 

@@ -1,5 +1,6 @@
 //! Scenes of every kind are proven.
 
+use carom::scene::Scene;
 use carom::verify::{Certificate, End, Verifier};
 
 use crate::{FLUID, Recording, WELL, config, prove, scene};
@@ -215,4 +216,58 @@ fn an_arrest_ends_the_proof_with_what_was_proven() {
     assert!(matches!(certificate.end, End::Arrested(_)), "{certificate:?}");
     assert!(!certificate.is_proven());
     assert!(certificate.counts.wall > 10);
+}
+
+#[test]
+fn a_capture_by_a_deep_well_is_proven_though_it_makes_the_pair_fast() {
+    for depth in ["1e2", "1e5", "1e8"] {
+        for masses in ["1.0", "0.3", "1e-3"] {
+            let text = WELL.replace("mass = 1.0", &format!("mass = {masses}"));
+            let text = text.replace("well_depth = 1.0", &format!("well_depth = {depth}")).replace("256", "32");
+            assert_proven(depth, &prove(scene(&text), 0, 1000), 1000);
+        }
+    }
+}
+
+#[test]
+fn what_a_heavy_particle_gives_to_a_light_one_is_proven() {
+    for (mass, velocity) in [("1e-12", 1.0), ("1e-6", 1.0), ("1e6", 1.0), ("1e12", 1.0), ("0.1", 1e9)] {
+        let text = format!(
+            "[space]\nsize = [5.0, 5.0, 5.0]\n[[species]]\nname = \"A\"\nmass = 0.7\ndiameter = 1.0\n[[species]]\nname = \"B\"\n\
+             mass = {mass}\ndiameter = 1.0\n[[interaction]]\nspecies = [\"A\", \"A\"]\npotential = \"hard-sphere\"\n\
+             [[interaction]]\nspecies = [\"A\", \"B\"]\npotential = \"square-well\"\nlambda = 1.3\nwell_depth = 3.0\n\
+             [[interaction]]\nspecies = [\"B\", \"B\"]\npotential = \"hard-sphere\"\n[[particle]]\nspecies = \"A\"\n\
+             position = [0.5, 0.5, 0.5]\nvelocity = [{velocity}, 0.3, 0.2]\n[[particle]]\nspecies = \"B\"\n\
+             position = [2.0, 0.6, 0.4]\nvelocity = [0.0, 0.0, 0.0]\n[[particle]]\nspecies = \"A\"\n\
+             position = [2.0, 2.6, 3.4]\nvelocity = [-0.3, 0.1, 0.7]\n[run]\nuntil_events = 10000\n"
+        );
+        assert_proven(mass, &prove(scene(&text), 0, 2000), 2000);
+    }
+}
+
+/// Two species that share a deep well, in a small box.
+fn deep(depth: &str) -> Scene {
+    let text = WELL.replace("well_depth = 1.0", &format!("well_depth = {depth}"));
+    scene(&text.replace("256", "8"))
+}
+
+#[test]
+fn wells_that_make_particles_go_round_the_box_at_once_are_proven_or_refused_without_a_panic() {
+    // At 1e16 positions still have eight digits; at 1e20 and beyond they have none that tell anything.
+    for depth in ["1e12", "1e16", "1e20", "1e30", "1e49"] {
+        let certificate = prove(deep(depth), 0, 300);
+        let is_proven = certificate.is_proven() && certificate.counts.events() == 300;
+        assert!(is_proven || depth.len() > 4 || depth > "1e16", "{depth}: {certificate:?}");
+    }
+}
+
+#[test]
+fn a_caller_who_wants_no_more_ends_the_proof_between_two_events() {
+    let mut asked = 0;
+    let certificate =
+        carom::verify::verify(deep("1e12"), carom::verify::Stretch { from: 0, events: 1000 }, &mut |_| {
+            asked += 1;
+            if asked > 3 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+        });
+    assert_eq!(certificate.end, End::Interrupted);
 }

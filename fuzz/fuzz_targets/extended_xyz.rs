@@ -1,0 +1,26 @@
+//! Bytes as extended XYZ: refused with a message or read, and what was read is written and read again as the same.
+#![no_main]
+
+use carom::output::Frame;
+use carom::output::extended_xyz::{FrameReader, write_frame};
+use libfuzzer_sys::fuzz_target;
+
+/// Frames of one input.
+const MOST: usize = 8;
+
+fn read(bytes: &[u8]) -> Vec<Frame> {
+    FrameReader::new(bytes).take(MOST).map_while(Result::ok).collect()
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    for frame in read(bytes) {
+        let mut written = Vec::new();
+        if write_frame(&mut written, &frame).is_err() {
+            continue;
+        }
+        let again = read(&written);
+        let [again] = &again[..] else { panic!("written, but not read again: {}", String::from_utf8_lossy(&written)) };
+        // Numbers that are none differ from themselves.
+        assert_eq!(format!("{:?}", frame.particles), format!("{:?}", again.particles));
+    }
+});

@@ -1,0 +1,280 @@
+//! Scenes at random, as text: every kind of box, species, potential, bond and start, from usual to absurd.
+
+use std::fmt::Write;
+
+/// A random number generator that the scenes of a seed never depend on anything else by (SplitMix64).
+#[derive(Debug, Clone)]
+pub struct Dice(u64);
+
+impl Dice {
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Evenly between 0 and 1.
+    pub fn uniform(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        (self.bits() % count as u64) as usize
+    }
+
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.uniform() < probability
+    }
+
+    pub fn pick<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[self.below(choices.len())]
+    }
+
+    /// Spread over powers of ten.
+    fn power(&mut self, low: f64, high: f64) -> f64 {
+        10_f64.powf(self.between(low, high))
+    }
+
+    /// About normal: the sum of four even ones.
+    fn normal(&mut self) -> f64 {
+        (0..4).map(|_| self.uniform() - 0.5).sum::<f64>() * 3_f64.sqrt()
+    }
+}
+
+struct Species {
+    diameter: f64,
+    is_static: bool,
+}
+
+/// What all parts of a scene share.
+struct Shape {
+    dimensions: usize,
+    size: [f64; 3],
+    /// Unit of lengths, times and velocities.
+    length: f64,
+    speed: f64,
+    is_usual: bool,
+    /// Whether positions and velocities are multiples of simple fractions, so that much happens at once.
+    is_even: bool,
+    is_invalid: bool,
+}
+
+/// The scene of a seed.
+pub fn scene(seed: u64) -> String {
+    written(seed, false)
+}
+
+/// A scene of usual sizes and masses, without overlaps at the start and without chosen coincidences.
+pub fn usual(seed: u64) -> String {
+    written(seed, true)
+}
+
+fn written(seed: u64, is_usual: bool) -> String {
+    let mut dice = Dice::new(seed);
+    let dice = &mut dice;
+    let dimensions = dice.pick(&[1, 2, 2, 3, 3, 3]);
+    let is_extreme = dice.chance(0.15) && !is_usual;
+    let length = if is_extreme { dice.power(-8.0, 8.0) } else { 1.0 };
+    let speed = if is_extreme { dice.power(-8.0, 8.0) } else { 1.0 };
+    let edge = |dice: &mut Dice| {
+        length * if dice.chance(0.1) && !is_usual { dice.power(1.5, 4.0) } else { dice.between(2.5, 9.0) }
+    };
+    let size = std::array::from_fn(|k| if k < dimensions { edge(dice) } else { 0.0 });
+    let shape = Shape {
+        dimensions,
+        size,
+        length,
+        speed,
+        is_usual,
+        is_even: dice.chance(0.15) && !is_usual,
+        is_invalid: dice.chance(0.2) && !is_usual,
+    };
+    let mut text = format!("name = \"random\"\nseed = {seed}\n");
+    if shape.is_invalid {
+        text += "allow_invalid_start = true\n";
+    }
+    space(&mut text, dice, &shape);
+    dynamics(&mut text, dice, &shape);
+    let species = all_species(&mut text, dice, &shape);
+    let bond = interactions(&mut text, dice, &shape, &species);
+    particles(&mut text, dice, &shape, &species, bond);
+    // Some thousand mean free paths: those that meet nobody are not waited for.
+    let until_time = 300.0 * length / speed;
+    let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
+    text
+}
+
+fn space(text: &mut String, dice: &mut Dice, shape: &Shape) {
+    let _ = writeln!(text, "[space]\nsize = {:?}", shape.size);
+    for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        let restitution = dice.pick(&[1.0, 1.0, 0.9, 0.37, 0.0]);
+        let boundary = match dice.below(8) {
+            _ if k >= shape.dimensions => "\"flat\"".to_owned(),
+            0..=3 => "\"periodic\"".to_owned(),
+            4 => "\"open\"".to_owned(),
+            5 => format!("{{ lower = \"wall\", upper = \"open\", restitution = {restitution} }}"),
+            _ => format!("{{ lower = \"wall\", upper = \"wall\", restitution = {restitution} }}"),
+        };
+        let _ = writeln!(text, "{axis} = {boundary}");
+    }
+}
+
+/// A vector along the axes that are not flat.
+fn vector(shape: &Shape, mut component: impl FnMut(usize) -> f64) -> [f64; 3] {
+    std::array::from_fn(|k| if k < shape.dimensions { component(k) } else { 0.0 })
+}
+
+fn dynamics(text: &mut String, dice: &mut Dice, shape: &Shape) {
+    let mut keys = String::new();
+    if dice.chance(0.3) {
+        let unit = shape.speed * shape.speed / shape.length * dice.pick(&[0.03, 1.0, 10.0]);
+        let gravity = vector(shape, |_| if dice.chance(0.5) { unit * dice.normal() } else { 0.0 });
+        let _ = writeln!(keys, "gravity = {gravity:?}");
+    }
+    if dice.chance(0.3) {
+        let _ = writeln!(keys, "contact_time = {:?}", dice.power(-6.0, -0.5) * shape.length / shape.speed);
+    }
+    if !keys.is_empty() {
+        *text += &format!("[dynamics]\n{keys}");
+    }
+}
+
+fn all_species(text: &mut String, dice: &mut Dice, shape: &Shape) -> Vec<Species> {
+    let mut all = Vec::new();
+    for k in 0..1 + dice.below(3) {
+        let mass = if dice.chance(0.15) && !shape.is_usual {
+            dice.power(-10.0, 10.0)
+        } else {
+            dice.pick(&[1.0, 0.1, 0.3, 0.7, 3.0, 10.0])
+        };
+        let diameter = shape.length * dice.pick(&[1.0, 1.0, 0.7, 0.31, 1.3]);
+        let _ = write!(text, "[[species]]\nname = \"S{k}\"\nmass = {mass:?}\ndiameter = {diameter:?}\n");
+        if dice.chance(0.08) {
+            let unit = shape.speed * shape.speed / shape.length;
+            let _ = writeln!(text, "acceleration = {:?}", vector(shape, |_| unit * dice.normal()));
+        }
+        all.push(Species { diameter, is_static: false });
+    }
+    if dice.chance(0.4) {
+        let diameter = shape.length * dice.pick(&[1.0, 0.5, 1.7]);
+        let _ = write!(text, "[[species]]\nname = \"S{}\"\nstatic = true\ndiameter = {diameter:?}\n", all.len());
+        all.push(Species { diameter, is_static: true });
+    }
+    all
+}
+
+/// The interactions of all pairs of species; whether there is one of bonds.
+fn interactions(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species]) -> bool {
+    // Energies are compared with masses of about 1 at the scene's speed.
+    let energy =
+        shape.speed * shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(0.0, 8.0) } else { 1.0 };
+    for a in 0..species.len() {
+        for b in a..species.len() {
+            if species[a].is_static && species[b].is_static {
+                continue;
+            }
+            let mean = 0.5 * (species[a].diameter + species[b].diameter);
+            let _ = writeln!(text, "[[interaction]]\nspecies = [\"S{a}\", \"S{b}\"]");
+            let depth = energy * dice.pick(&[1.0, 0.3, 0.05, 2.7]);
+            let model = match dice.below(10) {
+                0..=2 => "potential = \"hard-sphere\"".to_owned(),
+                3 | 4 => format!("potential = \"square-well\"\nlambda = 1.2\nwell_depth = {depth:?}"),
+                5 => format!("potential = \"square-shoulder\"\nlambda = 1.15\nheight = {depth:?}"),
+                6 => format!("potential = \"penetrable\"\nheight = {:?}", depth * dice.pick(&[1.0, -1.0])),
+                7 => format!(
+                    "potential = \"stepped-lennard-jones\"\nwell_depth = {depth:?}\ncutoff = {:?}\nsteps = {}\ncore_energy = {:?}",
+                    1.3 * mean,
+                    1 + dice.below(6),
+                    10.0 * depth
+                ),
+                8 => {
+                    let radii: Vec<f64> = [1.25, 1.2, 1.1, 1.0, 0.5].iter().map(|r| r * mean).collect();
+                    let energies: Vec<f64> = (0..4).map(|_| depth * dice.normal()).collect();
+                    let last = if dice.chance(0.5) { "inf".to_owned() } else { format!("{:?}", depth * dice.normal()) };
+                    let [a, b, c, d] = energies[..] else { unreachable!() };
+                    format!(
+                        "potential = \"stepped\"\nradii = {radii:?}\nenergies = [0.0, {a:?}, {b:?}, {c:?}, {d:?}, {last}]"
+                    )
+                }
+                _ => "potential = \"none\"".to_owned(),
+            };
+            let _ = writeln!(text, "{model}");
+            let has_barrier = !(model.contains("none") || model.contains("penetrable"));
+            if has_barrier && dice.chance(0.4) {
+                let _ = writeln!(text, "restitution = {:?}", dice.pick(&[0.9, 0.5, 0.99, 0.0, 1e-3]));
+            }
+        }
+    }
+    let has_bond = dice.chance(0.3);
+    if has_bond {
+        let (shortest, longest) = (0.4 * shape.length, shape.length * dice.pick(&[1.2, 1.25]));
+        let _ = write!(
+            text,
+            "[[interaction]]\nname = \"link\"\npotential = \"bond\"\nshortest = {shortest:?}\nlongest = {longest:?}\n"
+        );
+        if dice.chance(0.3) {
+            let _ = writeln!(text, "restitution = {:?}", dice.pick(&[0.9, 0.3]));
+        }
+    }
+    has_bond
+}
+
+fn particles(text: &mut String, dice: &mut Dice, shape: &Shape, species: &[Species], has_bond: bool) {
+    let count = 1 + dice.below(if shape.dimensions == 1 { 8 } else { 30 });
+    let lattice = if shape.is_even { 0.25 * shape.length } else { 0.0 };
+    let even = |x: f64, step: f64| if step > 0.0 { (x / step).round() * step } else { x };
+    let mut placed: Vec<([f64; 3], usize)> = Vec::new();
+    let mut bonds = String::new();
+    for _ in 0..count {
+        let kind = dice.below(species.len());
+        let mut place = [0.0; 3];
+        // A bonded one next to the last, along x.
+        let partner = placed.last().copied().filter(|_| has_bond && dice.chance(0.4));
+        let is_free = (0..60).any(|_| {
+            place = match partner {
+                Some((last, _)) => {
+                    let mut place = last;
+                    let step = shape.length * dice.between(1.05, 1.15);
+                    place[dice.below(shape.dimensions)] += step * dice.pick(&[1.0, -1.0]);
+                    place
+                }
+                None => vector(shape, |k| even(dice.between(0.01, 0.99) * shape.size[k], lattice)),
+            };
+            let margin = 0.5 * species[kind].diameter;
+            let is_inside = (0..shape.dimensions).all(|k| place[k] >= margin && place[k] <= shape.size[k] - margin);
+            let is_clear = placed.iter().all(|(other, of)| {
+                let apart: f64 = (0..3).map(|k| (place[k] - other[k]).powi(2)).sum::<f64>().sqrt();
+                apart >= 0.505 * (species[kind].diameter + species[*of].diameter)
+            });
+            shape.is_invalid && partner.is_none() && dice.chance(0.3) || is_inside && is_clear
+        });
+        if !is_free {
+            continue;
+        }
+        let _ = write!(text, "[[particle]]\nspecies = \"S{kind}\"\nposition = {place:?}\n");
+        if !species[kind].is_static {
+            let width = shape.speed * if dice.chance(0.05) && !shape.is_usual { dice.power(-3.0, 3.0) } else { 1.0 };
+            let is_at_rest = dice.chance(0.1);
+            let lattice = if shape.is_even { 0.5 * shape.speed } else { 0.0 };
+            let velocity = vector(shape, |_| if is_at_rest { 0.0 } else { even(width * dice.normal(), lattice) });
+            let _ = writeln!(text, "velocity = {velocity:?}");
+        }
+        if let Some((_, of)) = partner
+            && !(species[kind].is_static && species[of].is_static)
+        {
+            let last = placed.len();
+            let _ = write!(bonds, "[[bond]]\nparticles = [{}, {last}]\ninteraction = \"link\"\n", last - 1);
+        }
+        placed.push((place, kind));
+    }
+    *text += &bonds;
+}

@@ -1,0 +1,93 @@
+//! Scenes at random: each is refused with a message or runs, and what has run is proven by the verifier.
+//!
+//! `CAROM_FUZZ_SCENES` is the number of scenes (200 unless given), `CAROM_FUZZ_SEED` the first of their seeds (1):
+//!
+//! ```text
+//! CAROM_FUZZ_SCENES=50000 cargo test --release --test random_scenes -- --nocapture
+//! ```
+
+mod generator;
+mod metamorphic;
+
+use std::ops::ControlFlow;
+use std::panic::catch_unwind;
+
+use carom::scene::Scene;
+use carom::verify::{Certificate, End, Fault, Stretch, Violation, verify};
+
+/// Events that are proven of each scene.
+const EVENTS: u64 = 150;
+
+fn setting(name: &str, usual: u64) -> u64 {
+    std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
+}
+
+/// What became of a scene.
+#[derive(Debug, Default)]
+struct Count {
+    refused: usize,
+    proven: usize,
+    arrested: usize,
+    without_digits: usize,
+    events: u64,
+}
+
+/// What is wrong with a proof, if anything is.
+fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
+    count.events += certificate.counts.events();
+    match certificate.end {
+        // The numbers have no digits left: the verifier says so, and claims nothing.
+        End::Violated(Violation { fault: Fault::TooFast { .. }, .. }) => count.without_digits += 1,
+        End::Violated(violation) => return Some(format!("{violation:?}")),
+        End::Arrested(_) => count.arrested += 1,
+        _ => count.proven += 1,
+    }
+    None
+}
+
+fn judge(text: &str, count: &mut Count) -> Option<String> {
+    let Ok(scene) = Scene::from_toml(text, "random.toml") else {
+        count.refused += 1;
+        return None;
+    };
+    let proof = catch_unwind(|| verify(scene, Stretch { from: 0, events: EVENTS }, &mut |_| ControlFlow::Continue(())));
+    match proof {
+        Ok(certificate) => objection(&certificate, count),
+        Err(panic) => {
+            let words = panic.downcast_ref::<String>().cloned();
+            Some(format!(
+                "panic: {}",
+                words.or(panic.downcast_ref::<&str>().map(|s| (*s).to_owned())).unwrap_or_default()
+            ))
+        }
+    }
+}
+
+#[test]
+fn whatever_runs_is_proven() {
+    let (first, scenes) = (setting("CAROM_FUZZ_SEED", 1), setting("CAROM_FUZZ_SCENES", 200));
+    let is_told = std::env::var_os("CAROM_FUZZ_TELL").is_some();
+    let (mut count, mut objections) = (Count::default(), Vec::new());
+    for seed in first..first + scenes {
+        if is_told {
+            eprintln!("{seed}");
+        }
+        let text = generator::scene(seed);
+        if let Some(words) = judge(&text, &mut count) {
+            eprintln!("seed {seed}: {words}");
+            objections.push((seed, words));
+        }
+    }
+    println!("{count:?}");
+    if let Some((seed, _)) = objections.first() {
+        panic!("{} of {scenes} scenes; the first is {seed}:\n{}", objections.len(), generator::scene(*seed));
+    }
+    let ran = count.proven + count.arrested;
+    assert!(2 * ran as u64 > scenes, "most scenes are there to run: {count:?}");
+}
+
+#[test]
+fn a_seed_has_one_scene() {
+    assert_eq!(generator::scene(7), generator::scene(7));
+    assert_ne!(generator::scene(7), generator::scene(8));
+}

@@ -1,0 +1,239 @@
+//! What changes no physics: where a stretch ends, far-off spheres, a mirror, a shift, units of powers of two, the numbers of the
+//! particles. Each is done to scenes at random, and the events are compared.
+
+use carom::event::{Event, EventKind};
+use carom::potential::Potential;
+use carom::scene::{Particle, ParticleId, Scene};
+use carom::simulation::{Simulation, Snapshot, Until};
+use carom::space::Boundary;
+
+use crate::generator::{self, Dice};
+
+/// Scenes of each comparison.
+const SCENES: u64 = 60;
+/// Events that are compared where rounding differs: a difference grows by a factor of ten or so with each event of a particle.
+const FEW: u64 = 20;
+/// What 1e-15 grows to by then, far less than the time between two events.
+const TOLERANCE: f64 = 1e-7;
+
+/// The scenes of the first seeds that can be built.
+fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
+    let built = |seed| {
+        let text = generator::usual(seed);
+        Scene::from_toml(text.clone(), "random.toml").ok().map(|scene| (seed, text, scene))
+    };
+    (1000..).filter_map(built).take(SCENES as usize)
+}
+
+/// The first events, until a collapse or the time of the scene.
+fn events(scene: &Scene, most: u64) -> Vec<Event> {
+    let mut events = Vec::new();
+    let time = scene.run.limit.time.unwrap_or(f64::INFINITY);
+    let _ = Simulation::new(scene.clone()).advance_with(Until { time, events: most }, |event| events.push(*event));
+    events
+}
+
+/// Who took part, by other numbers, the lower one first.
+fn who(event: &Event, number: &impl Fn(ParticleId) -> u32) -> (u32, Option<u32>) {
+    match event.partner {
+        Some(partner) => {
+            let (a, b) = (number(event.particle), number(partner));
+            (a.min(b), Some(a.max(b)))
+        }
+        None => (number(event.particle), None),
+    }
+}
+
+/// How many events agree, up to two that are too close to each other for rounding to order them.
+fn agreeing(seed: u64, ours: &Scene, theirs: &Scene, number: impl Fn(ParticleId) -> u32, is_mirror: bool) -> usize {
+    let (ours, theirs) = (events(ours, FEW), events(theirs, FEW));
+    for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
+        if ours.get(k + 1).is_some_and(|next| next.time - a.time < TOLERANCE) {
+            return k;
+        }
+        let kind = match b.kind {
+            EventKind::Wall { axis: 0, is_upper } if is_mirror => EventKind::Wall { axis: 0, is_upper: !is_upper },
+            kind => kind,
+        };
+        let same = a.kind == kind && who(a, &|id| id.0) == who(b, &number);
+        assert!(same, "seed {seed}, event {k}: {a:?} {b:?}");
+        assert!((a.time - b.time).abs() < TOLERANCE, "seed {seed}, event {k}: {a:?} {b:?}");
+        let scale = 1.0 + a.impulse.abs();
+        assert!(
+            (a.impulse.abs() - b.impulse.abs()).abs() < 1e3 * TOLERANCE * scale,
+            "seed {seed}, event {k}: {a:?} {b:?}"
+        );
+    }
+    assert_eq!(ours.len(), theirs.len(), "seed {seed}");
+    ours.len()
+}
+
+fn compare(change: impl Fn(&mut Scene, &mut Dice) -> Vec<u32>, is_mirror: bool) {
+    let mut all = 0;
+    for (seed, _, scene) in scenes() {
+        let mut changed = scene.clone();
+        let numbers = change(&mut changed, &mut Dice::new(seed));
+        let number = |id: ParticleId| numbers.get(id.0 as usize).copied().unwrap_or(id.0);
+        all += agreeing(seed, &scene, &changed, number, is_mirror);
+    }
+    assert!(all as u64 > 4 * SCENES, "{all} events compared");
+}
+
+#[test]
+fn a_mirrored_scene_has_mirrored_events() {
+    let mirror = |scene: &mut Scene, _: &mut Dice| {
+        scene.space.lower.x = -scene.space.upper().x;
+        if let Boundary::Bounded { lower, upper } = &mut scene.space.boundary[0] {
+            std::mem::swap(lower, upper);
+        }
+        scene.species.iter_mut().for_each(|species| species.acceleration.x *= -1.0);
+        for particle in &mut scene.particles {
+            particle.position.x *= -1.0;
+            particle.velocity.x *= -1.0;
+        }
+        Vec::new()
+    };
+    compare(mirror, true);
+}
+
+#[test]
+fn a_shifted_scene_has_the_same_events() {
+    let shift = |scene: &mut Scene, dice: &mut Dice| {
+        let by = carom::Vector::from_fn(|_, _| dice.between(-3.0, 3.0));
+        scene.space.lower += by;
+        for Particle { position, .. } in &mut scene.particles {
+            *position += by;
+        }
+        // On flat axes exactly in the plane.
+        for k in (0..3).filter(|&k| scene.space.boundary[k] == Boundary::Flat) {
+            let plane = scene.space.lower[k];
+            scene.particles.iter_mut().for_each(|particle| particle.position[k] = plane);
+        }
+        Vec::new()
+    };
+    compare(shift, false);
+}
+
+#[test]
+fn a_renumbered_scene_has_the_same_events() {
+    let renumber = |scene: &mut Scene, dice: &mut Dice| {
+        let count = scene.particles.len();
+        // `old[new]`, and the other way round.
+        let mut old: Vec<u32> = (0..).take(count).collect();
+        for k in (1..count).rev() {
+            old.swap(k, dice.below(k + 1));
+        }
+        let mut new = vec![0; count];
+        for (number, &id) in (0..).zip(&old) {
+            new[id as usize] = number;
+        }
+        scene.particles = old.iter().map(|&id| scene.particles[id as usize]).collect();
+        for bond in &mut scene.bonds {
+            let [a, b] = bond.pair.map(|id| new[id.0 as usize]);
+            bond.pair = [ParticleId(a.min(b)), ParticleId(a.max(b))];
+        }
+        scene.bonds.sort_by_key(|bond| bond.pair);
+        old
+    };
+    compare(renumber, false);
+}
+
+#[test]
+fn spheres_far_away_change_no_event() {
+    let mut all = 0;
+    let mut changed_scenes = 0;
+    for (seed, text, scene) in scenes() {
+        let Some(axis) = (0..3).find(|&k| matches!(scene.space.boundary[k], Boundary::Bounded { .. })) else {
+            continue;
+        };
+        let mut text = text + "[[species]]\nname = \"far\"\nstatic = true\ndiameter = 1.0\n";
+        for species in scene.species.iter().filter(|species| !species.is_static()) {
+            text +=
+                &format!("[[interaction]]\nspecies = [\"{}\", \"far\"]\npotential = \"hard-sphere\"\n", species.name);
+        }
+        let is_closed = |face| matches!(face, carom::space::Face::Wall { .. });
+        let Boundary::Bounded { upper, .. } = scene.space.boundary[axis] else { continue };
+        // Just behind a wall, or where nobody comes in a few events.
+        let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
+        let mut place = carom::Vector::zeros();
+        place[axis] = scene.space.size[axis] + beyond;
+        text += &format!("[[particle]]\nspecies = \"far\"\nposition = {:?}\n", <[f64; 3]>::from(place));
+        let far = Scene::from_toml(text, "random.toml").unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        all += agreeing(seed, &scene, &far, |id| id.0, false);
+        changed_scenes += 1;
+    }
+    assert!(all > 4 * changed_scenes && changed_scenes > 10, "{all} events of {changed_scenes} scenes compared");
+}
+
+/// A scene in other units: lengths, times and masses times powers of two, which rounds nothing.
+fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
+    let (speed, energy) = (length / time, mass * length * length / (time * time));
+    let mut scaled = scene.clone();
+    scaled.space.lower *= length;
+    scaled.space.size *= length;
+    for species in &mut scaled.species {
+        species.mass *= mass;
+        species.diameter *= length;
+        species.acceleration *= length / (time * time);
+    }
+    for interaction in &mut scaled.interactions {
+        let of = |values: &[f64], unit: f64| values.iter().map(|value| value * unit).collect();
+        let potential = &interaction.potential;
+        interaction.potential =
+            Potential::new(of(potential.radii(), length), of(potential.energies(), energy)).unwrap();
+    }
+    for particle in &mut scaled.particles {
+        particle.position *= length;
+        particle.velocity *= speed;
+    }
+    scaled.contact_time = scaled.contact_time.map(|t| t * time);
+    scaled.run.limit.time = scaled.run.limit.time.map(|t| t * time);
+    scaled
+}
+
+#[test]
+fn units_of_powers_of_two_change_no_bit() {
+    for (seed, _, scene) in scenes() {
+        let units = [0.125, 2.0, 32.0];
+        let [length, time, mass] = units;
+        let (ours, theirs) = (events(&scene, 200), events(&scaled(&scene, units), 200));
+        assert_eq!(ours.len(), theirs.len(), "seed {seed}");
+        for (k, (a, b)) in ours.iter().zip(&theirs).enumerate() {
+            let same = a.kind == b.kind
+                && (a.particle, a.partner) == (b.particle, b.partner)
+                && a.time * time == b.time
+                && a.impulse * (mass * length / time) == b.impulse
+                && a.positions.map(|r| r * length) == b.positions
+                && a.after.map(|v| v * (length / time)) == b.after;
+            assert!(same, "seed {seed}, event {k}: {a:?} {b:?}");
+        }
+    }
+}
+
+/// Everything at the end of a stretch.
+fn end(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> (Snapshot, u64) {
+    let mut simulation = Simulation::new(scene.clone());
+    for until in stretches {
+        if simulation.advance(until).is_err() {
+            break;
+        }
+    }
+    (simulation.snapshot(), simulation.tally().physical())
+}
+
+#[test]
+fn a_limit_by_time_and_one_by_events_end_in_the_same_state() {
+    for (seed, _, scene) in scenes() {
+        let limit = scene.run.limit.time.unwrap_or(f64::INFINITY);
+        let by_events = end(&scene, [Until { time: limit, events: 100 }]);
+        if by_events.1 < 100 {
+            continue;
+        }
+        let time = by_events.0.time;
+        assert_eq!(end(&scene, [Until::time(time)]), by_events, "seed {seed}");
+        // Looked at in between, as for outputs, and by turns with both kinds of limits.
+        let looks = (1..=37).map(|k| Until::time(time * f64::from(k) / 37.5));
+        let events = (1..=50).map(|k| Until { time, events: 2 * k });
+        assert_eq!(end(&scene, looks.chain(events).chain([Until::time(time)])), by_events, "seed {seed}");
+    }
+}
