@@ -21,7 +21,7 @@ pub use error::CheckpointError;
 pub use kept::{Kept, KeptFile};
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufWriter, Read, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -152,6 +152,12 @@ impl Checkpoint {
         let checkpoint: Self = postcard::from_bytes(&content[HEAD..]).map_err(|error| damaged(error.to_string()))?;
         checkpoint.simulation.enlarge();
         Ok(checkpoint)
+    }
+
+    /// Whether a file begins like a checkpoint.
+    pub(crate) fn is_one(path: &Path) -> bool {
+        let mut magic = [0; MAGIC.len()];
+        File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
     }
 
     /// Gives the measured stretch another end; one that was reached before ends it at once.

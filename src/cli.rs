@@ -18,6 +18,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use carom::output::Existing;
 use carom::scene::{Scene, SceneError};
 use clap::{Args, Parser, Subcommand};
 
@@ -162,6 +163,11 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
         return Err(Failure::bad_input(message, None, Some(help)));
     }
     Ok(trajectory)
+}
+
+/// What becomes of what is there already.
+fn existing(force: bool) -> Existing {
+    if force { Existing::Replace } else { Existing::Keep }
 }
 
 /// Writes to standard output. Whoever closes it early, as `head` does, has read enough.

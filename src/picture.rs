@@ -6,11 +6,11 @@
 //! give the same bytes each time.
 //!
 //! ```
-//! use carom::output::Frame;
+//! use carom::output::{Existing, Frame};
 //! use carom::picture::{self, Style};
 //! # fn picture(frame: &Frame) -> Result<(), picture::PictureError> {
 //! let image = picture::draw(frame, &Style { width: 800, height: 600, ..Style::default() })?;
-//! image.write_png("fluid.png".as_ref())
+//! image.write_png("fluid.png".as_ref(), Existing::Keep)
 //! # }
 //! ```
 

@@ -6,10 +6,11 @@
 //! give the same bytes each time.
 //!
 //! ```no_run
+//! use carom::output::Existing;
 //! use carom::report;
 //!
 //! let page = report::page("runs/hopper".as_ref())?;
-//! report::write(&page, "hopper.html".as_ref())?;
+//! report::write(&page, "hopper.html".as_ref(), Existing::Keep)?;
 //! # Ok::<(), report::ReportError>(())
 //! ```
 
@@ -28,7 +29,11 @@ mod table;
 #[cfg(test)]
 mod tests;
 
+use std::io;
 use std::path::Path;
+
+use crate::output::place::write_whole;
+use crate::output::{Existing, note};
 
 pub use error::ReportError;
 
@@ -57,12 +62,18 @@ pub fn page(run: &Path) -> Result<Page, ReportError> {
     Ok(Page { html: document(&inputs), notes: inputs.notes })
 }
 
-/// Writes a page to a file, in place of one that is there.
+/// Writes a page to a file, which appears when it is complete. The same bytes again are no replacement.
 ///
 /// # Errors
-/// [`ReportError::Write`] if the file cannot be written.
-pub fn write(page: &Page, path: &Path) -> Result<(), ReportError> {
-    std::fs::write(path, &page.html).map_err(|source| ReportError::Write { path: path.to_owned(), source })
+/// [`ReportError::Exists`] if there is another file that is to be kept, [`ReportError::Write`] if the file cannot be written.
+pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ReportError> {
+    let written = write_whole(path, existing, |file| file.write_all(page.html.as_bytes()));
+    written.map_err(|source| match source.kind() {
+        io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_owned()),
+        _ => ReportError::Write { path: path.to_owned(), source },
+    })?;
+    note(path);
+    Ok(())
 }
 
 fn document(inputs: &Inputs) -> String {

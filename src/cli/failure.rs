@@ -75,6 +75,8 @@ impl From<OutputError> for Failure {
             | OutputError::Folder { .. }
             | OutputError::Busy(_)
             | OutputError::Unfinished(_)
+            | OutputError::Finished(_)
+            | OutputError::Foreign(_)
             | OutputError::Checkpoint(_) => BAD_INPUT,
             _ => FAILED,
         };
@@ -86,7 +88,7 @@ impl From<OutputError> for Failure {
 impl From<PictureError> for Failure {
     fn from(error: PictureError) -> Self {
         let code = if matches!(error, PictureError::Write { .. }) { FAILED } else { BAD_INPUT };
-        Self::new(with_causes(&error), None, None, code)
+        Self::new(with_causes(&error), None, error.cure(), code)
     }
 }
 

@@ -25,6 +25,9 @@ pub struct Picture {
     /// Most pixels across and down
     #[arg(long, value_name = "WxH", default_value = "1600x1200", value_parser = width_and_height)]
     size: (u32, u32),
+    /// Replaces a file that is there
+    #[arg(long)]
+    force: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -64,7 +67,7 @@ impl Picture {
             ..Style::default()
         };
         let image = picture::of_trajectory(&trajectory, self.time, &style)?;
-        image.write_png(&out)?;
+        image.write_png(&out, super::existing(self.force))?;
         super::print(&format!("{}\n", out.display()))
     }
 }

@@ -20,13 +20,16 @@ pub struct Report {
     /// The file to write; report.html in the folder of the run if not given
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Replaces a file that is there
+    #[arg(long)]
+    force: bool,
 }
 
 impl Report {
     pub fn execute(&self) -> Result<(), Failure> {
         let out = self.out.clone().unwrap_or_else(|| self.run.join("report.html"));
         let page = report::page(&self.run)?;
-        report::write(&page, &out)?;
+        report::write(&page, &out, super::existing(self.force))?;
         for note in &page.notes {
             super::warn(&format!("note: {note}"));
         }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use carom::checkpoint::Checkpoint;
-use carom::output::{Folder, OutputError, Summary};
+use carom::output::{Folder, Summary};
 use carom::run::{self, Ending, Finished, Recorder};
 use carom::scene::Limit;
 use carom::simulation::Arrest;
@@ -19,7 +19,8 @@ use super::{signals, table};
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Ctrl-C or SIGTERM end the run early, with complete files up to there; a second one ends it at once. Either way, and after a
-crash or a power cut, it can be resumed from its last checkpoint, to the same bits.
+crash or a power cut, it can be resumed from its last checkpoint, to the same bits. A folder that holds a run is refused, unless --force
+is given: that run stays as it is until the new one is complete.
 
 Examples:
   carom run configs/hopper.toml
@@ -48,6 +49,9 @@ pub struct Run {
     /// Time on the clock between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
     checkpoint_every: Duration,
+    /// Replaces the run in the folder, when the new one is complete
+    #[arg(long)]
+    force: bool,
     /// No progress, only the final table
     #[arg(long, short)]
     quiet: bool,
@@ -96,7 +100,8 @@ impl Run {
         }
         let path = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&scene.name));
         let record = self.changes.record(&scene, file)?;
-        let mut folder = Folder::create(&path, &scene)?.checkpoint_every(self.checkpoint_every);
+        let mut folder =
+            Folder::create(&path, &scene, super::existing(self.force))?.checkpoint_every(self.checkpoint_every);
         folder.keep_scene(&record)?;
         signals::watch();
         let mut display = Display::new(&scene, self.quiet);
@@ -110,8 +115,8 @@ impl Run {
 
     /// A run from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<(), Failure> {
-        let mut checkpoint = Checkpoint::read(&Folder::checkpoint_of(path)).map_err(OutputError::from)?;
-        let mut folder = Folder::resume(path, &checkpoint)?.checkpoint_every(self.checkpoint_every);
+        let (folder, mut checkpoint) = Folder::resume(path)?;
+        let mut folder = folder.checkpoint_every(self.checkpoint_every);
         if let Some(limit) = self.limit() {
             checkpoint.extend(limit);
             // Whatever happens next, the new end holds.

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use super::error::OutputError;
 use super::folder::remove;
+use super::place::sync_folder;
 use crate::checkpoint::{self, Kept};
 use crate::run::Course;
 use crate::simulation::Simulation;
@@ -14,11 +15,24 @@ const LAST: &str = "checkpoint";
 const PREVIOUS: &str = "checkpoint.previous";
 const PARTIAL: &str = "checkpoint.partial";
 
+/// Those of complete checkpoints.
+pub(super) const NAMES: [&str; 2] = [LAST, PREVIOUS];
+
 /// Between two checkpoints, where nobody says.
 const INTERVAL: Duration = Duration::from_secs(300);
 
 /// A run that is over sooner needs none on the way.
 const FIRST: Duration = Duration::from_secs(1);
+
+/// Where the last one is.
+pub(super) fn last(folder: &Path) -> PathBuf {
+    folder.join(LAST)
+}
+
+/// Whether a folder has one to go on from.
+pub(super) fn has_any(folder: &Path) -> bool {
+    NAMES.iter().any(|name| folder.join(name).exists())
+}
 
 /// When and where checkpoints are written.
 #[derive(Debug)]
@@ -30,22 +44,14 @@ pub(super) struct Checkpoints {
 }
 
 impl Checkpoints {
-    /// For a new run: removes those of an earlier one.
-    pub fn begin(folder: &Path) -> Result<Self, OutputError> {
-        for name in [LAST, PREVIOUS, PARTIAL] {
-            remove(&folder.join(name))?;
-        }
-        Ok(Self { is_first: true, ..Self::go_on(folder) })
+    /// For a new run.
+    pub fn begin(folder: &Path) -> Self {
+        Self { is_first: true, ..Self::go_on(folder) }
     }
 
     /// For a run that is resumed.
     pub fn go_on(folder: &Path) -> Self {
         Self { folder: folder.to_owned(), interval: INTERVAL, since: Instant::now(), is_first: false }
-    }
-
-    /// Where the last one is.
-    pub fn last(folder: &Path) -> PathBuf {
-        folder.join(LAST)
     }
 
     /// Whether it is time for the next one.
@@ -65,15 +71,15 @@ impl Checkpoints {
             return Err(OutputError::write(&partial)(error));
         }
         // A second name first, so that there is one under the first name at every instant; where a disk knows no second names, almost.
-        remove(&previous)?;
-        if last.exists() && fs::hard_link(&last, &previous).is_err() {
-            fs::rename(&last, &previous).map_err(OutputError::write(&previous))?;
+        if last.exists() {
+            remove(&previous)?;
+            if fs::hard_link(&last, &previous).is_err() {
+                fs::rename(&last, &previous).map_err(OutputError::write(&previous))?;
+            }
         }
         fs::rename(&partial, &last).map_err(OutputError::write(&last))?;
-        // The new names, too, are to survive a power cut; not every system can open a folder for that.
-        if let Ok(folder) = File::open(&self.folder) {
-            let _ = folder.sync_all();
-        }
+        // The new names, too, are to survive a power cut.
+        sync_folder(&self.folder);
         (self.since, self.is_first) = (Instant::now(), false);
         Ok(())
     }

@@ -26,7 +26,7 @@ use std::path::{Path, PathBuf};
 pub use error::{ConvertError, FrameError};
 
 pub(super) use bonds::bond_ends;
-pub(super) use target::Draft;
+pub(super) use target::{Draft, remove_converted};
 
 use super::extended_xyz::{FrameReader, ReadError, write_frame};
 use super::{Frame, csv, gsd, lammps, npy, vtk};
@@ -81,6 +81,12 @@ impl Format {
         let mut name = source.file_stem().unwrap_or_default().to_owned();
         name.push(ending);
         source.with_file_name(name)
+    }
+
+    /// Whether it fills a folder with files.
+    #[must_use]
+    pub fn is_folder(self) -> bool {
+        self.folder_of().is_some()
     }
 
     /// The endings of the files of a format that fills a folder.

@@ -43,9 +43,15 @@ pub enum OutputError {
         /// Why.
         source: WriteError,
     },
-    /// Another run writes to this file.
+    /// Another run writes to this folder.
     #[error("another run writes to {}", .0.display())]
     Busy(PathBuf),
+    /// The folder holds a run that has ended.
+    #[error("{} holds a run already", .0.display())]
+    Finished(PathBuf),
+    /// The folder holds something under the name of one of Carom's files that Carom did not write.
+    #[error("{} exists and was not written by carom", .0.display())]
+    Foreign(PathBuf),
     /// The folder holds a run that was not finished, and can be.
     #[error("{} holds a run that has not ended", .0.display())]
     Unfinished(PathBuf),
@@ -64,8 +70,12 @@ impl OutputError {
         Some(match self {
             Self::Occupied(_) => "choose another folder with --out, or remove it",
             Self::Unfinished(_) => {
-                "go on with it, `carom run --resume DIR`; or choose another folder with --out, or remove it"
+                "go on with it, `carom run --resume DIR`; or choose another folder with --out, or replace it with --force"
             }
+            Self::Finished(_) => {
+                "choose another folder with --out, or replace it with --force; `carom run --resume DIR --until-time T` makes it longer"
+            }
+            Self::Foreign(_) => "move it away, or choose another folder with --out",
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
             Self::Convert(error) => return error.cure(),

@@ -106,9 +106,9 @@ impl EventLog {
     }
 }
 
-/// Removes the columns of an earlier run.
-pub(super) fn remove(run: &Path) -> Result<(), OutputError> {
-    COLUMNS.iter().try_for_each(|(name, ..)| super::folder::remove(&run.join(FOLDER).join(name)))
+/// The files of the columns, in the folder of a run.
+pub(super) fn names() -> impl Iterator<Item = String> {
+    COLUMNS.iter().map(|(name, ..)| format!("{FOLDER}/{name}"))
 }
 
 fn code(kind: EventKind) -> u8 {

@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::checkpoints::Checkpoints;
+use super::checkpoints::{self, Checkpoints};
 use super::contacts;
 use super::convert::{Format, Options, convert};
 use super::error::OutputError;
@@ -14,7 +14,11 @@ use super::extended_xyz::write_frame;
 use super::frame::Frame;
 use super::kept_scene::KeptScene;
 use super::measurements;
-use super::partial::{PartialFile, SUFFIX};
+use super::occupied::{active, spot};
+use super::owned::{Owned, is_run};
+use super::partial::PartialFile;
+use super::place::{Existing, sync_folder};
+use super::replacement;
 use super::summary::Summary;
 use super::thermo::Columns;
 use crate::checkpoint::{Checkpoint, CheckpointError, Kept, KeptFile};
@@ -26,28 +30,36 @@ use crate::scene::{Limit, Scene};
 use crate::simulation::{Simulation, Snapshot};
 
 /// The last file of a run: where it is, the others are complete and belong to it.
-const SUMMARY: &str = "summary.json";
+pub(super) const SUMMARY: &str = "summary.json";
+/// The summary of a run that goes on, until it has a new one.
+const BEFORE: &str = "summary.json.before";
 /// The scene as it was run.
-const SCENE: &str = "scene.toml";
-const THERMO: &str = "thermo.csv";
-const TRAJECTORY: &str = "trajectory.xyz";
-const CONTACTS: &str = "contacts.csv";
-const REPORT: &str = "report.txt";
-/// The page about an earlier run, which a new run makes untrue.
-const PAGE: &str = "report.html";
-/// The files of a run besides the summary.
-const FILES: [&str; 6] = [SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
+pub(super) const SCENE: &str = "scene.toml";
+pub(super) const THERMO: &str = "thermo.csv";
+pub(super) const TRAJECTORY: &str = "trajectory.xyz";
+pub(super) const CONTACTS: &str = "contacts.csv";
+pub(super) const REPORT: &str = "report.txt";
+/// The page about a run, which is no longer true when the run has gone on.
+pub(super) const PAGE: &str = "report.html";
+pub(super) const PICTURE: &str = "picture.png";
 
 /// How often a table that is being written can be looked at.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
 /// Writes a run to its folder.
 ///
-/// Files are written beside their final names, as `thermo.csv.partial`; when all are complete they replace those of an
-/// earlier run, `summary.json` last. Checkpoints are written now and then; from the last one, [`Folder::resume`] goes on.
+/// Files are written beside their final names, as `thermo.csv.partial`, and take those when all are complete, `summary.json` last. A run that
+/// replaces another one does so in the folder `replacement` within the other's, which stays as it is until then. Checkpoints are
+/// written now and then; from the last one, [`Folder::resume`] goes on. The file `.carom` lists what Carom wrote: nothing else is ever
+/// replaced or removed. It is locked while a run writes.
 #[derive(Debug)]
 pub struct Folder {
+    /// The folder that was asked for.
+    target: PathBuf,
+    /// Where the files are until they are complete: the same, or within it.
     path: PathBuf,
+    /// The lists of both; one where they are the same.
+    owned: Vec<Owned>,
     scene: Option<KeptScene>,
     columns: Columns,
     thermo: PartialFile,
@@ -63,18 +75,36 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes the folder, unless it is there and empty or holds an earlier run that has ended.
+    /// Makes the folder for a new run, if there is none, it is empty, or [`Existing::Replace`] says that the run in it may be replaced.
     ///
     /// # Errors
-    /// [`OutputError::Occupied`] if the folder holds something else, [`OutputError::Unfinished`] if it holds a run that can be
-    /// resumed, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none, [`OutputError::Write`] if its files
-    /// cannot be made.
-    pub fn create(path: &Path, scene: &Scene) -> Result<Self, OutputError> {
-        refuse_occupied(path)?;
-        fs::create_dir_all(path).map_err(|source| OutputError::Folder { path: path.to_owned(), source })?;
+    /// [`OutputError::Occupied`] if the folder holds something else than a run, [`OutputError::Finished`] or [`OutputError::Unfinished`] if it
+    /// holds a run that is to be kept, [`OutputError::Busy`] if another run writes to it, [`OutputError::NotFolder`] or
+    /// [`OutputError::Folder`] if there can be none, [`OutputError::Foreign`] if a file that is not Carom's has the name of one of its
+    /// files, [`OutputError::Write`] if its files cannot be made.
+    pub fn create(target: &Path, scene: &Scene, existing: Existing) -> Result<Self, OutputError> {
+        // Before anything is made there; a run that writes there is found out by its lock.
+        if let Err(error @ (OutputError::Occupied(_) | OutputError::NotFolder(_))) = spot(target, existing) {
+            return Err(error);
+        }
+        let make = |path: &Path| {
+            fs::create_dir_all(path).map_err(|source| OutputError::Folder { path: path.to_owned(), source })
+        };
+        make(target)?;
+        let mut owned = vec![Owned::lock(target)?];
+        replacement::recover(target, &mut owned[0])?;
+        let path = spot(target, existing)?;
+        if path != target {
+            make(&path)?;
+            owned.push(Owned::lock(&path)?);
+        }
+        let names = names_of(scene, &path);
+        // What would be in the way at the end is told now.
+        owned[0].allow(&names)?;
+        if let Some(owned) = owned.last_mut() {
+            owned.claim(&names)?;
+        }
         let columns = Columns::of(scene);
-        // Those of the run before do not belong to the files of this one.
-        let checkpoints = Checkpoints::begin(path)?;
         let mut thermo = PartialFile::create(path.join(THERMO))?;
         thermo.write(&columns.header())?;
         let mut contacts = scene.output.has_contacts.then(|| PartialFile::create(path.join(CONTACTS))).transpose()?;
@@ -88,22 +118,39 @@ impl Folder {
             thermo,
             trajectory: PartialFile::create(path.join(TRAJECTORY))?,
             contacts,
-            events: scene.output.has_event_log.then(|| EventLog::create(path)).transpose()?,
+            events: scene.output.has_event_log.then(|| EventLog::create(&path)).transpose()?,
             radii: frame.particles.iter().map(|particle| particle.radius).collect(),
             frame,
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
-            checkpoints,
-            path: path.to_owned(),
+            checkpoints: Checkpoints::begin(&path),
+            target: target.to_owned(),
+            path,
+            owned,
         })
     }
 
-    /// Goes on with a run from a checkpoint: what its files gained later is cut off.
+    /// Goes on with a run from its last checkpoint: what its files gained later is cut off.
     ///
     /// # Errors
-    /// [`OutputError::Checkpoint`] if a file is missing, too short, or not that of the checkpoint; nothing is changed then.
-    /// [`OutputError::Write`] if one cannot be changed.
-    pub fn resume(path: &Path, checkpoint: &Checkpoint) -> Result<Self, OutputError> {
+    /// [`OutputError::Busy`] if another run writes there; [`OutputError::Checkpoint`] if there is none, or if a file is missing, too short, or not
+    /// that of the checkpoint: nothing is changed then. [`OutputError::Write`] if one cannot be changed.
+    pub fn resume(target: &Path) -> Result<(Self, Checkpoint), OutputError> {
+        // Nothing is made where there is no run.
+        if !is_run(target) {
+            let last = checkpoints::last(target);
+            return Err(Checkpoint::read(&last).err().unwrap_or(CheckpointError::Missing(target.to_owned())).into());
+        }
+        if !checkpoints::has_any(&active(target)) {
+            return Err(CheckpointError::Missing(target.to_owned()).into());
+        }
+        let mut owned = vec![Owned::lock(target)?];
+        replacement::recover(target, &mut owned[0])?;
+        let path = &active(target);
+        if path != target {
+            owned.push(Owned::lock(path)?);
+        }
+        let checkpoint = Checkpoint::read(&checkpoints::last(path))?;
         let scene = checkpoint.simulation.scene();
         let kept = &checkpoint.kept;
         if let Some(checksum) = kept.scene {
@@ -113,7 +160,13 @@ impl Folder {
             PartialFile::check(&path.join(&file.name), file)?;
         }
         // Without a summary the folder is that of a run under way.
-        remove(&path.join(SUMMARY))?;
+        let summary = path.join(SUMMARY);
+        if summary.exists() {
+            if let Some(owned) = owned.last_mut() {
+                owned.claim(&[BEFORE.to_owned()])?;
+            }
+            fs::rename(&summary, path.join(BEFORE)).map_err(OutputError::write(&summary))?;
+        }
         let file = |name: &str| {
             let kept = kept.files.iter().find(|kept| kept.name == name);
             kept.map(|kept| PartialFile::resume(path.join(name), kept)).transpose()
@@ -124,7 +177,7 @@ impl Folder {
         };
         let frame = Frame::start_of(scene);
         let radii = frame.particles.iter().map(|particle| particle.radius / checkpoint.simulation.grown()).collect();
-        Ok(Self {
+        let folder = Self {
             // A program of the library need not have kept it.
             scene: kept.scene.map(|checksum| KeptScene::resume(&path.join(SCENE), checksum)).transpose()?,
             columns: Columns::of(scene),
@@ -137,8 +190,11 @@ impl Folder {
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             checkpoints: Checkpoints::go_on(path),
+            target: target.to_owned(),
             path: path.to_owned(),
-        })
+            owned,
+        };
+        Ok((folder, checkpoint))
     }
 
     /// Writes a checkpoint so often, instead of every five minutes.
@@ -171,30 +227,29 @@ impl Folder {
         run.join(SCENE)
     }
 
-    /// Where the last checkpoint of a run is kept, in the folder of the run.
-    #[must_use]
-    pub fn checkpoint_of(run: &Path) -> PathBuf {
-        Checkpoints::last(run)
-    }
-
-    /// Gives the files their names, and adds the measurements, the summary and a report for people.
+    /// Gives the files their names, and adds the measurements, the summary and a report for people; then takes the place of the run that is to be
+    /// replaced, if there is one.
     ///
     /// # Errors
-    /// [`OutputError::Write`] if a file cannot be written; there is no `summary.json` then.
-    pub fn complete(self, summary: &Summary, measured: &Measured, report: &str) -> Result<Vec<PathBuf>, OutputError> {
+    /// [`OutputError::Write`] if a file cannot be written; there is no `summary.json` then, or that of the run that was to be replaced.
+    pub fn complete(
+        mut self,
+        summary: &Summary,
+        measured: &Measured,
+        report: &str,
+    ) -> Result<Vec<PathBuf>, OutputError> {
+        let mut owned = self.owned.pop();
+        if let Some(owned) = &mut owned {
+            owned.claim(&measurements::names(measured))?;
+        }
         let mut report_file = PartialFile::create(self.path.join(REPORT))?;
         report_file.write(report)?;
         let mut summary_file = PartialFile::create(self.path.join(SUMMARY))?;
         let text = serde_json::to_string_pretty(summary)
             .map_err(|error| OutputError::write(summary_file.path())(io::Error::other(error)))?;
         summary_file.write(&(text + "\n"))?;
+        summary_file.sync()?;
         let measurements = measurements::prepare(&self.path, measured)?;
-        // From here on the folder belongs to this run.
-        for old in [SUMMARY, PAGE].iter().chain(&FILES) {
-            remove(&self.path.join(old))?;
-        }
-        measurements::remove_tables(&self.path)?;
-        event_log::remove(&self.path)?;
         let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
         let trajectory = self.path.join(TRAJECTORY);
         let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
@@ -204,15 +259,59 @@ impl Folder {
             .flatten()
             .chain(measurements)
             .chain(events);
-        let mut complete: Vec<_> = files.chain([report_file]).map(PartialFile::complete).collect::<Result<_, _>>()?;
+        let mut files: Vec<PartialFile> = files.chain([report_file]).collect();
+        // All are safe before the first of them gets its name.
+        files.iter_mut().try_for_each(PartialFile::sync)?;
+        let mut complete: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
         for format in self.formats {
             let target = format.target_beside(&trajectory);
             convert(&trajectory, format, &target, &Options { replace: true, ..Options::default() })?;
             complete.push(target);
         }
+        sync_folder(&self.path);
         complete.push(summary_file.complete()?);
+        sync_folder(&self.path);
+        if let Some(owned) = &mut owned {
+            let new = measurements::names(measured);
+            let is_stale = |name: &&String| {
+                [PAGE, BEFORE].contains(&name.as_str()) || measurements::is_table(name) && !new.contains(name)
+            };
+            let stale: Vec<String> = owned.names().iter().filter(is_stale).cloned().collect();
+            owned.remove(&stale)?;
+        }
+        if let (Some(mut inner), Some(mut outer)) = (owned, self.owned.pop()) {
+            // Runs that were to replace a run that was to be replaced are one within the other.
+            let mut path = self.path.as_path();
+            while let Some(parent) = path.parent().filter(|parent| *parent != self.target) {
+                let mut next = Owned::lock(parent)?;
+                replacement::take_place(path, inner, parent, &mut next)?;
+                (path, inner) = (parent, next);
+            }
+            replacement::take_place(path, inner, &self.target, &mut outer)?;
+            let place = |file: PathBuf| {
+                file.strip_prefix(&self.path).map(|name| self.target.join(name)).unwrap_or(file.clone())
+            };
+            complete = complete.into_iter().map(place).collect();
+        }
         Ok(complete)
     }
+}
+
+/// The files that a run of a scene will write, besides its measurements.
+fn names_of(scene: &Scene, path: &Path) -> Vec<String> {
+    let [last, previous] = checkpoints::NAMES;
+    let mut names: Vec<String> =
+        [SCENE, THERMO, TRAJECTORY, REPORT, SUMMARY, last, previous].map(str::to_owned).to_vec();
+    names.extend(scene.output.has_contacts.then(|| CONTACTS.to_owned()));
+    if scene.output.has_event_log {
+        names.extend(event_log::names());
+    }
+    for format in &scene.output.formats {
+        let target = format.target_beside(&path.join(TRAJECTORY));
+        let name = target.file_name().unwrap_or_default().to_string_lossy();
+        names.push(format!("{name}{}", if format.is_folder() { "/" } else { "" }));
+    }
+    names
 }
 
 /// Removes a file that may not be there.
@@ -274,32 +373,4 @@ impl Recorder for Folder {
         let kept = Kept { scene: self.scene.as_ref().map(|scene| scene.checksum), files };
         self.checkpoints.write(simulation, course, &kept)
     }
-}
-
-/// Refuses a folder with contents that are not those of a run: one with a summary, or one that was not completed.
-fn refuse_occupied(path: &Path) -> Result<(), OutputError> {
-    let folder_error = |source| OutputError::Folder { path: path.to_owned(), source };
-    match fs::metadata(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
-        Err(error) if error.kind() == io::ErrorKind::NotADirectory => {
-            return Err(OutputError::NotFolder(path.parent().unwrap_or(path).to_owned()));
-        }
-        Err(error) => return Err(folder_error(error)),
-        Ok(metadata) if !metadata.is_dir() => return Err(OutputError::NotFolder(path.to_owned())),
-        Ok(_) => {}
-    }
-    let is_under_way = path.join(format!("{THERMO}{SUFFIX}")).exists();
-    if Checkpoints::last(path).exists() && is_under_way {
-        return Err(OutputError::Unfinished(path.to_owned()));
-    }
-    let mut is_empty = true;
-    for entry in fs::read_dir(path).map_err(folder_error)? {
-        let name = entry.map_err(folder_error)?.file_name().to_string_lossy().into_owned();
-        let is_partial = FILES.iter().any(|file| name.strip_suffix(SUFFIX) == Some(file));
-        if name == SUMMARY || is_partial {
-            return Ok(());
-        }
-        is_empty = false;
-    }
-    if is_empty { Ok(()) } else { Err(OutputError::Occupied(path.to_owned())) }
 }

@@ -37,17 +37,18 @@ pub(super) fn prepare(folder: &Path, measured: &Measured) -> Result<Vec<PartialF
     Ok(files)
 }
 
-/// Removes the tables of an earlier run.
-pub(super) fn remove_tables(folder: &Path) -> Result<(), OutputError> {
-    let tables = tables_of(folder);
-    let Ok(entries) = fs::read_dir(&tables) else { return Ok(()) };
-    for entry in entries.flatten() {
-        let path = entry.path();
-        if path.extension().is_some_and(|extension| extension == "csv") {
-            super::folder::remove(&path)?;
-        }
+/// The files of what was measured, in the folder of a run.
+pub(super) fn names(measured: &Measured) -> Vec<String> {
+    if *measured == Measured::default() {
+        return Vec::new();
     }
-    Ok(())
+    let tables = measured.curves.iter().map(|curve| format!("{TABLES}/{}.csv", curve.name));
+    [FILE.to_owned()].into_iter().chain(tables).collect()
+}
+
+/// Whether a name is that of such a table.
+pub(super) fn is_table(name: &str) -> bool {
+    name.strip_prefix(TABLES).is_some_and(|rest| rest.starts_with('/'))
 }
 
 fn tables_of(folder: &Path) -> PathBuf {

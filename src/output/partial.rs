@@ -1,6 +1,6 @@
 //! Files that get their name when they are complete.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use super::error::OutputError;
 use crate::checkpoint::{Checked, CheckpointError, KeptFile};
 
 /// Ends the name of a file that is not complete.
-pub(super) const SUFFIX: &str = ".partial";
+const SUFFIX: &str = ".partial";
 
 /// A file that is written under a name of its own, and takes its final name at the end.
 ///
@@ -26,11 +26,7 @@ impl PartialFile {
     /// An empty file beside `path`.
     pub fn create(path: PathBuf) -> Result<Self, OutputError> {
         let partial = partial_of(&path);
-        // Not emptied before it is certain that nobody else writes to it.
-        let file = OpenOptions::new().write(true).create(true).truncate(false).open(&partial);
-        let file = file.map_err(OutputError::write(&partial))?;
-        lock(&file, &partial)?;
-        file.set_len(0).map_err(OutputError::write(&partial))?;
+        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
         Ok(Self { path, partial, file: buffered(Checked::new(file)), head: 0 })
     }
 
@@ -138,20 +134,17 @@ impl PartialFile {
         self.file.flush().map_err(OutputError::write(&self.partial))
     }
 
+    /// Makes it safe on the disk.
+    pub fn sync(&mut self) -> Result<(), OutputError> {
+        self.flush()?;
+        self.file.get_ref().inner().sync_all().map_err(OutputError::write(&self.partial))
+    }
+
     /// Makes it safe on the disk and gives it its name.
     pub fn complete(mut self) -> Result<PathBuf, OutputError> {
-        self.flush()?;
-        self.file.get_ref().inner().sync_all().map_err(OutputError::write(&self.partial))?;
+        self.sync()?;
         fs::rename(&self.partial, &self.path).map_err(OutputError::write(&self.path))?;
         Ok(self.path)
-    }
-}
-
-/// Keeps other processes from writing to a file, until it is closed; where the system has no locks, nothing does.
-fn lock(file: &File, path: &Path) -> Result<(), OutputError> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(OutputError::Busy(path.to_owned())),
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 
@@ -162,7 +155,6 @@ fn open_again(path: &Path) -> Result<(PathBuf, File), OutputError> {
         fs::rename(path, &partial).map_err(OutputError::write(&partial))?;
     }
     let file = OpenOptions::new().write(true).open(&partial).map_err(OutputError::write(&partial))?;
-    lock(&file, &partial)?;
     Ok((partial, file))
 }
 
@@ -175,7 +167,7 @@ fn buffered(file: Checked<File>) -> BufWriter<Checked<File>> {
 }
 
 /// The name of a file that is not complete.
-fn partial_of(path: &Path) -> PathBuf {
+pub(super) fn partial_of(path: &Path) -> PathBuf {
     let mut partial = path.as_os_str().to_owned();
     partial.push(SUFFIX);
     PathBuf::from(partial)

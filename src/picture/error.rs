@@ -52,6 +52,9 @@ pub enum PictureError {
     /// The style lists no colour.
     #[error("the palette of a picture is empty")]
     NoColour,
+    /// There is something under the name of the picture.
+    #[error("{} exists", .0.display())]
+    Exists(PathBuf),
     /// The file could not be written.
     #[error("cannot write {}", path.display())]
     Write {
@@ -60,4 +63,16 @@ pub enum PictureError {
         /// Why.
         source: io::Error,
     },
+}
+
+impl PictureError {
+    /// What the user can do about it, where that is not plain.
+    #[must_use]
+    pub fn cure(&self) -> Option<&'static str> {
+        match self {
+            Self::Exists(_) => Some("replace it with --force, or choose another name with --out"),
+            Self::Write { .. } => Some("choose a file with --out in a folder that can be written to"),
+            _ => None,
+        }
+    }
 }

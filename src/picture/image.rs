@@ -1,10 +1,11 @@
 //! Pixels, and the file that holds them.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::PictureError;
+use crate::output::place::write_whole;
+use crate::output::{Existing, note};
 
 /// A finished picture: rows from top to bottom, each pixel red, green, blue and opacity in sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -39,17 +40,18 @@ impl Image {
         &self.pixels
     }
 
-    /// Writes a PNG file, in place of one that is there.
+    /// Writes a PNG file, which appears when it is complete. The same bytes again are no replacement.
     ///
     /// # Errors
-    /// [`PictureError::Write`] if the file cannot be created or written.
-    pub fn write_png(&self, path: &Path) -> Result<(), PictureError> {
-        let write = || {
-            let mut output = BufWriter::new(File::create(path)?);
-            self.encode_png(&mut output)?;
-            output.flush()
-        };
-        write().map_err(|source| PictureError::Write { path: path.into(), source })
+    /// [`PictureError::Exists`] if there is another file that is to be kept, [`PictureError::Write`] if the file cannot be written.
+    pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), PictureError> {
+        let written = write_whole(path, existing, |file| self.encode_png(file));
+        written.map_err(|source| match source.kind() {
+            io::ErrorKind::AlreadyExists => PictureError::Exists(path.to_owned()),
+            _ => PictureError::Write { path: path.to_owned(), source },
+        })?;
+        note(path);
+        Ok(())
     }
 
     /// Writes the bytes of a PNG file.

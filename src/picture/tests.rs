@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::output::Existing;
 use crate::output::extended_xyz::write_frame;
 use crate::output::frame::{FrameParticle, FrameSpecies};
 use crate::scene::{ParticleId, SpeciesId};
@@ -170,14 +171,16 @@ fn same_bytes_twice_and_back_from_the_file() {
     write_frame(std::fs::File::create(&trajectory).unwrap(), &shown).unwrap();
     let image = draw(&shown, &level()).unwrap();
     assert_eq!(image, of_trajectory(&trajectory, None, &level()).unwrap());
-    image.write_png(&file).unwrap();
+    image.write_png(&file, Existing::Keep).unwrap();
+    let other = draw(&shown, &Style { width: 40, ..level() }).unwrap();
+    assert!(matches!(other.write_png(&file, Existing::Keep), Err(PictureError::Exists(_))));
     let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&file).unwrap()));
     let mut reader = decoder.read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut bytes).unwrap();
     assert_eq!((info.width, info.height), (image.width(), image.height()));
     assert_eq!(bytes, image.pixels().as_flattened());
-    assert!(matches!(image.write_png(folder.path()), Err(PictureError::Write { .. })));
+    assert!(matches!(image.write_png(folder.path(), Existing::Replace), Err(PictureError::Write { .. })));
     let none = folder.path().join("none.xyz");
     assert!(matches!(of_trajectory(&none, None, &level()), Err(PictureError::Trajectory { .. })));
 }

@@ -28,6 +28,9 @@ pub enum ReportError {
         /// Where, and what was expected.
         source: serde_json::Error,
     },
+    /// There is something under the name of the page.
+    #[error("{} exists", .0.display())]
+    Exists(PathBuf),
     /// The page cannot be written.
     #[error("cannot write {}", path.display())]
     Write {
@@ -46,6 +49,7 @@ impl ReportError {
             Self::NotFolder(_) => "carom run SCENE writes the folder runs/NAME",
             Self::Unreadable { .. } => "summary.json is the last file that a run writes: a killed run has none",
             Self::Summary { .. } => "run the scene again, or restore the file",
+            Self::Exists(_) => "replace it with --force, or choose another name with --out",
             Self::Write { .. } => "choose a file with --out in a folder that can be written to",
         }
     }

@@ -3,7 +3,7 @@ use std::path::Path;
 
 use super::*;
 use crate::measure::{Curve, Measured, Number, Published, Series, Variable};
-use crate::output::{Folder, Summary};
+use crate::output::{Existing, Folder, Summary};
 use crate::run;
 use crate::scene::Scene;
 
@@ -65,7 +65,7 @@ fn run_folder() -> tempfile::TempDir {
 fn folder_of(text: &str) -> tempfile::TempDir {
     let place = tempfile::tempdir().unwrap();
     let scene = Scene::from_toml(text, "scene.toml").unwrap();
-    let mut folder = Folder::create(place.path(), &scene).unwrap();
+    let mut folder = Folder::create(place.path(), &scene, Existing::Keep).unwrap();
     folder.keep_scene(text).unwrap();
     let finished = run::run(scene, &mut folder, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
     folder.complete(&Summary::of(&finished), &finished.measured, "").unwrap();
@@ -181,9 +181,12 @@ fn the_same_files_give_the_same_bytes() {
     assert_eq!(first, page(run.path()).unwrap());
     assert_eq!(first.notes, [""; 0]);
     let out = run.path().join("report.html");
-    write(&first, &out).unwrap();
+    write(&first, &out, Existing::Keep).unwrap();
+    write(&first, &out, Existing::Keep).unwrap();
+    let other = Page { html: String::new(), notes: Vec::new() };
+    assert!(matches!(write(&other, &out, Existing::Keep), Err(ReportError::Exists(_))));
     assert_eq!(fs::read_to_string(out).unwrap(), first.html);
-    assert!(matches!(write(&first, run.path()), Err(ReportError::Write { .. })));
+    assert!(matches!(write(&first, run.path(), Existing::Replace), Err(ReportError::Write { .. })));
 }
 
 #[test]

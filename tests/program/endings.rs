@@ -28,7 +28,7 @@ fn a_run_over_a_limit_of_the_scene_says_which_one_failed() {
     assert_eq!(summary["faults"].as_array().unwrap().len(), 1, "{summary}");
     assert_eq!(summary["overlap"]["limit"], 1e-17);
     assert!(place.read("runs/scene/report.txt").contains("FAILED"));
-    let output = place.carom(&["run", "scene.toml"]);
+    let output = place.carom(&["run", "scene.toml", "--force"]);
     assert_eq!(code(&output), 0, "{}", words(&output));
     assert!(place.summary("runs/scene")["faults"].as_array().unwrap().is_empty());
 }

@@ -2,5 +2,6 @@
 
 mod commands;
 mod endings;
+mod kept;
 mod place;
 mod run;

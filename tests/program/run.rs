@@ -14,7 +14,10 @@ fn a_run_leaves_its_files_and_a_table() {
     let files = fs::read_dir(place.path().join("runs/scene")).unwrap();
     let mut names: Vec<String> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
-    assert_eq!(names, ["checkpoint", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"]);
+    assert_eq!(
+        names,
+        [".carom", "checkpoint", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"]
+    );
 
     let thermo = place.read("runs/scene/thermo.csv");
     let mut lines = thermo.lines();
@@ -186,7 +189,7 @@ fn a_folder_is_only_replaced_if_it_is_a_run() {
     fs::create_dir(place.path().join("empty")).unwrap();
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "empty", "--set", "output.contacts=true"])), 0);
     assert!(place.path().join("empty/contacts.csv").exists());
-    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "empty", "--seed", "2"])), 0);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "empty", "--seed", "2", "--force"])), 0);
     assert!(!place.path().join("empty/contacts.csv").exists(), "a file of the earlier run");
     assert_eq!(place.summary("empty")["seed"], 2);
 }

@@ -5,7 +5,9 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::{ConvertError, Format};
-use crate::output::partial::SUFFIX;
+use crate::output::OutputError;
+use crate::output::partial::partial_of;
+use crate::output::place::{Existing, put, sync_folder};
 
 /// A file or folder that is written beside its final name. What is not completed is removed.
 #[derive(Debug)]
@@ -13,14 +15,13 @@ pub(super) struct Target {
     path: PathBuf,
     partial: PathBuf,
     format: Format,
+    existing: Existing,
 }
 
 impl Target {
     /// Makes sure that the target may be written, and makes its folder if it is one.
     pub fn claim(path: &Path, format: Format, source: &Path, replace: bool) -> Result<Self, ConvertError> {
-        let mut partial = path.as_os_str().to_owned();
-        partial.push(SUFFIX);
-        let partial = PathBuf::from(partial);
+        let partial = partial_of(path);
         // A run that was killed leaves a trajectory that ends on the same suffix.
         if [path, &partial].into_iter().any(|path| is_same(path, source)) {
             return Err(ConvertError::Source(source.to_owned()));
@@ -35,7 +36,8 @@ impl Target {
         if format.folder_of().is_some() {
             remove(&partial).and_then(|()| fs::create_dir(&partial)).map_err(ConvertError::write(path))?;
         }
-        Ok(Self { path: path.to_owned(), partial, format })
+        let existing = if replace { Existing::Replace } else { Existing::Keep };
+        Ok(Self { path: path.to_owned(), partial, format, existing })
     }
 
     pub fn path(&self) -> &Path {
@@ -47,11 +49,15 @@ impl Target {
         &self.partial
     }
 
-    /// Gives it its name.
+    /// Gives it its name, in the place of what may be replaced.
     pub fn complete(self) -> Result<(), ConvertError> {
-        // A file is replaced by the renaming itself, a folder must be away before.
-        let replaced = if self.format.folder_of().is_some() { remove(&self.path) } else { Ok(()) };
-        replaced.and_then(|()| fs::rename(&self.partial, &self.path)).map_err(ConvertError::write(&self.path))
+        if self.format.is_folder() {
+            sync_folder(&self.partial);
+        }
+        match put(&self.partial, &self.path, self.existing) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(ConvertError::Exists(self.path.clone())),
+            result => result.map_err(ConvertError::write(&self.path)),
+        }
     }
 }
 
@@ -93,6 +99,20 @@ impl Seek for Draft {
     fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
         self.0.seek(place)
     }
+}
+
+/// Removes the files of a former conversion into a folder, and the folder if nothing else is in it.
+pub(in crate::output) fn remove_converted(folder: &Path) -> Result<(), OutputError> {
+    let endings: Vec<&str> = Format::ALL.into_iter().filter_map(Format::folder_of).flatten().copied().collect();
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if path.extension().is_some_and(|ending| endings.iter().any(|known| ending == *known)) {
+            remove(&path).map_err(OutputError::write(&path))?;
+        }
+    }
+    let _ = fs::remove_dir(folder);
+    Ok(())
 }
 
 fn is_same(a: &Path, b: &Path) -> bool {

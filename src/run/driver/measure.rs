@@ -21,6 +21,7 @@ impl<R: Recorder> Driver<'_, R> {
         }
         self.started = Some(Instant::now());
         if self.course.stage.limit == Limit::default() {
+            self.keep()?;
             return Ok(Ending::Events);
         }
         if self.course.measurement.is_none() {

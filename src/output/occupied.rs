@@ -1,0 +1,79 @@
+//! What a folder holds before a run writes there: nothing, a run that has ended or not, or something else.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::error::OutputError;
+use super::folder::{SUMMARY, THERMO};
+use super::owned::{self, is_run};
+use super::partial::partial_of;
+use super::place::Existing;
+use super::{checkpoints, replacement};
+
+/// What there is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Contents {
+    /// Nothing, or what a run left that was killed before its first checkpoint.
+    Nothing,
+    Finished,
+    /// A run that can be resumed.
+    Unfinished,
+    /// Files that are not those of a run.
+    Foreign,
+}
+
+/// The folder in which a new run writes its files until they are complete: the one that was asked for, or one within it while
+/// the run there is to be replaced.
+///
+/// # Errors
+/// [`OutputError::Occupied`] if it holds something else, [`OutputError::Finished`] or [`OutputError::Unfinished`] if it holds a run that is to
+/// be kept, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
+pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputError> {
+    match (contents(path)?, existing) {
+        (Contents::Nothing, _) => Ok(path.to_owned()),
+        (Contents::Foreign, _) => Err(OutputError::Occupied(path.to_owned())),
+        (Contents::Finished, Existing::Keep) => Err(OutputError::Finished(path.to_owned())),
+        (Contents::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
+        (Contents::Finished | Contents::Unfinished, Existing::Replace) => spot(&replacement::within(path), existing),
+    }
+}
+
+/// The folder of the run that was begun last: this one, or the one within it that was to replace it.
+pub(super) fn active(path: &Path) -> PathBuf {
+    let inner = replacement::within(path);
+    if is_run(&inner) && checkpoints::has_any(&inner) { active(&inner) } else { path.to_owned() }
+}
+
+fn contents(path: &Path) -> Result<Contents, OutputError> {
+    let folder_error = |source| OutputError::Folder { path: path.to_owned(), source };
+    match fs::metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Contents::Nothing),
+        Err(error) if error.kind() == io::ErrorKind::NotADirectory => {
+            return Err(OutputError::NotFolder(path.parent().unwrap_or(path).to_owned()));
+        }
+        Err(error) => return Err(folder_error(error)),
+        Ok(metadata) if !metadata.is_dir() => return Err(OutputError::NotFolder(path.to_owned())),
+        Ok(_) => {}
+    }
+    if !is_run(path) {
+        for entry in fs::read_dir(path).map_err(folder_error)? {
+            let entry = entry.map_err(folder_error)?;
+            // A list without its first line is that of a run that was killed while it began.
+            let is_begun =
+                entry.file_name() == owned::FILE && entry.metadata().is_ok_and(|metadata| metadata.len() == 0);
+            if !is_begun {
+                return Ok(Contents::Foreign);
+            }
+        }
+        return Ok(Contents::Nothing);
+    }
+    let is_under_way = partial_of(&path.join(THERMO)).exists();
+    Ok(if path.join(SUMMARY).exists() && !is_under_way {
+        Contents::Finished
+    } else if checkpoints::has_any(path) || active(path) != path {
+        Contents::Unfinished
+    } else {
+        Contents::Nothing
+    })
+}

@@ -1,0 +1,243 @@
+//! Files and folders get their names when they are complete, at once, and replace nothing unasked.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+/// What becomes of something that stands where output is to go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Existing {
+    /// It stays as it is, and the output is refused.
+    #[default]
+    Keep,
+    /// It is replaced, when what replaces it is complete.
+    Replace,
+}
+
+/// Writes a file beside its name, makes it safe on the disk and gives it its name. The same bytes again are no replacement; a
+/// device or a pipe is written to.
+///
+/// # Errors
+/// [`io::ErrorKind::AlreadyExists`] if there is another file that is to be kept; those of the system. There is no new file then, and an old
+/// one is as it was.
+pub(crate) fn write_whole(
+    path: &Path,
+    existing: Existing,
+    write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    let metadata = fs::metadata(path).ok();
+    if metadata.as_ref().is_some_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
+        let mut device = BufWriter::new(OpenOptions::new().write(true).open(path)?);
+        write(&mut device)?;
+        return device.flush();
+    }
+    if metadata.is_some_and(|metadata| metadata.is_dir()) {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    // What a link leads to is replaced, not the link.
+    let path = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
+    let (draft, file) = Draft::beside(&path)?;
+    let mut file = BufWriter::new(file);
+    write(&mut file)?;
+    file.flush()?;
+    file.get_ref().sync_all()?;
+    drop(file);
+    if existing == Existing::Keep && path.exists() && holds_same(&path, &draft.0)? {
+        return Ok(());
+    }
+    put(&draft.0, &path, existing)
+}
+
+/// A file without a name of its own yet; what is left of it is removed.
+struct Draft(PathBuf);
+
+impl Draft {
+    fn beside(path: &Path) -> io::Result<(Self, File)> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let folder = folder_of(path);
+        loop {
+            let number = COUNT.fetch_add(1, Ordering::Relaxed);
+            let draft = folder.join(format!(".carom-{}-{number}.partial", std::process::id()));
+            match OpenOptions::new().write(true).create_new(true).open(&draft) {
+                Ok(file) => return Ok((Self(draft), file)),
+                // Left by a process of the same number that was killed.
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
+impl Drop for Draft {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
+    let (one, other) = (File::open(one)?, File::open(other)?);
+    if one.metadata()?.len() != other.metadata()?.len() {
+        return Ok(false);
+    }
+    let (mut one, mut other) = (io::BufReader::new(one).bytes(), io::BufReader::new(other).bytes());
+    loop {
+        match (one.next().transpose()?, other.next().transpose()?) {
+            (None, None) => return Ok(true),
+            (one, other) if one == other => {}
+            _ => return Ok(false),
+        }
+    }
+}
+
+/// Gives a complete file or folder its name, at once.
+///
+/// # Errors
+/// [`io::ErrorKind::AlreadyExists`] if the name is taken and to be kept; those of the system. Both are as they were then.
+pub(crate) fn put(from: &Path, to: &Path, existing: Existing) -> io::Result<()> {
+    match existing {
+        Existing::Keep => put_new(from, to)?,
+        Existing::Replace if fs::symlink_metadata(to).is_ok_and(|metadata| metadata.is_dir()) => exchange(from, to)?,
+        Existing::Replace => fs::rename(from, to)?,
+    }
+    sync_folder(folder_of(to));
+    Ok(())
+}
+
+fn put_new(from: &Path, to: &Path) -> io::Result<()> {
+    match rename_with(from, to, NO_REPLACE) {
+        Err(error) if error.kind() == io::ErrorKind::Unsupported => {}
+        result => return result,
+    }
+    // A second name is refused where there is a first; folders cannot have one, nor files on some disks.
+    match fs::hard_link(from, to) {
+        Ok(()) => return fs::remove_file(from),
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Err(error),
+        Err(_) => {}
+    }
+    if fs::symlink_metadata(to).is_ok() {
+        return Err(io::ErrorKind::AlreadyExists.into());
+    }
+    fs::rename(from, to)
+}
+
+/// Lets a folder take the place of another one, which is removed afterwards.
+fn exchange(from: &Path, to: &Path) -> io::Result<()> {
+    match rename_with(from, to, EXCHANGE) {
+        // Now the old one; what is left of it does no harm.
+        Ok(()) => {
+            sync_folder(folder_of(to));
+            let _ = fs::remove_dir_all(from);
+            return Ok(());
+        }
+        Err(error) if error.kind() != io::ErrorKind::Unsupported => return Err(error),
+        Err(_) => {}
+    }
+    let mut aside = to.as_os_str().to_owned();
+    aside.push(".replaced");
+    let aside = PathBuf::from(aside);
+    put_new(to, &aside)?;
+    if let Err(error) = fs::rename(from, to) {
+        let _ = fs::rename(&aside, to);
+        return Err(error);
+    }
+    sync_folder(folder_of(to));
+    let _ = fs::remove_dir_all(&aside);
+    Ok(())
+}
+
+/// Makes the names in a folder safe on the disk; not every system can open a folder for that.
+pub(crate) fn sync_folder(folder: &Path) {
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+use libc::{RENAME_EXCHANGE as EXCHANGE, RENAME_NOREPLACE as NO_REPLACE};
+
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+const NO_REPLACE: u32 = 1;
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+const EXCHANGE: u32 = 2;
+
+/// A renaming that replaces nothing, or exchanges two names; [`io::ErrorKind::Unsupported`] where the system or the disk has none.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
+fn rename_with(from: &Path, to: &Path, flags: u32) -> io::Result<()> {
+    use std::ffi::CString;
+    use std::os::unix::ffi::OsStrExt;
+
+    let (from, to) = (CString::new(from.as_os_str().as_bytes())?, CString::new(to.as_os_str().as_bytes())?);
+    // SAFETY: both are strings that end with 0 and outlive the call.
+    let result = unsafe { libc::renameat2(libc::AT_FDCWD, from.as_ptr(), libc::AT_FDCWD, to.as_ptr(), flags) };
+    if result == 0 {
+        return Ok(());
+    }
+    let error = io::Error::last_os_error();
+    match error.raw_os_error() {
+        Some(libc::EINVAL | libc::ENOSYS | libc::EOPNOTSUPP) => Err(io::ErrorKind::Unsupported.into()),
+        _ => Err(error),
+    }
+}
+
+#[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+fn rename_with(_from: &Path, _to: &Path, _flags: u32) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hello(path: &Path, existing: Existing, text: &str) -> io::Result<()> {
+        write_whole(path, existing, |file| file.write_all(text.as_bytes()))
+    }
+
+    #[test]
+    fn a_file_is_replaced_when_asked_and_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.txt");
+        hello(&path, Existing::Keep, "one").unwrap();
+        hello(&path, Existing::Keep, "one").unwrap();
+        assert_eq!(hello(&path, Existing::Keep, "two").unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        let half = |file: &mut dyn Write| file.write_all(b"ha").and(Err(io::ErrorKind::StorageFull.into()));
+        assert!(write_whole(&path, Existing::Replace, half).is_err());
+        assert_eq!(fs::read_to_string(&path).unwrap(), "one");
+        hello(&path, Existing::Replace, "two").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "two");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left beside it");
+    }
+
+    #[test]
+    fn a_folder_takes_the_place_of_another_or_both_stay() {
+        let place = tempfile::tempdir().unwrap();
+        let [from, to] = ["new", "old"].map(|name| place.path().join(name));
+        for folder in [&from, &to] {
+            fs::create_dir(folder).unwrap();
+            fs::write(folder.join("which"), folder.file_name().unwrap().as_encoded_bytes()).unwrap();
+        }
+        assert!(put(&from, &to, Existing::Keep).is_err());
+        assert!(put(&place.path().join("none"), &to, Existing::Replace).is_err());
+        assert_eq!(fs::read(to.join("which")).unwrap(), b"old");
+        put(&from, &to, Existing::Replace).unwrap();
+        assert_eq!(fs::read(to.join("which")).unwrap(), b"new");
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_link_leads_to_is_replaced_and_devices_are_written_to() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, link] = ["a.txt", "link"].map(|name| folder.path().join(name));
+        hello(&path, Existing::Keep, "one").unwrap();
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        assert!(hello(&link, Existing::Keep, "two").is_err());
+        hello(&link, Existing::Replace, "two").unwrap();
+        assert!(link.is_symlink() && fs::read_to_string(&path).unwrap() == "two");
+        hello(Path::new("/dev/null"), Existing::Keep, "anything").unwrap();
+    }
+}

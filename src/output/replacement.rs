@@ -1,0 +1,97 @@
+//! A run that replaces another one: it is written in a folder within the other's, which stays as it is until all of the new one is
+//! complete. Its files then take their places; what was killed meanwhile is finished by whoever opens the folder next.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::checkpoints;
+use super::error::OutputError;
+use super::folder::{SUMMARY, remove};
+use super::owned::{self, Owned};
+use super::place::sync_folder;
+
+/// The folder of the run that is to replace the one in a folder.
+pub(super) fn within(run: &Path) -> PathBuf {
+    run.join("replacement")
+}
+
+/// Finishes what a killed program began: puts a complete run in the place of the one that it replaces, and removes one that came to nothing.
+/// The folder is locked.
+pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> {
+    let inner = within(run);
+    if !inner.join(owned::FILE).exists() {
+        return Ok(());
+    }
+    let mut new = Owned::lock(&inner)?;
+    recover(&inner, &mut new)?;
+    if inner.join(SUMMARY).exists() {
+        return take_place(&inner, new, run, owned);
+    }
+    if checkpoints::has_any(&inner) {
+        return Ok(());
+    }
+    let names: Vec<String> = new.names().iter().cloned().collect();
+    new.remove(&names)?;
+    clear(&inner, new);
+    Ok(())
+}
+
+/// Puts all files of a complete run into the place of those of the run that it replaces.
+///
+/// # Errors
+/// [`OutputError::Foreign`] if there is a file that neither of them wrote; [`OutputError::Write`].
+pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) -> Result<(), OutputError> {
+    let names: Vec<String> = new.names().iter().cloned().collect();
+    old.claim(&names)?;
+    // From here on the old files are replaced; all new ones are complete and safe.
+    remove(&run.join(SUMMARY))?;
+    sync_folder(run);
+    for name in names.iter().filter(|name| *name != SUMMARY) {
+        move_into(&inner.join(name.trim_end_matches('/')), &run.join(name.trim_end_matches('/')))?;
+    }
+    let stale: Vec<String> = old.names().difference(new.names()).cloned().collect();
+    old.remove(&stale)?;
+    for name in &names {
+        // Of a replaced run that had not ended.
+        remove(&super::partial::partial_of(&run.join(name)))?;
+    }
+    sync_folder(run);
+    move_into(&inner.join(SUMMARY), &run.join(SUMMARY))?;
+    sync_folder(run);
+    clear(inner, new);
+    Ok(())
+}
+
+/// Renames a file, or all files of a folder; what is not there any more has been moved before.
+fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
+    let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
+    let write = |source| OutputError::Write { path: to.to_owned(), source };
+    if !metadata.is_dir() {
+        if let Some(parent) = to.parent() {
+            fs::create_dir_all(parent).map_err(write)?;
+        }
+        return fs::rename(from, to).map_err(write);
+    }
+    fs::create_dir_all(to).map_err(write)?;
+    let mut new = Vec::new();
+    for entry in fs::read_dir(from).map_err(write)? {
+        new.push(entry.map_err(write)?.file_name());
+    }
+    for name in new {
+        fs::rename(from.join(&name), to.join(&name)).map_err(write)?;
+    }
+    fs::remove_dir(from).map_err(write)
+}
+
+/// Removes the folder of a run of which nothing is left but its list.
+fn clear(inner: &Path, list: Owned) {
+    for folder in list.names().iter().filter_map(|name| Path::new(name).parent()) {
+        if !folder.as_os_str().is_empty() {
+            let _ = fs::remove_dir(inner.join(folder));
+        }
+    }
+    drop(list);
+    // The user's own files stay, and the folder with them.
+    let _ = fs::remove_file(inner.join(owned::FILE));
+    let _ = fs::remove_dir(inner);
+}

@@ -1,0 +1,207 @@
+//! What is there already: nothing is replaced unasked, and nothing is lost on the way.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use super::place::{FLUID, Place, code, errors, words};
+
+/// All files of a folder but for the list that Carom keeps.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut contents = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() {
+            contents.extend(self::contents(&path).into_iter().map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
+        } else if name != ".carom" {
+            contents.insert(name, fs::read(path).unwrap());
+        }
+    }
+    contents
+}
+
+/// A message as one line, without the frame that it has in a terminal.
+fn line(output: &std::process::Output) -> String {
+    errors(output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A run that goes on for long, with a checkpoint at least.
+fn begun(place: &Place, more: &[&str]) -> Child {
+    begun_in(place, more, if more.contains(&"--force") { "runs/scene/replacement" } else { "runs/scene" })
+}
+
+fn begun_in(place: &Place, more: &[&str], folder: &str) -> Child {
+    let mut arguments = vec!["run", "scene.toml", "-q", "--until-time", "1e6", "--checkpoint-every", "0.01"];
+    arguments.extend(["--set", "output.thermo_interval=10.0"]);
+    arguments.extend(more);
+    let child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    for _ in 0..600 {
+        if place.path().join(folder).join("checkpoint").exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    child
+}
+
+fn killed(mut child: Child) {
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+fn no_command_replaces_anything_unasked() {
+    let place = Place::with(FLUID);
+    let run = ["run", "scene.toml", "--until-events", "300", "--set", "output.contacts=true"];
+    assert_eq!(code(&place.carom(&run)), 0);
+    for command in ["report", "picture"] {
+        assert_eq!(code(&place.carom(&[command, "runs/scene"])), 0);
+        assert_eq!(code(&place.carom(&[command, "runs/scene"])), 0, "the same bytes are no replacement");
+    }
+    assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", "csv"])), 0);
+    fs::write(place.path().join("thesis.tex"), "years of work").unwrap();
+    fs::write(place.path().join("runs/scene/notes.txt"), "my notes").unwrap();
+    let before = contents(place.path());
+    for (arguments, cures) in [
+        (&["run", "scene.toml"][..], &["--resume", "--out", "--force"][..]),
+        (&["run", "scene.toml", "--out", "."], &["--out"]),
+        (&["run", "scene.toml", "--out", ".", "--force"], &["--out"]),
+        (&["report", "runs/scene", "--out", "thesis.tex"], &["--out", "--force"]),
+        (&["report", "runs/scene", "--out", "runs/scene/trajectory.xyz"], &["--out", "--force"]),
+        (&["picture", "runs/scene", "--out", "thesis.tex"], &["--out", "--force"]),
+        (&["picture", "runs/scene", "--size", "40x40"], &["--out", "--force"]),
+        (&["convert", "runs/scene", "--to", "csv"], &["--out", "--force"]),
+        (&["convert", "runs/scene", "--to", "gsd", "--out", "thesis.tex"], &["--out", "--force"]),
+    ] {
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
+        for cure in cures {
+            assert!(errors(&output).contains(cure), "{arguments:?}: {}", errors(&output));
+        }
+        assert!(contents(place.path()) == before, "{arguments:?} changed something");
+    }
+    assert_eq!(code(&place.carom(&["report", "runs/scene", "--out", "thesis.tex", "--force"])), 0);
+    assert!(place.read("thesis.tex").contains("</html>"));
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-events", "200"])), 0);
+    let mut names: Vec<String> = contents(&place.path().join("runs/scene")).into_keys().collect();
+    names.sort();
+    // The page, the picture and the contacts are those of the other run; the conversion could be anybody's.
+    let left = ["checkpoint", "notes.txt", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.csv"];
+    assert_eq!(names, [&left[..], &["trajectory.xyz"]].concat());
+    assert_eq!(place.summary("runs/scene")["events"]["total"], 200);
+}
+
+#[test]
+fn a_summary_does_not_make_a_folder_a_run() {
+    let place = Place::with(FLUID);
+    let mine = place.path().join("mine");
+    fs::create_dir(&mine).unwrap();
+    for name in ["summary.json", "thermo.csv", "report.html", "thermo.csv.partial", "checkpoint"] {
+        fs::write(mine.join(name), "{}").unwrap();
+    }
+    let before = contents(&mine);
+    for force in [&[][..], &["--force"]] {
+        let output = place.carom(&[&["run", "scene.toml", "--out", "mine"], force].concat());
+        assert_eq!(code(&output), 2, "{}", errors(&output));
+        assert!(line(&output).contains("not a run of carom"), "{}", errors(&output));
+        assert!(contents(&mine) == before);
+    }
+    assert_eq!(code(&place.carom(&["run", "--resume", "mine"])), 2);
+    assert!(contents(&mine) == before);
+    assert!(!mine.join(".carom").exists());
+}
+
+#[test]
+fn a_run_is_as_it_was_until_another_one_has_replaced_it() {
+    let place = Place::with(FLUID);
+    let folder = place.path().join("runs/scene");
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "7", "--set", "output.events=true"])), 0);
+    fs::write(folder.join("notes.txt"), "my notes").unwrap();
+    let before = contents(&folder);
+    let is_as_before = || {
+        let now = contents(&folder);
+        before.iter().all(|(name, bytes)| now.get(name) == Some(bytes))
+    };
+    killed(begun(&place, &["--force", "--seed", "8"]));
+    assert!(is_as_before());
+    // Not even a run that is to replace it is replaced unasked.
+    let output = place.carom(&["run", "scene.toml"]);
+    assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
+    let output = place.carom(&["report", "runs/scene"]);
+    assert!(code(&output) == 0 && is_as_before(), "{}", errors(&output));
+    // A file of the user's own in the way is kept: told at the start, and at the end what was simulated is not lost.
+    let arguments = ["run", "scene.toml", "--force", "--set", "output.contacts=true"];
+    for is_late in [false, true] {
+        let child = is_late.then(|| begun_in(&place, &arguments[2..], "runs/scene/replacement/replacement"));
+        fs::write(folder.join("contacts.csv"), "mine").unwrap();
+        child.into_iter().for_each(killed);
+        let resume = ["run", "--resume", "runs/scene", "--until-time", "1e-3"];
+        let output = place.carom(if is_late { &resume } else { &arguments });
+        assert_eq!(code(&output), 2, "{}", errors(&output));
+        assert!(is_as_before() && line(&output).contains("not written by carom"), "{}", errors(&output));
+        fs::remove_file(folder.join("contacts.csv")).unwrap();
+    }
+    let output = place.carom(&["run", "--resume", "runs/scene", "--until-time", "1e-3"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).ends_with("The files are in runs/scene\n"), "{}", words(&output));
+    assert_eq!(place.summary("runs/scene")["seed"], 1);
+    let now = contents(&folder);
+    assert!(now.contains_key("notes.txt") && now.contains_key("contacts.csv") && !now.contains_key("events/time.npy"));
+    assert!(!now.keys().any(|name| name.contains("replacement") || name.contains("partial")), "{:?}", now.keys());
+}
+
+#[test]
+fn an_interrupted_run_is_protected_like_a_killed_one() {
+    let place = Place::with(FLUID);
+    for signal in ["-TERM", "-KILL"] {
+        let mut child = begun(&place, &[]);
+        let _ = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
+        child.wait().unwrap();
+        let before = contents(&place.path().join("runs/scene"));
+        let output = place.carom(&["run", "scene.toml"]);
+        assert_eq!(code(&output), 2, "{signal}: {}", errors(&output));
+        assert!(errors(&output).contains("--resume") && errors(&output).contains("--out"), "{}", errors(&output));
+        assert!(contents(&place.path().join("runs/scene")) == before, "{signal}");
+        fs::remove_dir_all(place.path().join("runs")).unwrap();
+    }
+}
+
+#[test]
+fn two_runs_in_one_folder_exclude_each_other() {
+    let place = Place::with(FLUID);
+    let child = begun(&place, &[]);
+    for arguments in [&["run", "scene.toml"][..], &["run", "scene.toml", "--force"], &["run", "--resume", "runs/scene"]]
+    {
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
+        assert!(line(&output).contains("another run writes to runs/scene"), "{arguments:?}: {}", errors(&output));
+    }
+    killed(child);
+    assert_eq!(code(&place.carom(&["run", "--resume", "runs/scene", "--until-time", "1"])), 0);
+}
+
+#[test]
+fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
+    let place = Place::with(FLUID);
+    let folder = place.path().join("runs/scene");
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    let files = ["scene.toml", "thermo.csv", "trajectory.xyz", "report.txt", "summary.json"];
+    let whole = files.map(|name| place.read(&format!("runs/scene/{name}")));
+    // In the order of the renamings; those before have their names.
+    for done in 0..files.len() {
+        for name in &files[done..] {
+            fs::rename(folder.join(name), folder.join(format!("{name}.partial"))).unwrap();
+        }
+        let output = place.carom(&["run", "scene.toml", "--quiet"]);
+        assert_eq!(code(&output), 2, "{done}: {}", errors(&output));
+        assert!(errors(&output).contains("--resume"), "{done}: {}", errors(&output));
+        let output = place.carom(&["run", "--resume", "runs/scene", "--quiet"]);
+        assert_eq!(code(&output), 0, "{done}: {}", errors(&output));
+        for (name, text) in files[..3].iter().zip(&whole) {
+            assert_eq!(place.read(&format!("runs/scene/{name}")), *text, "{done}: {name}");
+        }
+    }
+}
