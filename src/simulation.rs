@@ -250,6 +250,26 @@ impl Simulation {
         with_engine!(&mut self.engine, engine => engine.advance(until, observe))
     }
 
+    /// Goes on as [`Self::advance_with`] does, but pauses with `None` after a number of steps: an event, a cell transition, a prediction
+    /// anew, whatever takes about as long; at least one is done.
+    ///
+    /// Between two events there can be any number of other steps, so this is for whoever wants to look up in between. Where it pauses
+    /// changes nothing of what happens.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn advance_for(
+        &mut self,
+        steps: u64,
+        until: Until,
+        observe: impl FnMut(&Event),
+    ) -> Result<Option<Reason>, Arrest> {
+        if self.tally().physical() >= until.events {
+            return Ok(Some(Reason::Events));
+        }
+        with_engine!(&mut self.engine, engine => engine.advance_for(steps.max(1), until, observe))
+    }
+
     /// Executes the next event of a pair or a wall and stops at its time, if there is one up to a simulated time; otherwise goes on to
     /// that time.
     ///

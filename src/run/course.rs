@@ -9,7 +9,7 @@ use crate::event::Tally;
 use crate::measure::{Instruments, Subject};
 use crate::observe::Observer;
 use crate::scene::{Limit, Thermostat};
-use crate::simulation::Simulation;
+use crate::simulation::{Simulation, Until};
 use crate::ticks::Ticks;
 
 /// Where a stage began.
@@ -53,6 +53,26 @@ impl Look {
     }
 }
 
+/// Where the run goes before it looks around: kept, so that a pause on the way puts nothing off.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Aim {
+    /// Simulated time.
+    pub time: f64,
+    /// Physical events.
+    pub events: u64,
+    /// Physical events, cell transitions and kicks where it set out.
+    pub done: u64,
+    pub transitions: u64,
+    pub kicks: u64,
+}
+
+impl Aim {
+    /// The same, or another end that comes first.
+    pub fn until(&self, time: f64, events: u64) -> Until {
+        Until { time: time.min(self.time), events: events.min(self.events) }
+    }
+}
+
 /// What the measured stretch has so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Measurement {
@@ -72,6 +92,8 @@ pub struct Course {
     /// Longest step in time; longer ones where nothing happens.
     pub(super) wait: f64,
     pub(super) look: Look,
+    /// Where it is going, if it paused on the way.
+    pub(super) aim: Option<Aim>,
     pub(super) quiet_since: f64,
     /// Cell transitions at the last physical event.
     pub(super) quiet_transitions: u64,
@@ -108,6 +130,7 @@ impl Course {
             crossing,
             wait: crossing,
             look: Look { events: moving.div_ceil(16), time: crossing * SHORTEST_LOOK },
+            aim: None,
             quiet_since: simulation.time(),
             quiet_transitions: 0,
             last_row: None,

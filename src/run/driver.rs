@@ -9,17 +9,24 @@ mod stages;
 pub(super) use growth::PressureLook;
 
 use std::ops::ControlFlow;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use super::course::Course;
+use super::course::{Aim, Course};
 use super::progress::{Progress, Stage};
 use super::{Ending, Finished, Recorder};
 use crate::measure::Subject;
 use crate::scene::{Limit, Scene};
 use crate::simulation::{Arrest, Reason, Simulation, Until};
 
-/// Physical events between two looks at whether to go on: some hundredths of a second.
+/// Physical events between two looks at whether anything happens at all.
 const CHUNK: u64 = 10_000;
+
+/// The engine's steps between two questions whether to go on: the first time, and at most. Steps can be slow, of particles with very many
+/// others near them, so that their number follows the clock. It changes nothing else.
+const STEPS: [u64; 2] = [64, 1 << 16];
+
+/// Time on the clock between two such questions.
+const PAUSE: Duration = Duration::from_millis(20);
 
 /// Crossings of the box by a typical particle, without any event, after which it is asked whether there will be one.
 const QUIET_CROSSINGS: f64 = 1000.0;
@@ -52,7 +59,8 @@ pub fn resume<R: Recorder>(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
     let subject = Subject::of(simulation.scene());
-    Driver { simulation, course, subject, recorder, watch, started: None, is_ahead: false }.drive()
+    let driver = Driver { simulation, course, subject, recorder, watch, started: None, is_ahead: false, steps: STEPS[0] };
+    driver.drive()
 }
 
 struct Driver<'a, R> {
@@ -65,6 +73,8 @@ struct Driver<'a, R> {
     started: Option<Instant>,
     /// Whether a copy looks ahead, of which nothing is kept.
     is_ahead: bool,
+    /// Steps of the engine until it is next asked whether to go on.
+    steps: u64,
 }
 
 impl<R: Recorder> Driver<'_, R> {
@@ -133,22 +143,26 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Goes on for a while, and says if it came to the time, or what kept it from going on.
     fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let before = *self.simulation.tally();
-        let done = before.physical();
-        let until = Until {
-            time: time.min(self.simulation.time() + self.course.wait),
-            events: events.min(done.saturating_add(CHUNK)),
+        let (wait, tally) = (self.course.wait, *self.simulation.tally());
+        let aim = Aim {
+            time: self.simulation.time() + wait,
+            events: tally.physical().saturating_add(CHUNK),
+            transitions: tally.transition,
+            kicks: tally.kick,
+            done: tally.physical(),
         };
+        let aim = *self.course.aim.get_or_insert(aim);
+        let until = aim.until(time, events);
         match self.chunk(until)? {
             Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
             Ok(Reason::Time) if until.time >= time => return Ok(Some(Ending::Time)),
             Ok(Reason::Time | Reason::Events) => {}
-            Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
+            Err(ending) => return Ok(Some(ending)),
         }
         let now = *self.simulation.tally();
-        let is_quiet = now.physical() == done && now.kick == before.kick;
+        let is_quiet = now.physical() == aim.done && now.kick == aim.kicks;
         let course = &mut self.course;
-        let is_still = is_quiet && now.transition == before.transition;
+        let is_still = is_quiet && now.transition == aim.transitions;
         course.wait = if is_still { 2.0 * course.wait } else { course.crossing };
         if !is_quiet {
             (course.quiet_since, course.quiet_transitions) = (self.simulation.time(), now.transition);
@@ -160,12 +174,19 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Goes on in small steps while overlaps of the start are left, to see when the last one goes.
     fn look(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (now, done, look) = (self.simulation.time(), self.simulation.tally().physical(), self.course.look);
-        let until = Until { time: time.min(now + look.time), events: events.min(done.saturating_add(look.events)) };
+        let (tally, look) = (*self.simulation.tally(), self.course.look);
+        let aim = Aim {
+            time: self.simulation.time() + look.time,
+            events: tally.physical().saturating_add(look.events),
+            transitions: tally.transition,
+            kicks: tally.kick,
+            done: tally.physical(),
+        };
+        let until = self.course.aim.get_or_insert(aim).until(time, events);
         let reason = match self.chunk(until)? {
             Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
             Ok(reason) => reason,
-            Err(arrest) => return Ok(Some(Ending::Arrested(arrest))),
+            Err(ending) => return Ok(Some(ending)),
         };
         self.course.ledger.see_overlaps(&self.simulation);
         self.course.look.grow();
@@ -189,18 +210,42 @@ impl<R: Recorder> Driver<'_, R> {
         tally.transition == self.course.quiet_transitions && self.simulation.is_idle() == Ok(true)
     }
 
-    /// Goes on without a look at anything but events.
-    fn chunk(&mut self, until: Until) -> Result<Result<Reason, Arrest>, R::Error> {
+    /// Goes on to an end that is not put off by pauses, in which it is asked whether to go on at all.
+    fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, R::Error> {
+        loop {
+            let started = Instant::now();
+            let reached = self.steps(until)?;
+            self.steps = steps_after(self.steps, started.elapsed());
+            match reached {
+                Ok(Some(reason)) => {
+                    self.course.aim = None;
+                    return Ok(Ok(reason));
+                }
+                Ok(None) => {}
+                Err(arrest) => return Ok(Err(Ending::Arrested(arrest))),
+            }
+            if !self.is_ahead && self.recorder.is_checkpoint_due() {
+                self.keep()?;
+            }
+            let progress = self.progress();
+            if (self.watch)(&progress).is_break() {
+                return Ok(Err(Ending::Interrupted));
+            }
+        }
+    }
+
+    /// Goes on without a look at anything but events, until the next pause at most.
+    fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, Arrest>, R::Error> {
         let is_measuring = self.course.stage.stage == Stage::Measurement && !self.is_ahead;
         let measurement = self.course.measurement.as_mut().filter(|_| is_measuring);
         let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
         let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
         if instruments.is_none() && recorder.is_none() {
-            return Ok(self.simulation.advance(until));
+            return Ok(self.simulation.advance_for(self.steps, until, |_| {}));
         }
         let mut failure = None;
         let subject = &self.subject;
-        let reason = self.simulation.advance_with(until, |event| {
+        let reason = self.simulation.advance_for(self.steps, until, |event| {
             if let Some(instruments) = &mut instruments {
                 instruments.event(event, subject);
             }
@@ -231,5 +276,53 @@ impl<R: Recorder> Driver<'_, R> {
             events: events - stage.events,
             limit: stage.limit,
         }
+    }
+}
+
+/// Steps until the next pause, after some that took so long.
+fn steps_after(steps: u64, took: Duration) -> u64 {
+    let next = if took > PAUSE { steps / 2 } else { steps * 2 };
+    next.clamp(1, STEPS[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::potential::Potential;
+    use crate::run::Ending;
+    use crate::scene::{Limit, RunPlan, SceneBuilder};
+    use crate::space::Space;
+
+    #[test]
+    fn a_run_asks_whether_to_go_on_though_nothing_happens() {
+        let mut space = Space::periodic_cube(3.0);
+        space.size.x = 1e15;
+        let scene = SceneBuilder::new("pipe")
+            .space(space)
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.3, 0.2))
+            .particle("A", Vector::new(1e10, 1.5, 1.5), Vector::new(-1.0, 0.1, 0.3))
+            .run(RunPlan { limit: Limit::events(100), ..RunPlan::default() })
+            .build()
+            .unwrap();
+        let mut asked = 0;
+        // It is asked once before each of these, and no more than this many steps apart.
+        let finished = run(scene, &mut (), &mut |_| {
+            asked += 1;
+            if asked < 8 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        });
+        let finished = finished.unwrap();
+        assert_eq!(finished.ending, Ending::Interrupted);
+        assert!((1..=7 * STEPS[1]).contains(&finished.simulation.tally().transition));
+    }
+
+    #[test]
+    fn steps_become_fewer_where_they_are_slow_and_never_too_many() {
+        assert_eq!(steps_after(64, PAUSE), 128);
+        assert_eq!(steps_after(64, 2 * PAUSE), 32);
+        assert_eq!(steps_after(1, 1000 * PAUSE), 1);
+        assert_eq!(steps_after(STEPS[1], Duration::ZERO), STEPS[1]);
     }
 }

@@ -21,6 +21,9 @@ use crate::scene::{ParticleId, Random};
 use crate::space::Space;
 use serde::{Deserialize, Serialize};
 
+/// So many particles are brought into a new epoch in the time of one step of the loop.
+const PER_STEP: u64 = 16;
+
 /// A wall of the box.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Wall {
@@ -163,22 +166,41 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Runs until a time or a number of physical events, and calls `observe` for each event.
     pub fn advance(&mut self, until: Until, mut observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
-        let mut stop = self.since_epoch(until.time);
         loop {
+            if let Some(reason) = self.advance_for(u64::MAX, until, &mut observe)? {
+                return Ok(reason);
+            }
+        }
+    }
+
+    /// The same, but pauses with `None` after a number of steps, be they events, cell transitions, predictions anew or whatever else
+    /// takes as long. Where it pauses changes nothing.
+    pub fn advance_for(
+        &mut self,
+        steps: u64,
+        until: Until,
+        mut observe: impl FnMut(&Event),
+    ) -> Result<Option<Reason>, Arrest> {
+        let mut stop = self.since_epoch(until.time);
+        let mut left = steps;
+        loop {
+            let Some(rest) = left.checked_sub(1) else { return Ok(None) };
+            left = rest;
             let Some(wake) = self.queue.peek(&self.predictions) else {
                 if self.interlude <= stop.min(self.queue.reached()) {
-                    self.intervene(&mut observe);
+                    left = left.saturating_sub(self.intervene(&mut observe));
                     continue;
                 }
                 if self.move_epoch() {
+                    left = left.saturating_sub(self.steps_of_all());
                     stop = self.since_epoch(until.time);
                     continue;
                 }
                 if until.time == f64::INFINITY {
-                    return Ok(Reason::Idle);
+                    return Ok(Some(Reason::Idle));
                 }
                 self.now = stop;
-                return Ok(Reason::Time);
+                return Ok(Some(Reason::Time));
             };
             let particle = wake.particle;
             let prediction = self.predictions[particle as usize];
@@ -191,18 +213,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             if wake.time > stop.min(self.interlude) {
                 if self.interlude <= stop {
-                    self.intervene(&mut observe);
+                    left = left.saturating_sub(self.intervene(&mut observe));
                     continue;
                 }
                 self.now = stop;
-                return Ok(Reason::Time);
+                return Ok(Some(Reason::Time));
             }
             let is_transition = prediction.is_transition();
             if !is_transition && self.executed >= until.events {
-                return Ok(Reason::Events);
+                return Ok(Some(Reason::Events));
             }
             if is_transition && until.time == f64::INFINITY && self.is_dispersed() {
-                return Ok(Reason::Idle);
+                return Ok(Some(Reason::Idle));
             }
             self.queue.pop();
             self.now = wake.time;
@@ -241,21 +263,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.check_standstill(particle, &prediction)?;
             // At the time of the last event, whatever else goes on until the next one.
             if self.executed >= until.events {
-                return Ok(Reason::Events);
+                return Ok(Some(Reason::Events));
             }
         }
     }
 
-    /// Does what is due between two wakes.
-    fn intervene(&mut self, observe: &mut impl FnMut(&Event)) {
+    /// Does what is due between two wakes, and says how many steps that was.
+    fn intervene(&mut self, observe: &mut impl FnMut(&Event)) -> u64 {
+        let mut steps = self.steps_of_all();
         if self.next_kick() <= self.interlude {
             self.kick().iter().for_each(observe);
+            steps = 0;
         } else if self.next_look() <= self.interlude {
             self.look_across();
         } else {
             self.begin_leg();
         }
         self.find_interlude();
+        steps
+    }
+
+    /// Looking at all particles takes as long as so many steps.
+    fn steps_of_all(&self) -> u64 {
+        self.bodies.len() as u64 / PER_STEP
     }
 
     /// Finds the next time of that.

@@ -117,6 +117,24 @@ fn fingerprints_of_runs_are_the_same_in_every_build() {
 }
 
 #[test]
+fn where_a_simulation_pauses_changes_nothing() {
+    for name in ["everything", "granular_cooling", "pendulum"] {
+        let until = Until::events(10_000);
+        let mut whole = Simulation::new(named(name));
+        whole.advance(until).unwrap();
+        let (mut paused, mut seen, mut pauses) = (Simulation::new(named(name)), 0_u64, 0_u64);
+        while paused.advance_for(7, until, |_| seen += 1).unwrap().is_none() {
+            assert!(paused.tally().physical() + paused.tally().transition <= 7 * (pauses + 1));
+            let _ = (paused.snapshot(), paused.energy());
+            pauses += 1;
+        }
+        assert_eq!(seen, 10_000);
+        assert!(pauses > 10_000 / 7, "{name}");
+        assert_eq!(fingerprint(&paused.snapshot()), fingerprint(&whole.snapshot()), "{name}");
+    }
+}
+
+#[test]
 fn who_looks_on_changes_nothing() {
     for name in ["everything", "granular_cooling", "pendulum"] {
         let plain = |until| {

@@ -153,7 +153,7 @@ mod tests {
         let (course, subject) = (Course::new(&simulation), Subject::of(simulation.scene()));
         let watch = &mut |_: &Progress| ControlFlow::Continue(());
         let mut driver =
-            Driver { simulation, course, subject, recorder: &mut (), watch, started: None, is_ahead: false };
+            Driver { simulation, course, subject, recorder: &mut (), watch, started: None, is_ahead: false, steps: 1 };
         driver.enter();
         loop {
             let events = driver.simulation.tally().physical().saturating_add(step);
