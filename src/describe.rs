@@ -80,7 +80,7 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
         "there are several species"
     } else if !scene.bonds.is_empty() {
         "there are bonds"
-    } else if scene.table.iter().all(Option::is_none) {
+    } else if scene.table.iter().next().is_none() {
         "particles do not meet each other"
     } else {
         "pairs remember the steps that they are captured in"

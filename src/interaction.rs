@@ -2,4 +2,5 @@
 
 pub mod contacts;
 pub mod memory;
+pub mod rows;
 pub mod rules;

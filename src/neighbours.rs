@@ -12,7 +12,7 @@ pub mod packed;
 pub mod shells;
 
 use crate::Vector;
-use crate::scene::Scene;
+use crate::scene::{Scene, SpeciesId};
 use crate::space::{Boundary, Space};
 use cells::Cells;
 use lists::Lists;
@@ -136,7 +136,9 @@ impl Search {
             return Self::Cells;
         }
         let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
-        let range = scene.ranges().into_iter().fold(0.0, f64::max);
+        let species = |index: usize| SpeciesId(index as u32);
+        let ranges = scene.table.iter().map(|([a, b], _)| scene.range(species(a), species(b)));
+        let range = ranges.fold(0.0, f64::max);
         Self::choose(&scene.space, range, &positions, None)
     }
 

@@ -23,6 +23,7 @@ mod lattice;
 mod limits;
 mod mesh;
 mod occupancy;
+mod pairs;
 mod place;
 mod placement;
 mod planning;
@@ -45,6 +46,7 @@ pub use builder::SceneBuilder;
 pub use diagnostic::{SceneError, SceneErrorKind};
 pub use draft::{Amount, Arrangement, Chain, Fill, Lattice, MeshDraft, Model, Region, Surface};
 pub use mesh::{Gap, Leak, Mesh};
+pub use pairs::SpeciesPairs;
 pub use place::{Place, Step};
 pub(crate) use random::{Purpose, Random};
 pub(crate) use record::{with_limit, without_limit};
@@ -188,9 +190,8 @@ pub struct Scene {
     pub species: Vec<Species>,
     /// The interactions that `table` and `bonds` refer to.
     pub interactions: Vec<Interaction>,
-    /// `species x species`, row by row and symmetric: the interaction of each two species; `None` where they pass
-    /// through each other.
-    pub table: Vec<Option<InteractionId>>,
+    /// The interactions of each two species; those without one pass through each other.
+    pub table: SpeciesPairs<InteractionId>,
     /// Pairs that interact differently from their species.
     pub bonds: Vec<Bond>,
     /// The particles, in the order of their ids.
@@ -293,28 +294,25 @@ impl Scene {
     /// The interaction of two species, if they have one.
     #[must_use]
     pub fn interaction_of(&self, a: SpeciesId, b: SpeciesId) -> Option<InteractionId> {
-        self.table[a.0 as usize * self.species.len() + b.0 as usize]
+        self.table.get(a.0 as usize, b.0 as usize)
     }
 
     /// The distance beyond which no two particles and no particle and wall interact, unless they are bonded `[length]`.
     #[must_use]
     pub fn longest_range(&self) -> f64 {
-        let potentials = self.table.iter().flatten().map(|id| self.interactions[id.0 as usize].potential.range());
+        let potentials = self.table.iter().map(|(_, id)| self.interactions[id.0 as usize].potential.range());
         let diameters = self.species.iter().filter(|s| !s.is_static()).map(|s| s.diameter);
         potentials.chain(diameters).fold(0.0, f64::max)
     }
 
-    /// By species and species, the distance at which strangers interact, negative for those who never do `[length]`.
+    /// The distance at which strangers of two species interact, negative if they never do `[length]`.
     #[must_use]
-    pub fn ranges(&self) -> Vec<f64> {
-        let of = |k: usize| &self.species[k];
-        let pair = |(cell, id): (usize, &Option<InteractionId>)| match id {
-            Some(id) if !(of(cell / self.species.len()).is_static() && of(cell % self.species.len()).is_static()) => {
-                self.interactions[id.0 as usize].potential.range()
-            }
+    pub fn range(&self, a: SpeciesId, b: SpeciesId) -> f64 {
+        let is_static = |id: SpeciesId| self.species[id.0 as usize].is_static();
+        match self.interaction_of(a, b) {
+            Some(id) if !(is_static(a) && is_static(b)) => self.interactions[id.0 as usize].potential.range(),
             _ => -1.0,
-        };
-        self.table.iter().enumerate().map(pair).collect()
+        }
     }
 
     /// The species of a particle.

@@ -157,7 +157,7 @@ impl EngineChoice {
         let is_one_hard_sphere = scene.species.len() == 1
             && scene.bonds.is_empty()
             && !scene.species[0].is_static()
-            && scene.table[0].is_some_and(|id| {
+            && scene.table.get(0, 0).is_some_and(|id| {
                 let potential = &scene.interactions[id.0 as usize].potential;
                 potential.is_hard_sphere() && !potential.is_bond()
             });

@@ -217,7 +217,7 @@ fn a_distribution_of_diameters_becomes_classes() {
         assert!((species.mass / (2.0 * (species.diameter / 1.2).powi(3)) - 1.0).abs() < 1e-12);
     }
     for (a, b, range) in [(2, 7, 1.0), (20, 3, 1.5), (20, 20, 1.0)] {
-        let id = scene.table[a * 21 + b].unwrap();
+        let id = scene.table.get(a, b).unwrap();
         let interaction = &scene.interactions[id.0 as usize];
         let contact = 0.5 * (scene.species[a].diameter + scene.species[b].diameter);
         assert_eq!(interaction.potential.core(), Some(contact));
@@ -250,4 +250,36 @@ fn lists_of_diameters_keep_their_shares_and_disks_the_mass_of_their_area() {
         assert!((species.mass - 2.0 * (species.diameter / 1.25).powi(2)).abs() < 1e-14);
     }
     assert!((scene.packing_fraction() / 0.55 - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn species_that_have_no_particles_take_no_memory() {
+    use std::fmt::Write;
+
+    // Square tables of so many take some 50 GB.
+    const SPECIES: usize = 30_000;
+    let mut text = "[space]\nsize = [10.0, 10.0, 10.0]\n".to_owned();
+    for id in 0..SPECIES {
+        writeln!(text, "[[species]]\nname = \"S{id}\"\nmass = 1.0\ndiameter = 1.0").unwrap();
+    }
+    for (a, b) in [(0, 0), (0, 20_000), (20_000, 20_000), (7, 29_999)] {
+        writeln!(text, "[[interaction]]\nspecies = [\"S{a}\", \"S{b}\"]\npotential = \"hard-sphere\"").unwrap();
+    }
+    for (kind, x) in [(0, 1.0), (20_000, 4.0), (20_000, 7.0)] {
+        let velocity = if kind == 0 { 1.0 } else { 0.0 };
+        writeln!(
+            text,
+            "[[particle]]\nspecies = \"S{kind}\"\nposition = [{x:?}, 5.0, 5.0]\nvelocity = [{velocity:?}, 0.0, 0.0]"
+        )
+        .unwrap();
+    }
+    text.push_str("[run]\nuntil_events = 3\n");
+    let scene = Scene::from_toml(text, "many").unwrap();
+    let mut simulation = carom::simulation::Simulation::new(scene);
+    let mut pairs = Vec::new();
+    let until = carom::simulation::Until::events(3);
+    simulation.advance_with(until, |event| pairs.push([event.particle.0, event.partner.unwrap().0])).unwrap();
+    pairs.iter_mut().for_each(|pair| pair.sort_unstable());
+    // A cradle around the box.
+    assert_eq!(pairs, [[0, 1], [1, 2], [0, 2]]);
 }

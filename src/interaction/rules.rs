@@ -1,8 +1,9 @@
 //! The interactions of a scene, laid out for the event loop.
 
+use super::rows::Rows;
 use crate::Vector;
 use crate::overlap::Side;
-use crate::scene::{Interaction, Scene, Species};
+use crate::scene::{Interaction, Scene, Species, SpeciesId};
 use serde::{Deserialize, Serialize};
 
 /// One discontinuity, seen by a pair in some state.
@@ -135,7 +136,9 @@ impl SpeciesRules {
 /// Everything about species and interactions that the event loop reads.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rules {
-    /// By species.
+    /// The species that have a row in what follows.
+    pub rows: Rows,
+    /// By row.
     pub species: Vec<SpeciesRules>,
     /// By interaction.
     pub steps: Vec<Steps>,
@@ -149,15 +152,15 @@ impl Rules {
     /// The rules of a scene.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        let species: Vec<_> = scene.species.iter().map(SpeciesRules::new).collect();
-        let meetings: Vec<Meeting> = scene
-            .table
-            .iter()
-            .enumerate()
-            .map(|(cell, interaction)| {
-                let (a, b) = (&species[cell / species.len()], &species[cell % species.len()]);
+        let rows = Rows::of(scene);
+        let of = |id: &SpeciesId| SpeciesRules::new(&scene.species[id.0 as usize]);
+        let species: Vec<_> = rows.species().iter().map(of).collect();
+        let pairs = rows.species().iter().flat_map(|a| rows.species().iter().map(move |b| (*a, *b)));
+        let meetings: Vec<Meeting> = pairs
+            .map(|(first, second)| {
+                let (a, b) = (&species[usize::from(rows.row(first))], &species[usize::from(rows.row(second))]);
                 let is_accelerated = a.acceleration != b.acceleration;
-                match interaction {
+                match scene.interaction_of(first, second) {
                     Some(id) if !(a.is_static() && b.is_static()) => {
                         let range = scene.interactions[id.0 as usize].potential.range();
                         Meeting { squared: range * range, interaction: id.0 as u16, exists: true, is_accelerated }
@@ -167,7 +170,7 @@ impl Rules {
             })
             .collect();
         let inertial = meetings.iter().map(|meeting| meeting.inertial_squared()).collect();
-        Self { inertial, species, steps: scene.interactions.iter().map(Steps::new).collect(), meetings }
+        Self { rows, inertial, species, steps: scene.interactions.iter().map(Steps::new).collect(), meetings }
     }
 
     /// The squares of the distances at which strangers of each species meet one of a given species, negative infinity for those

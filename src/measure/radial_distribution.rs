@@ -277,7 +277,7 @@ fn room_of(subject: &Subject, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f6
 /// The distance at which the cores of two species touch.
 fn core(subject: &Subject, first: &Class, second: &Class) -> Option<f64> {
     match (&first.species[..], &second.species[..]) {
-        (&[a], &[b]) => subject.cores[a * subject.species_names.len() + b],
+        (&[a], &[b]) => subject.cores.get(a, b),
         _ => None,
     }
 }

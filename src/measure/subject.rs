@@ -1,7 +1,7 @@
 //! What an instrument is shown: the constants of a scene, and its particles at one time.
 
 use crate::Vector;
-use crate::scene::{Bond, InteractionId, Scene};
+use crate::scene::{Bond, InteractionId, Scene, SpeciesPairs};
 use crate::simulation::Snapshot;
 use crate::space::{Boundary, Face, Space};
 
@@ -20,8 +20,8 @@ pub struct Subject {
     pub masses: Vec<f64>,
     /// Ids of the particles that move, ascending.
     pub moving: Vec<u32>,
-    /// `species x species`, row by row: the distance at which the cores of strangers touch `[length]`; `None` where there is no core.
-    pub cores: Vec<Option<f64>>,
+    /// The distances at which the cores of strangers touch `[length]`, of species that have some.
+    pub cores: SpeciesPairs<f64>,
     /// The two ends of each bond.
     pub bonds: Vec<[u32; 2]>,
     /// The shortest and the longest distance that any bond reaches to `[length]`; zeros without bonds.
@@ -66,7 +66,7 @@ impl Subject {
             moving: (0..).zip(&masses).filter(|(_, mass)| mass.is_finite()).map(|(id, _)| id).collect(),
             species,
             masses,
-            cores: scene.table.iter().map(|id| potential(id.as_ref()?).core()).collect(),
+            cores: scene.table.map(|id| potential(&id).core()),
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: meaning.conserves_momentum,
@@ -124,7 +124,7 @@ impl Subject {
             species: vec![0; count as usize],
             masses: vec![1.0; count as usize],
             moving: (0..count).collect(),
-            cores: vec![None],
+            cores: SpeciesPairs::new(1),
             bonds: Vec::new(),
             bond_lengths: [0.0; 2],
             conserves_momentum: true,

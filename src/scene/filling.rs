@@ -90,11 +90,10 @@ impl Filling {
         let largest = self.species().map(|kind| species[kind.0 as usize].diameter).fold(0.0, f64::max);
         let fit = Fit::new(lattice, space, &self.region, largest, count);
         if let Some(contacts) = contacts {
-            let contact = self
-                .species()
-                .flat_map(|a| self.species().map(move |b| (a, b)))
-                .map(|(a, b)| contacts.get(a.0 as usize, b.0 as usize))
-                .fold(0.0, f64::max);
+            let mut is_here = vec![false; species.len()];
+            self.species().for_each(|kind| is_here[kind.0 as usize] = true);
+            let here = contacts.iter().filter(|([a, b], _)| is_here[*a] && is_here[*b]);
+            let contact = here.map(|(_, contact)| contact).fold(0.0, f64::max);
             // Sites at exactly the contact distance, but for rounding, are not too close.
             if fit.spacing < contact * (1.0 - 1e-12) {
                 let kind = SceneErrorKind::LatticeTooTight { count, spacing: fit.spacing, contact };

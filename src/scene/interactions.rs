@@ -7,6 +7,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{InteractionDraft, Model};
 use crate::scene::limits::{above_one, finite, positive, restitution};
 use crate::scene::occupancy::Contacts;
+use crate::scene::pairs::SpeciesPairs;
 use crate::scene::place::Place;
 use crate::scene::{Interaction, InteractionId, Species, SpeciesId};
 
@@ -20,13 +21,13 @@ pub(crate) struct Interactions<'a> {
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
     /// For each two species, whether and how they interact; the outer `None` if nothing says.
-    table: Vec<Option<Option<InteractionId>>>,
+    table: SpeciesPairs<Option<InteractionId>>,
 }
 
 impl<'a> Interactions<'a> {
     /// Checks every draft and fills the table of species.
     pub(crate) fn new(drafts: &'a [InteractionDraft], species: &'a [Species]) -> Result<Self, SceneError> {
-        let table = vec![None; species.len() * species.len()];
+        let table = SpeciesPairs::new(species.len());
         let mut these = Self { drafts, species, list: Vec::new(), made: HashMap::new(), table };
         let mut given_by: HashMap<[usize; 2], usize> = HashMap::new();
         let mut names: HashMap<&str, usize> = HashMap::new();
@@ -69,8 +70,7 @@ impl<'a> Interactions<'a> {
                             of species, and use it in [[bond]] or [[chain]]";
             return Err(SceneError::new(place.key("potential"), SceneErrorKind::value("a bond", expected)));
         }
-        self.table[a * self.species.len() + b] = Some(id);
-        self.table[b * self.species.len() + a] = Some(id);
+        self.table.set(a, b, id);
         Ok(())
     }
 
@@ -123,25 +123,13 @@ impl<'a> Interactions<'a> {
 
     /// The distances that cores of species keep.
     pub(crate) fn contacts(&self) -> Contacts {
-        let mut contacts = Contacts::new(self.species.len());
-        for a in 0..self.species.len() {
-            for b in a..self.species.len() {
-                if let Some(Some(id)) = self.table[a * self.species.len() + b] {
-                    contacts.set(a, b, self.get(id).potential.core().unwrap_or(0.0));
-                }
-            }
-        }
-        contacts
+        Contacts::of(self.table.map(|id| self.get(id?).potential.core()))
     }
 
     /// The longest range of two species for which `can_meet` holds.
     pub(crate) fn longest_range(&self, can_meet: impl Fn(usize, usize) -> bool) -> f64 {
-        let n = self.species.len();
-        let pairs = (0..n).flat_map(|a| (a..n).map(move |b| (a, b))).filter(|&(a, b)| can_meet(a, b));
-        pairs
-            .filter_map(|(a, b)| self.table[a * n + b].flatten())
-            .map(|id| self.get(id).potential.range())
-            .fold(0.0, f64::max)
+        let meeting = self.table.iter().filter(|([a, b], _)| can_meet(*a, *b));
+        meeting.filter_map(|(_, id)| Some(self.get(id?).potential.range())).fold(0.0, f64::max)
     }
 
     /// Whether all of them are hard spheres, and none is a bond.
@@ -151,11 +139,12 @@ impl<'a> Interactions<'a> {
 
     /// Refuses two species that can meet without an interaction: `counts` are the particles of each.
     pub(crate) fn check_complete(&self, counts: &[usize]) -> Result<(), SceneError> {
-        for (a, first) in self.species.iter().enumerate() {
-            for (b, second) in self.species.iter().enumerate().skip(a) {
-                let can_meet = if a == b { counts[a] > 1 } else { counts[a] > 0 && counts[b] > 0 };
-                let is_fixed = first.is_static() && second.is_static();
-                if can_meet && !is_fixed && self.table[a * self.species.len() + b].is_none() {
+        let present: Vec<usize> = (0..counts.len()).filter(|&species| counts[species] > 0).collect();
+        for (k, &a) in present.iter().enumerate() {
+            for &b in &present[k..] {
+                let (first, second) = (&self.species[a], &self.species[b]);
+                let can_meet = (a != b || counts[a] > 1) && !(first.is_static() && second.is_static());
+                if can_meet && self.table.get(a, b).is_none() {
                     let kind = SceneErrorKind::NoInteraction { first: first.name.clone(), second: second.name.clone() };
                     return Err(SceneError::new(Place::entry("species", a), kind));
                 }
@@ -165,8 +154,8 @@ impl<'a> Interactions<'a> {
     }
 
     /// The interactions and the table of species.
-    pub(crate) fn finish(self) -> (Vec<Interaction>, Vec<Option<InteractionId>>) {
-        (self.list, self.table.into_iter().map(Option::flatten).collect())
+    pub(crate) fn finish(self) -> (Vec<Interaction>, SpeciesPairs<InteractionId>) {
+        (self.list, self.table.map(|id| id))
     }
 }
 

@@ -140,16 +140,7 @@ impl Scene {
 
     /// The distances that cores keep.
     pub(crate) fn contacts(&self) -> Contacts {
-        let mut contacts = Contacts::new(self.species.len());
-        for a in 0..self.species.len() {
-            for b in a..self.species.len() {
-                if let Some(id) = self.interaction_of(SpeciesId(a as u32), SpeciesId(b as u32)) {
-                    let core = self.interactions[id.0 as usize].potential.core();
-                    contacts.set(a, b, core.unwrap_or(0.0));
-                }
-            }
-        }
-        contacts
+        Contacts::of(self.table.map(|id| self.interactions[id.0 as usize].potential.core()))
     }
 }
 

@@ -16,7 +16,7 @@ use crate::neighbours::grid::Face;
 use crate::neighbours::near::Near;
 use crate::neighbours::{Neighbours, Search};
 use crate::queue::EventQueue;
-use crate::scene::{Purpose, Random, Scene};
+use crate::scene::{Purpose, Random, Scene, SpeciesId};
 use crate::space::{Boundary, Face as SpaceFace};
 
 /// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
@@ -51,7 +51,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             is_large: count > LARGE,
             bodies,
             width: Width::most(),
-            species: particles().map(|p| p.species.0 as u16).collect(),
+            species: particles().map(|p| rules.rows.row(p.species)).collect(),
             numbers,
             near: Near::default(),
             images: vec![[0; 3]; count],
@@ -60,7 +60,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             further_images: Vec::new(),
             neighbours: Neighbours::none(&scene.space),
             space: scene.space.clone(),
-            ranges: scene.ranges(),
+            ranges: ranges(scene, rules.rows.species()),
             longest: scene.bonds.iter().fold(scene.longest_range(), |longest, bond| {
                 longest.max(scene.interactions[bond.interaction.0 as usize].potential.range())
             }),
@@ -131,8 +131,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let [a, b] = bond.pair.map(|id| self.number(id));
             self.remember(scene, a, b, bond.interaction.0 as u16, true);
         }
-        let holds_all_pairs =
-            scene.table.iter().flatten().any(|id| scene.interactions[id.0 as usize].potential.is_bond());
+        let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
         let count = self.bodies.len() as u32;
         let mut near = Near::default();
         for a in (0..count).filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
@@ -161,6 +160,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.know(a, b, state, interaction);
         }
     }
+}
+
+/// By species and species, row by row, the distances at which strangers meet, negative for those who never do.
+fn ranges(scene: &Scene, species: &[SpeciesId]) -> Vec<f64> {
+    species.iter().flat_map(|&a| species.iter().map(move |&b| scene.range(a, b))).collect()
 }
 
 fn walls(scene: &Scene) -> Vec<Wall> {

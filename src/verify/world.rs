@@ -62,7 +62,7 @@ impl World {
             let [a, b] = bond.pair.map(|id| id.0);
             ((a.min(b), a.max(b)), bond.interaction)
         });
-        let potentials = scene.table.iter().flatten().map(|id| &scene.interactions[id.0 as usize].potential);
+        let potentials = scene.table.iter().map(|(_, id)| &scene.interactions[id.0 as usize].potential);
         Self {
             inverse_masses: species.iter().map(|species| species.mass.recip()).collect(),
             accelerations: species.iter().map(|species| species.acceleration).collect(),

@@ -67,7 +67,7 @@ fn two_species_are_told_apart_and_a_static_one_counts_as_a_partner() {
     let space = Space::periodic_cube(6.0);
     let mut subject = Subject::of_points(space.clone(), 5);
     subject.species_names = ["A", "B", "wall"].map(str::to_owned).to_vec();
-    (subject.diameters, subject.cores) = (vec![1.0; 3], vec![None; 9]);
+    (subject.diameters, subject.cores) = (vec![1.0; 3], crate::scene::SpeciesPairs::new(3));
     (subject.species, subject.moving) = (vec![0, 1, 1, 2, 2], vec![0, 1, 2]);
     let positions: Vec<Vector> = [0.0, 0.6, 1.6, 5.5, 5.0].iter().map(|&x| Vector::new(x, 0.0, 0.0)).collect();
     let curve = &measure(&subject, &plan(2.0, 2), &vec![positions; 9]).curves[0];
