@@ -59,7 +59,8 @@ pub fn resume<R: Recorder>(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
     let subject = Subject::of(simulation.scene());
-    let driver = Driver { simulation, course, subject, recorder, watch, started: None, is_ahead: false, steps: STEPS[0] };
+    let driver =
+        Driver { simulation, course, subject, recorder, watch, started: None, is_ahead: false, steps: STEPS[0] };
     driver.drive()
 }
 
