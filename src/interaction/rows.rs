@@ -8,7 +8,7 @@ use crate::scene::{Scene, SpeciesId};
 const FEW: usize = 256;
 
 /// The species in square tables: all of a few, and of many those that have particles.
-#[derive(Debug, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Rows {
     /// By row.
     species: Vec<SpeciesId>,
