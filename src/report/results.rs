@@ -36,7 +36,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
          <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>\
          <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n\
          <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \
-         autocorrelation of their series and assume a stationary one.</p>\n"
+         spectral density of their series at frequency zero and assume a stationary one.</p>\n"
     )
 }
 

@@ -7,6 +7,7 @@ mod chains;
 mod conservation;
 mod dense_starts;
 mod driven;
+mod errors;
 mod granular;
 mod hard_spheres;
 mod hopper;

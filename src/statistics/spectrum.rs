@@ -1,0 +1,138 @@
+//! The spectral density of a series at frequency zero, which is the variance of its mean times its length.
+
+use std::f64::consts::TAU;
+
+/// Steps that bring the spectrum near the one that is most likely.
+const STEPS: usize = 150;
+
+/// The slowest relaxation that a series is asked for takes this part of it: what is slower looks like a trend.
+const SLOWEST: f64 = 1.0 / 12.0;
+
+/// The fastest takes this many values; it is white noise but for a tenth.
+const FASTEST: f64 = 0.5;
+
+/// From one relaxation time to the next.
+const RATIO: f64 = 1.5;
+
+/// Fewer frequencies cannot tell what cancels between neighbours from what does not.
+const FEWEST_FOR_DIFFERENCES: usize = 20;
+
+/// Weight of the prior `1 / S(0)`, which knows no scale: it takes away what weights that cannot be negative pick up from noise.
+const PRIOR: f64 = 0.5;
+
+/// Part of the variance that may relax in the slowest time. With more, there is one that is slower still, and the series is too short to tell.
+const MOST_IN_SLOWEST: f64 = 0.6;
+
+/// The lowest frequencies, and what part of the mean power there is left at frequency zero at least: so little by chance once in 500 times.
+const LOWEST: usize = 4;
+const LEAST: f64 = 0.25;
+
+/// Part of the power that may be at the lowest frequency: with more, the series is one swing, or a drift.
+const MOST_IN_ONE_SWING: f64 = 0.5;
+
+/// What counts as nothing beside the variance.
+const NOTHING: f64 = 1e-12;
+
+/// A kind of motion that a series may contain.
+struct Part {
+    /// Its spectral density at the frequencies, for a weight of one.
+    density: Vec<f64>,
+    /// That at frequency zero.
+    at_zero: f64,
+    weight: f64,
+}
+
+/// The spectral density at frequency zero of a series of deviations from its mean, in units of its variance; `None` if what is in it is too slow for
+/// its length. For independent values it is one.
+///
+/// The periodogram at the lower half of the frequencies is taken for a sum of
+/// - white noise, `1`;
+/// - relaxations `exp(-k / t)` of a dozen times `t` up to a twelfth of the series, `(1 - r)^2 / (1 - 2 r cos w + r^2)` with `r = exp(-1 / t)`;
+/// - the difference of a quantity between the ends of each interval, `1 - cos w`, which cancels from one interval to the next. So does most of
+///   the virial of a crystal.
+///
+/// with weights that are not negative, the most likely ones (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a periodogram are independent
+/// and exponentially distributed about the spectral density. Each step multiplies the weights by the square root of a ratio of gradients, and raises the likelihood: C. Févotte and
+/// J. Idier, Neural Comput. 23, 2421 (2011), [doi:10.1162/NECO_a_00168](https://doi.org/10.1162/NECO_a_00168).
+pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<f64> {
+    let n = deviations.len();
+    let count = (n / 4).max(8.min(n / 2));
+    let (cosines, periodogram) = periodogram(deviations, variance, count);
+    let mut parts = parts(n, &cosines);
+    let total: f64 = periodogram.iter().sum();
+    // All power, at both signs of all frequencies, is the number of values.
+    if 2.0 * periodogram[0] > MOST_IN_ONE_SWING * n as f64 {
+        return None;
+    }
+    for part in &mut parts {
+        part.weight = total / part.density.iter().sum::<f64>();
+    }
+    let mut spectrum = vec![0.0; count];
+    for _ in 0..STEPS {
+        spectrum.fill(0.0);
+        for part in &parts {
+            spectrum.iter_mut().zip(&part.density).for_each(|(sum, density)| *sum += part.weight * density);
+        }
+        let at_zero = at_zero(&parts);
+        for part in &mut parts {
+            let (mut up, mut down) = (0.0, PRIOR * part.at_zero / at_zero);
+            for ((density, model), power) in part.density.iter().zip(&spectrum).zip(&periodogram) {
+                let share = density / model;
+                up += share * power / model;
+                down += share;
+            }
+            part.weight *= (up / down).sqrt();
+        }
+    }
+    let is_too_slow = slowest(n).is_some_and(|(index, variance)| parts[index].weight * variance > MOST_IN_SLOWEST);
+    let lowest = periodogram.iter().take(LOWEST).sum::<f64>() / LOWEST as f64;
+    (!is_too_slow).then(|| at_zero(&parts).max(LEAST * lowest))
+}
+
+fn at_zero(parts: &[Part]) -> f64 {
+    parts.iter().map(|part| part.weight * part.at_zero).sum::<f64>().max(NOTHING)
+}
+
+/// Cosines of the angles by which the lowest frequencies turn from one value to the next, and the powers there in units of the variance.
+fn periodogram(deviations: &[f64], variance: f64, count: usize) -> (Vec<f64>, Vec<f64>) {
+    let n = deviations.len();
+    let turns: Vec<(f64, f64)> = (0..n).map(|k| libm::sincos(TAU * k as f64 / n as f64)).collect();
+    let power = |frequency: usize| {
+        let (mut sine, mut cosine, mut angle) = (0.0, 0.0, 0);
+        for x in deviations {
+            sine += x * turns[angle].0;
+            cosine += x * turns[angle].1;
+            angle += frequency;
+            angle -= if angle >= n { n } else { 0 };
+        }
+        ((sine * sine + cosine * cosine) / (n as f64 * variance)).max(NOTHING)
+    };
+    (turns[1..=count].iter().map(|(_, cosine)| *cosine).collect(), (1..=count).map(power).collect())
+}
+
+/// What a series of `n` values may contain. White noise comes first, then the relaxations from the slowest on.
+fn parts(n: usize, cosines: &[f64]) -> Vec<Part> {
+    let part = |at_zero: f64, density: &dyn Fn(f64) -> f64| Part {
+        density: cosines.iter().map(|cosine| density(*cosine)).collect(),
+        at_zero,
+        weight: 0.0,
+    };
+    let mut parts = vec![part(1.0, &|_| 1.0)];
+    let mut time = SLOWEST * n as f64;
+    while time >= FASTEST {
+        let r = libm::exp(-1.0 / time);
+        parts.push(part(1.0, &|cosine| (1.0 - r) * (1.0 - r) / (1.0 - 2.0 * r * cosine + r * r)));
+        time /= RATIO;
+    }
+    if cosines.len() >= FEWEST_FOR_DIFFERENCES {
+        parts.push(part(0.0, &|cosine| 1.0 - cosine));
+    }
+    parts
+}
+
+/// Where the slowest relaxation is among the parts, and its variance for a weight of one; `None` if there is none.
+fn slowest(n: usize) -> Option<(usize, f64)> {
+    let time = SLOWEST * n as f64;
+    let r = libm::exp(-1.0 / time);
+    (time >= FASTEST).then(|| (1, (1.0 - r) / (1.0 + r)))
+}
