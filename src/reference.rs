@@ -312,8 +312,12 @@ impl Reference {
             }
         }
         let after = normal * leaving_vn + tangential;
-        self.velocities[i as usize] += (after - velocity) * (wi * mu);
-        self.velocities[j as usize] -= (after - velocity) * (wj * mu);
+        // Shares that add up to 1: those rounded one by one would change the restitution, in every event by the same amount.
+        let less = (after - velocity) * (wi.min(wj) / (wi + wj));
+        let more = (after - velocity) - less;
+        let (of_i, of_j) = if wi < wj { (less, more) } else { (more, less) };
+        self.velocities[i as usize] += of_i;
+        self.velocities[j as usize] -= of_j;
         let next = match response.outcome {
             Outcome::Capture => state + 1,
             Outcome::Release => state - 1,

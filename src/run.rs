@@ -100,8 +100,10 @@ pub enum Ending {
     Time,
     /// The number of events was reached.
     Events,
-    /// Nothing will happen any more, and there is no time limit.
+    /// Nothing will happen any more, as can be shown, and there is no time limit.
     Idle,
+    /// There is no time limit, nothing has happened for a million rows, and nothing shows that it never will.
+    GaveUp,
     /// The caller wanted no more.
     Interrupted,
     /// The simulation could not go on.

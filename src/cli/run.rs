@@ -160,6 +160,11 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
             let help = "the results cannot be trusted; carom should not do this: please report the scene";
             Err(Failure::failed(format!("the audit failed: {}", faults.join("; ")), None, Some(help)))
         }
+        Ending::GaveUp => Err(Failure::failed(
+            format!("gave up at time {}: nothing has happened for a million rows", finished.simulation.time()),
+            None,
+            Some("set run.until_time, or longer intervals in [output]"),
+        )),
         Ending::Interrupted => Err(Failure::failed(
             "interrupted; the files are complete up to there",
             None,

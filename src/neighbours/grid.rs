@@ -4,7 +4,7 @@
 
 use super::divisor::Divisor;
 use crate::Vector;
-use crate::space::{Boundary, Space};
+use crate::space::{Boundary, Face as SpaceFace, Space};
 use serde::{Deserialize, Serialize};
 
 /// A face through which a particle leaves its cell.
@@ -36,7 +36,9 @@ const UNAMBIGUOUS: u32 = 4;
 const MARGIN: f64 = 1.0 + 1e-6;
 
 impl Grid {
-    /// A grid over `space` for interactions up to `range` `[length]`, grown along open axes to hold all `positions`.
+    /// A grid over `space` for interactions up to `range` `[length]`, grown beyond open faces to hold all `positions`.
+    ///
+    /// It ends at walls, so that they bound its outermost cells. What is static beyond a wall is in the cell inside of it.
     ///
     /// Its cells are no smaller than `finest` mean distances of particles in one, two and three dimensions, and there are no more
     /// than `most` for each particle.
@@ -45,9 +47,14 @@ impl Grid {
         let is_periodic = space.boundary.map(|b| b == Boundary::Periodic);
         let (mut lower, mut upper) = (space.lower, space.upper());
         for position in positions {
-            for k in (0..3).filter(|&k| matches!(space.boundary[k], Boundary::Bounded { .. })) {
-                lower[k] = lower[k].min(position[k]);
-                upper[k] = upper[k].max(position[k]);
+            for k in 0..3 {
+                let Boundary::Bounded { lower: low, upper: high } = space.boundary[k] else { continue };
+                if low == SpaceFace::Open {
+                    lower[k] = lower[k].min(position[k]);
+                }
+                if high == SpaceFace::Open {
+                    upper[k] = upper[k].max(position[k]);
+                }
             }
         }
         let extent = upper - lower;

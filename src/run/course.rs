@@ -94,9 +94,10 @@ pub struct Course {
     pub(super) look: Look,
     /// Where it is going, if it paused on the way.
     pub(super) aim: Option<Aim>,
-    pub(super) quiet_since: f64,
-    /// Cell transitions at the last physical event.
-    pub(super) quiet_transitions: u64,
+    /// Steps of the run since the last event.
+    pub(super) quiet_steps: u64,
+    /// Rows and frames since the last event.
+    pub(super) quiet_rows: u64,
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
     pub(super) measurement: Option<Measurement>,
@@ -131,8 +132,8 @@ impl Course {
             wait: crossing,
             look: Look { events: moving.div_ceil(16), time: crossing * SHORTEST_LOOK },
             aim: None,
-            quiet_since: simulation.time(),
-            quiet_transitions: 0,
+            quiet_steps: 0,
+            quiet_rows: 0,
             last_row: None,
             last_frame: None,
             measurement: None,

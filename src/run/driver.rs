@@ -28,9 +28,6 @@ const STEPS: [u64; 2] = [64, 1 << 16];
 /// Time on the clock between two such questions.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Crossings of the box by a typical particle, without any event, after which it is asked whether there will be one.
-const QUIET_CROSSINGS: f64 = 1000.0;
-
 /// Runs a scene as it plans, and hands rows and frames to a recorder.
 ///
 /// `watch` is called every few hundredths of a second; the run ends at once, but in good order, where it breaks. Neither
@@ -154,23 +151,26 @@ impl<R: Recorder> Driver<'_, R> {
         };
         let aim = *self.course.aim.get_or_insert(aim);
         let until = aim.until(time, events);
-        match self.chunk(until)? {
-            Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
-            Ok(Reason::Time) if until.time >= time => return Ok(Some(Ending::Time)),
-            Ok(Reason::Time | Reason::Events) => {}
+        let reason = match self.chunk(until)? {
+            Ok(reason) => reason,
             Err(ending) => return Ok(Some(ending)),
-        }
+        };
         let now = *self.simulation.tally();
         let is_quiet = now.physical() == aim.done && now.kick == aim.kicks;
         let course = &mut self.course;
         let is_still = is_quiet && now.transition == aim.transitions;
         course.wait = if is_still { 2.0 * course.wait } else { course.crossing };
-        if !is_quiet {
-            (course.quiet_since, course.quiet_transitions) = (self.simulation.time(), now.transition);
-        } else if course.stage.limit.time.is_none() && self.will_stay_quiet() {
+        if is_quiet {
+            course.quiet_steps += 1;
+        } else {
+            (course.quiet_steps, course.quiet_rows) = (0, 0);
+        }
+        // Asked after 1, 2, 4, ... steps without an event.
+        let is_asked = is_quiet && course.stage.limit.time.is_none() && course.quiet_steps.is_power_of_two();
+        if reason == Reason::Idle || (is_asked && self.simulation.is_over()) {
             return Ok(Some(Ending::Idle));
         }
-        Ok(None)
+        Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
     }
 
     /// Goes on in small steps while overlaps of the start are left, to see when the last one goes.
@@ -192,23 +192,6 @@ impl<R: Recorder> Driver<'_, R> {
         self.course.ledger.see_overlaps(&self.simulation);
         self.course.look.grow();
         Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
-    }
-
-    /// Whether a run without a time limit would never end.
-    fn will_stay_quiet(&mut self) -> bool {
-        // A thousand crossings of a thousand cells each, per particle: nothing is there to be met.
-        let most = 10_000_000 + 10_000 * self.course.observer.meaning().moving as u64;
-        let (time, tally) = (self.simulation.time(), *self.simulation.tally());
-        if self.simulation.has_kicks() {
-            return false;
-        }
-        if tally.transition - self.course.quiet_transitions > most {
-            return true;
-        }
-        if time - self.course.quiet_since < QUIET_CROSSINGS * self.course.crossing {
-            return false;
-        }
-        tally.transition == self.course.quiet_transitions && self.simulation.is_idle() == Ok(true)
     }
 
     /// Goes on to an end that is not put off by pauses, in which it is asked whether to go on at all.

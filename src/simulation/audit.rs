@@ -23,9 +23,13 @@ impl Overlap {
     /// Whether it is deeper than round-off explains.
     #[must_use]
     pub fn is_real(&self) -> bool {
-        self.depth > self.round_off
+        self.depth > self.round_off.min(MOST_ROUND_OFF)
     }
 }
+
+/// Nobody calls an overlap of more than a millionth of the distance sound, though coordinates or speeds may be so large that rounding
+/// explains it.
+pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
 /// How many roundings the position of a pair at its event carries: of its six coordinates in two streamings, the minimum image,
 /// the three terms of each coefficient of the overlap function, the discriminant and the quotient that give the time, and the

@@ -223,7 +223,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if !is_transition && self.executed >= until.events {
                 return Ok(Some(Reason::Events));
             }
-            if is_transition && until.time == f64::INFINITY && self.is_dispersed() {
+            if is_transition && until.time == f64::INFINITY && self.is_proof_due() && self.is_over() {
                 return Ok(Some(Reason::Idle));
             }
             self.queue.pop();
@@ -297,12 +297,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn is_one_by_one(&self) -> bool {
         !self.further_images.is_empty() || self.growing.is_some() || self.shear.is_some()
-    }
-
-    /// Whether particles have only crossed cells for so long that they will never meet again, as far as anyone can wait.
-    fn is_dispersed(&self) -> bool {
-        self.kicks.is_none()
-            && self.tally.transition - self.transitions_at_event > 10_000_000 + 100 * self.bodies.len() as u64
     }
 
     /// Simulated time now.

@@ -1,5 +1,6 @@
 //! Execution: a predicted contact of a pair becomes an event.
 
+use super::audit::MOST_ROUND_OFF;
 use super::engine::Engine;
 use crate::Vector;
 use crate::event::{Event, EventKind};
@@ -20,8 +21,10 @@ struct Encounter {
     side: Side,
     /// `r_ij`.
     apart: Vector,
-    /// Along `r_ij`, [`OFF_UNITY`] times as long; in the direction of approach where the two are at the same point.
+    /// Along `r_ij`, `stretch` times as long; in the direction of approach where the two are at the same point.
     line: Vector,
+    /// See [`stretch`].
+    stretch: f64,
     /// `v_ij`.
     velocity: Vector,
     /// How fast the discontinuity moves outwards.
@@ -30,12 +33,25 @@ struct Encounter {
     approach: Approach,
 }
 
-/// What makes the squared length of an impulse's line an ordinary divisor.
+/// What the line of centres is multiplied by, so that its squared length is an ordinary divisor.
 ///
 /// Spheres of diameter 1 meet at `|r|^2` within some floats of 1. To divide by `1 + k eps` rounds up more often than down, by
 /// a twentieth of a rounding in the mean, and that heats a fluid by the same amount in every event. Nine sixteenths spread
-/// the roundings evenly, and leave a head-on collision of simple numbers exact.
-const OFF_UNITY: f64 = 0.75;
+/// the roundings evenly, and leave a head-on collision of simple numbers exact. Spheres of diameter 4/3 are the ones whose squared
+/// distance nine sixteenths take to a power of two: their line stays as long as it is.
+#[inline]
+fn stretch(squared: f64) -> f64 {
+    // The digits of `9/16 |r|^2`, moved so that those next to a power of two, on either side, are the smallest numbers.
+    let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
+    if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
+}
+
+/// The digits of a float.
+const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
+
+/// Floats on either side of a power of two that still round to one side: contacts are some tens of floats from their distance, and the
+/// bias falls with the number.
+const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Moves a particle along its free flight to `time`.
@@ -60,11 +76,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
         let Approach { radial, squared, reduced_mass } = pair.approach;
         // Per length of the line.
-        let impulse = reduced_mass * (response.radial - radial) / squared;
-        self.apply_impulse(i, j, &(pair.line * impulse));
+        let change = (response.radial - radial) / squared;
+        let impulse = reduced_mass * change;
+        self.change_relative_velocity(i, j, &(pair.line * change));
         if tangential_scale != 1.0 {
             let tangential = pair.velocity - pair.line * (radial / squared);
-            self.apply_impulse(i, j, &(tangential * (reduced_mass * (tangential_scale - 1.0))));
+            self.change_relative_velocity(i, j, &(tangential * (tangential_scale - 1.0)));
         }
         if seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce {
             self.separate(&pair);
@@ -75,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
 
         self.tally.count(response.outcome);
-        self.tally.virial += reduced_mass * (response.radial - radial) / OFF_UNITY;
+        self.tally.virial += reduced_mass * (response.radial - radial) / pair.stretch;
         let (energy_step, dissipated) = match response.outcome {
             Outcome::Capture | Outcome::Release => (seen.energy_step, 0.0),
             _ if tangential_scale != 1.0 => (0.0, 0.0),
@@ -123,14 +140,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (a, b) = (&self.bodies[i as usize], &self.bodies[j as usize]);
         let (state, _) = self.nearest(a.position - b.position, a.velocity - b.velocity, a.time);
         let RelativeState { position: apart, velocity } = state;
-        let mut line = apart * OFF_UNITY;
+        let stretch = stretch(apart.norm_squared());
+        let mut line = apart * stretch;
         if line.norm_squared() < f64::MIN_POSITIVE {
-            line = any_normal(&velocity) * OFF_UNITY;
+            line = any_normal(&velocity) * stretch;
         }
         let reduced_mass = 1.0 / (self.inverse_mass(i) + self.inverse_mass(j));
         let squared = line.norm_squared();
         let radial = velocity.dot(&line) - opening(surface, squared);
-        Encounter { i, j, side, apart, line, velocity, surface, approach: Approach { radial, squared, reduced_mass } }
+        Encounter { i, j, side, apart, line, stretch, velocity, surface, approach: Approach { radial, squared, reduced_mass } }
     }
 
     /// Takes note of an overlap or a turning point, of a pair that has flown freely for at least the time `flown`.
@@ -168,7 +186,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let vn = approach.radial / length;
         let acceleration = (self.acceleration(i) - self.acceleration(j)).dot(line) / length;
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
-        let closing = -side.sign() * (acceleration + tangential * OFF_UNITY / length);
+        let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
         let arriving = (-side.sign() * vn).max(0.0);
         let leaving = self.tc_model(&[i, j], restitution, arriving, tangential.sqrt(), closing, time);
         // What the model leaves as it is, or makes elastic, goes without the rounding of a square root.
@@ -208,17 +226,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
+    /// Adds `change` to `v_i - v_j`, at constant total momentum.
+    ///
+    /// The heavier particle takes its share `w / (w_i + w_j)`, and the lighter one what is left of the change: the two add up to all
+    /// of it. Two shares that are rounded each for itself do not, always by the same amount, and an elastic contact would have a
+    /// restitution of `1 +- eps` in every event.
     #[inline]
-    fn apply_impulse(&mut self, i: u32, j: u32, impulse: &Vector) {
+    fn change_relative_velocity(&mut self, i: u32, j: u32, change: &Vector) {
         let (wi, wj) = (self.inverse_mass(i), self.inverse_mass(j));
-        self.bodies[i as usize].velocity += impulse * wi;
-        self.bodies[j as usize].velocity -= impulse * wj;
+        let less = change * (wi.min(wj) / (wi + wj));
+        let more = change - less;
+        let (of_i, of_j) = if wi < wj { (less, more) } else { (more, less) };
+        self.bodies[i as usize].velocity += of_i;
+        self.bodies[j as usize].velocity -= of_j;
     }
 
     /// Rounds a reflection outwards: the pair must leave the discontinuity in the numbers that detection will see.
     ///
-    /// An impulse below the spacing of the velocities' floats does nothing, and the same event would be due again for ever.
-    /// Impulses of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
+    /// A change below the spacing of the velocities' floats does nothing, and the same event would be due again for ever.
+    /// Changes of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
     /// outside of its core stays where it is, but one at the end of its bond must come inside.
     fn separate(&mut self, pair: &Encounter) {
         let &Encounter { i, j, side, ref apart, ref line, surface, ref approach, .. } = pair;
@@ -240,15 +266,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return;
         }
         let speed = self.bodies[i as usize].velocity.amax().max(self.bodies[j as usize].velocity.amax());
-        let mut impulse = side.sign() * f64::EPSILON * approach.reduced_mass * speed;
+        let mut change = side.sign() * f64::EPSILON * speed;
         let normal = line / approach.squared.sqrt();
         // 52 doublings take a float's spacing to the float itself.
         for _ in 0..52 {
-            self.apply_impulse(i, j, &(normal * impulse));
+            self.change_relative_velocity(i, j, &(normal * change));
             if !closing(self) {
                 return;
             }
-            impulse *= 2.0;
+            change *= 2.0;
         }
     }
 
@@ -307,7 +333,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// `depth` and `round_off` are lengths, `unit` is the one that depths are compared with.
     pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
         self.tally.deepest_overlap = self.tally.deepest_overlap.max(depth / unit);
-        if depth > round_off {
+        if depth > round_off.min(MOST_ROUND_OFF * unit) {
             self.tally.in_invalid_state += 1;
         }
     }
@@ -342,4 +368,23 @@ fn opening(surface: f64, squared: f64) -> f64 {
 /// A direction for two particles at the same point: the one in which they approach.
 fn any_normal(velocity: &Vector) -> Vector {
     velocity.try_normalize(0.0).map_or(Vector::x(), |direction| -direction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_line_has_a_squared_length_next_to_a_power_of_two() {
+        for diameter in [1.0, 4.0 / 3.0, 2.0 / 3.0, 8.0 / 3.0, 0.7, 1e-3, 1e9, 1.5, std::f64::consts::SQRT_2] {
+            let contact: f64 = diameter * diameter;
+            for ulps in -40..=40_i64 {
+                let squared = f64::from_bits(contact.to_bits().wrapping_add_signed(ulps));
+                let stretch = stretch(squared);
+                let digits = (stretch * stretch * squared).to_bits() & DIGITS;
+                assert!(digits > 1000 && digits < DIGITS - 1000, "{diameter} {ulps}");
+            }
+        }
+        assert_eq!((stretch(1.0), stretch((4.0_f64 / 3.0).powi(2))), (0.75, 1.0));
+    }
 }

@@ -48,7 +48,7 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, Fault> 
     match finished.ending {
         Ending::Interrupted => return Err(Fault::Interrupted),
         Ending::Arrested(arrest) => return Err(Fault::Arrested(arrest)),
-        Ending::Time | Ending::Events | Ending::Idle => {}
+        Ending::Time | Ending::Events | Ending::Idle | Ending::GaveUp => {}
     }
     match finished.audit.faults().first() {
         Some(fault) => Err(Fault::Unsound(*fault)),

@@ -116,3 +116,37 @@ fn a_stopped_run_leaves_complete_files() {
     let summary = place.read("runs/scene/summary.json");
     assert!(summary.contains(&format!("\"time\": {last},")), "{last}: {summary}");
 }
+
+#[test]
+fn balls_that_part_end_their_rows() {
+    let scene = "
+        [output]
+        thermo_interval = 0.01
+        [[species]]
+        name = 'ball'
+        diameter = 1.0
+        [[interaction]]
+        species = ['ball', 'ball']
+        potential = 'hard-sphere'
+        [space]
+        size = [20.0, 20.0, 20.0]
+        x = 'open'
+        y = 'open'
+        z = 'open'
+        [[particle]]
+        species = 'ball'
+        position = [5.0, 5.0, 5.0]
+        velocity = [1.0, 0.0, 0.0]
+        [[particle]]
+        species = 'ball'
+        position = [8.0, 5.2, 5.0]
+        [run]
+        until_events = 100
+        ";
+    let place = Place::with(scene);
+    let run = place.carom(&["run", "scene.toml"]);
+    assert_eq!(code(&run), 0, "{}", words(&run));
+    assert!(words(&run).contains("nothing will happen any more"), "{}", words(&run));
+    let rows = place.read("runs/scene/thermo.csv").lines().count();
+    assert!(rows < 10_000, "{rows} rows");
+}

@@ -12,6 +12,8 @@ mod dense;
 mod heap;
 mod invalid;
 mod listed;
+mod masses;
+mod overhang;
 mod reversal;
 mod ties;
 mod watched;

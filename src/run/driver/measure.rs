@@ -9,6 +9,9 @@ use crate::run::course::Measurement;
 use crate::run::{Ending, Recorder};
 use crate::scene::Limit;
 
+/// A run without a limit in time that has written so many rows or frames since its last event fills the disk.
+const MOST_QUIET_ROWS: u64 = 1_000_000;
+
 /// A tick so close to the end, of the whole stretch, falls on it but for rounding.
 const NEAR: f64 = 1e-9;
 
@@ -77,6 +80,10 @@ impl<R: Recorder> Driver<'_, R> {
             if sample <= tick {
                 let snapshot = self.simulation.snapshot();
                 measurement.instruments.sample(&Sample { time: now, ..Sample::of(&snapshot) }, &self.subject);
+            }
+            self.course.quiet_rows += 1;
+            if self.course.quiet_rows > MOST_QUIET_ROWS && self.course.stage.limit.time.is_none() {
+                return Ok(Ending::GaveUp);
             }
             if row <= tick {
                 measurement.rows.pass(now);

@@ -1,0 +1,37 @@
+//! Static spheres beyond a wall, as of a mesh that sticks out, do not hide the wall.
+
+use carom::Vector;
+use carom::potential::Potential;
+use carom::scene::{Scene, SceneBuilder};
+use carom::simulation::Simulation;
+use carom::space::{Boundary, Face, Space};
+
+/// A ball between walls, over a row of static spheres along x that sticks out by `overhang` on either side.
+fn over_a_row(overhang: f64) -> Scene {
+    let wall = Face::Wall { restitution: 1.0 };
+    let mut space = Space::periodic_cube(10.0);
+    space.boundary[0] = Boundary::Bounded { lower: wall, upper: wall };
+    let mut scene = SceneBuilder::new("row")
+        .species("ball", 0.7, 1.0)
+        .static_species("row", 0.5)
+        .interaction("ball", "row", Potential::hard_sphere(0.75).unwrap(), 1.0)
+        .space(space)
+        .particle("ball", Vector::new(5.0, 5.0, 5.0), Vector::new(1.0, 0.0, 0.0));
+    // So many that there are cells.
+    let length = 10.0 + 2.0 * overhang;
+    for k in 0..64 {
+        scene = scene.particle("row", Vector::new(f64::from(k) / 63.0 * length - overhang, 5.0, 2.0), Vector::zeros());
+    }
+    scene.build().unwrap()
+}
+
+#[test]
+fn walls_are_met_in_front_of_static_spheres_beyond_them() {
+    for overhang in [0.0, 0.25, 1.0, 15.0, 1000.0] {
+        let mut simulation = Simulation::new(over_a_row(overhang));
+        for time in [4.5, 13.5, 22.5] {
+            let event = simulation.step_before(100.0).unwrap().expect("a ball between walls meets them for ever");
+            assert!((event.time - time).abs() < 1e-14 * time, "{overhang}: {} instead of {time}", event.time);
+        }
+    }
+}
