@@ -98,7 +98,7 @@ impl Reference {
                 if let Some(id) = bonds.get(&(i, j)).copied().or(of_species) {
                     let distance = reference.nearest_image(i, j).norm();
                     let state = scene.interactions[id.0 as usize].potential.state_at(distance);
-                    reference.pairs.insert((i, j), (id, state as u16));
+                    reference.pairs.insert((i, j), (id, u16::try_from(state).unwrap_or(u16::MAX)));
                 }
             }
         }

@@ -196,3 +196,22 @@ fn the_scenes_that_are_mutated_are_valid() {
         Scene::from_toml(text, "scene.toml").unwrap_or_else(|error| panic!("{}", rendered(&error)));
     }
 }
+
+#[test]
+fn more_interactions_than_numbers_for_them_are_refused() {
+    use carom::potential::Potential;
+    let species = 363;
+    let mut scene = carom::scene::SceneBuilder::new("many");
+    for a in 0..species {
+        scene = scene.species(&format!("s{a}"), 1.0, 1.0);
+    }
+    for a in 0..species {
+        for b in a..species {
+            let diameter = 1.0 + f64::from(a * species + b) * 1e-6;
+            scene =
+                scene.interaction(&format!("s{a}"), &format!("s{b}"), Potential::hard_sphere(diameter).unwrap(), 1.0);
+        }
+    }
+    let error = scene.build().unwrap_err().to_string();
+    assert!(error.contains("65536"), "{error}");
+}

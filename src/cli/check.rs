@@ -113,6 +113,44 @@ fn density(scene: &Scene) -> Option<String> {
     ))
 }
 
+/// Where coordinates, or the energies of pairs, leave so few digits that overlaps become visible: a millionth of a diameter is the most that
+/// an audit calls round-off.
+fn few_digits(scene: &Scene) -> Vec<String> {
+    const ROUNDINGS: f64 = 32.0;
+    const MOST: f64 = 1e-8;
+    let mut warnings = Vec::new();
+    let used = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
+    let smallest = used().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
+    let farthest = scene.space.lower.amax().max(scene.space.upper().amax());
+    let lost = ROUNDINGS * f64::EPSILON * farthest / smallest;
+    if smallest.is_finite() && lost > MOST {
+        warnings.push(format!(
+            "coordinates of up to {} leave {} of the smallest diameter to rounding; the audit allows overlaps of 1e-6 at the most",
+            digits(farthest),
+            digits(lost)
+        ));
+    }
+    let steps =
+        |energies: &[f64]| energies.iter().filter(|energy| energy.is_finite()).fold(0.0, |a: f64, e| a.max(e.abs()));
+    let deepest = scene.interactions.iter().map(|it| steps(it.potential.energies())).fold(0.0, f64::max);
+    let kinetic = scene
+        .particles
+        .iter()
+        .map(|particle| (&scene.species[particle.species.0 as usize], particle.velocity.norm_squared()))
+        .filter(|(species, _)| !species.is_static())
+        .map(|(species, squared)| 0.5 * species.mass * squared)
+        .fold(0.0, f64::max);
+    let lost = f64::EPSILON * deepest / kinetic;
+    if kinetic > 0.0 && lost > MOST {
+        warnings.push(format!(
+            "steps of up to {} leave {} of the kinetic energies to rounding",
+            digits(deepest),
+            digits(lost)
+        ));
+    }
+    warnings
+}
+
 /// What is allowed, but probably not meant.
 fn warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -134,6 +172,7 @@ fn warnings(scene: &Scene) -> Vec<String> {
             gap.species
         ));
     }
+    warnings.extend(few_digits(scene));
     let moving = scene.particles.iter().any(|particle| !scene.species[particle.species.0 as usize].is_static());
     if !moving {
         warnings.push("nothing in the scene moves".to_owned());

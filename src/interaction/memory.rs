@@ -22,7 +22,7 @@ pub struct Known {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct PairMemory {
     room: usize,
-    lengths: Vec<u16>,
+    lengths: Vec<u32>,
     entries: Vec<Known>,
 }
 
@@ -38,7 +38,7 @@ impl PairMemory {
     #[must_use]
     pub fn of(&self, particle: u32) -> &[Known] {
         let at = particle as usize * self.room;
-        &self.entries[at..at + usize::from(self.lengths[particle as usize])]
+        &self.entries[at..at + self.lengths[particle as usize] as usize]
     }
 
     /// Expects questions about a particle.
@@ -57,7 +57,7 @@ impl PairMemory {
 
     /// Makes a particle know a partner, or changes what it knows of it; whether the partner is new to it.
     pub fn set(&mut self, particle: u32, known: Known) -> bool {
-        let length = usize::from(self.lengths[particle as usize]);
+        let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
         if let Some(old) = self.entries[at..at + length].iter_mut().find(|old| old.partner == known.partner) {
             *old = known;
@@ -73,7 +73,7 @@ impl PairMemory {
 
     /// Makes a particle forget a partner.
     pub fn forget(&mut self, particle: u32, partner: u32) {
-        let length = usize::from(self.lengths[particle as usize]);
+        let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
         let list = &mut self.entries[at..at + length];
         if let Some(position) = list.iter().position(|known| known.partner == partner) {
@@ -88,7 +88,7 @@ impl PairMemory {
         let mut entries = vec![Known::default(); room * self.lengths.len()];
         for (particle, &length) in self.lengths.iter().enumerate() {
             let (from, to) = (particle * self.room, particle * room);
-            entries[to..to + usize::from(length)].copy_from_slice(&self.entries[from..from + usize::from(length)]);
+            entries[to..to + length as usize].copy_from_slice(&self.entries[from..from + length as usize]);
         }
         (self.room, self.entries) = (room, entries);
     }

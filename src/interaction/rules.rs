@@ -163,7 +163,7 @@ impl Rules {
                 match scene.interaction_of(first, second) {
                     Some(id) if !(a.is_static() && b.is_static()) => {
                         let range = scene.interactions[id.0 as usize].potential.range();
-                        Meeting { squared: range * range, interaction: id.0 as u16, exists: true, is_accelerated }
+                        Meeting { squared: range * range, interaction: id.narrow(), exists: true, is_accelerated }
                     }
                     _ => Meeting { squared: 0.0, interaction: 0, exists: false, is_accelerated },
                 }

@@ -6,7 +6,7 @@ use crate::Vector;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
-use crate::scene::interactions::Interactions;
+use crate::scene::interactions::{Interactions, MOST_KINDS};
 use crate::scene::limits::{AXES, finite, finite_vector, on_flat_axes, positive, restitution};
 use crate::scene::place::{Place, Step};
 use crate::scene::{AuditPlan, CountRegion, Scene, Species, plans, start};
@@ -113,6 +113,10 @@ impl SceneBuilder {
         if self.species.is_empty() {
             let kind = SceneErrorKind::Missing { key: "species", why: "a scene needs at least one [[species]]".into() };
             return Err(SceneError::new(Place::root(), kind));
+        }
+        if self.species.len() > MOST_KINDS {
+            let kind = SceneErrorKind::value(self.species.len(), format!("at most {MOST_KINDS} species"));
+            return Err(SceneError::new(Place::entry("species", MOST_KINDS), kind));
         }
         let mut names = HashMap::new();
         let mut species = Vec::with_capacity(self.species.len());

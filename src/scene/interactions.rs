@@ -14,6 +14,10 @@ use crate::scene::{Interaction, InteractionId, Species, SpeciesId};
 /// The most steps of a stepped potential: more are a slip of the keyboard.
 pub(crate) const MOST_STEPS: usize = 10_000;
 
+/// The most interactions of a scene, of which one for each pair of species and each diameter is made, and the most species: the event
+/// loop numbers both with 16 bits.
+pub(crate) const MOST_KINDS: usize = 1 << 16;
+
 /// The interactions in use. One draft makes several if it stands for pairs of different diameters.
 pub(crate) struct Interactions<'a> {
     drafts: &'a [InteractionDraft],
@@ -90,6 +94,17 @@ impl<'a> Interactions<'a> {
             };
             SceneError::new(Place::entry("interaction", index).key(key), error)
         })?;
+        if potential.is_some() && self.list.len() == MOST_KINDS {
+            let kind =
+                SceneErrorKind::value(format!("more than {MOST_KINDS} interactions"), "at most so many in a scene");
+            return Err(SceneError::new(Place::entry("interaction", index), kind));
+        }
+        let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
+        if steps > MOST_STEPS {
+            let expected = format!("a number of radii from 1 to {MOST_STEPS}");
+            let place = Place::entry("interaction", index).key("radii");
+            return Err(SceneError::new(place, SceneErrorKind::value(steps, expected)));
+        }
         let id = potential.map(|potential| {
             self.list.push(Interaction { potential, restitution: draft.restitution });
             InteractionId(self.list.len() as u32 - 1)

@@ -170,3 +170,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_overlap_of_more_than_a_millionth_is_round_off() {
+        let overlap = |depth, round_off| Overlap { particle: ParticleId(0), partner: None, depth, round_off };
+        assert!(!overlap(1e-13, 1e-12).is_real());
+        assert!(!overlap(0.9e-6, 0.15).is_real());
+        assert!(overlap(1.1e-6, 0.15).is_real(), "in a box of 1e14, where rounding explains anything");
+        assert!(overlap(1e-12, 1e-13).is_real());
+    }
+}

@@ -129,7 +129,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn remember_pairs(&mut self, scene: &Scene) {
         for bond in &scene.bonds {
             let [a, b] = bond.pair.map(|id| self.number(id));
-            self.remember(scene, a, b, bond.interaction.0 as u16, true);
+            self.remember(scene, a, b, bond.interaction.narrow(), true);
         }
         let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
         let count = self.bodies.len() as u32;
@@ -155,7 +155,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
         let apart = self.bodies[a as usize].position - self.bodies[b as usize].position;
         let distance = crate::space::minimum_image(apart, &self.periods).norm();
-        let state = scene.interactions[usize::from(interaction)].potential.state_at(distance) as u16;
+        let state = scene.interactions[usize::from(interaction)].potential.state_at(distance);
+        // A scene's potentials have some thousands of steps at the most.
+        let state = u16::try_from(state).unwrap_or(u16::MAX);
         if state > 0 || is_bond {
             self.know(a, b, state, interaction);
         }

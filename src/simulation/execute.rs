@@ -148,7 +148,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let reduced_mass = 1.0 / (self.inverse_mass(i) + self.inverse_mass(j));
         let squared = line.norm_squared();
         let radial = velocity.dot(&line) - opening(surface, squared);
-        Encounter { i, j, side, apart, line, stretch, velocity, surface, approach: Approach { radial, squared, reduced_mass } }
+        Encounter {
+            i,
+            j,
+            side,
+            apart,
+            line,
+            stretch,
+            velocity,
+            surface,
+            approach: Approach { radial, squared, reduced_mass },
+        }
     }
 
     /// Takes note of an overlap or a turning point, of a pair that has flown freely for at least the time `flown`.

@@ -110,3 +110,24 @@ fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
     assert!(errors(&output).contains("thermo.csv") && place.read("page.html").contains("thermo.csv: "));
     assert_eq!(code(&place.carom(&["report", "runs/scene", "--out", "nowhere/page.html"])), 1);
 }
+
+#[test]
+fn check_warns_of_boxes_and_energies_that_leave_too_few_digits() {
+    let scene = |size: f64, depth: f64| {
+        format!(
+            "[space]\nsize = [{size:e}, 10.0, 10.0]\n[[species]]\nname = 'A'\nmass = 1.3\ndiameter = 1.0\n\
+             [[interaction]]\nspecies = ['A', 'A']\npotential = 'square-well'\nlambda = 1.5\nwell_depth = {depth:e}\n\
+             [[particle]]\nspecies = 'A'\nposition = [1.0, 1.0, 1.0]\nvelocity = [1.0, 0.0, 0.0]\n\
+             [[particle]]\nspecies = 'A'\nposition = [5.0, 1.0, 1.0]\n[run]\nuntil_events = 10\n"
+        )
+    };
+    for (size, depth, expected) in
+        [(10.0, 1.0, None), (1e12, 1.0, Some("coordinates")), (10.0, 1e30, Some("steps of up to"))]
+    {
+        let output = Place::with(&scene(size, depth)).carom(&["check", "scene.toml"]);
+        assert_eq!(code(&output), 0, "{}", words(&output));
+        let has_warning = words(&output).contains("to rounding");
+        assert_eq!(has_warning, expected.is_some(), "{}", words(&output));
+        assert!(expected.is_none_or(|expected| words(&output).contains(expected)), "{}", words(&output));
+    }
+}

@@ -46,7 +46,8 @@ fn two(masses: [f64; 2], diameters: [f64; 2], size: f64) -> Scene {
 #[test]
 fn elastic_spheres_of_any_masses_keep_their_energy() {
     let mut worst = 0.0_f64;
-    for masses in [[10.0, 10.0], [0.1, 0.1], [0.7, 3.0], [3.0, 0.7], [10.0, 0.1], [1.0, 1e3], [1e6, 3.3], [7.7, 7.7e12]] {
+    for masses in [[10.0, 10.0], [0.1, 0.1], [0.7, 3.0], [3.0, 0.7], [10.0, 0.1], [1.0, 1e3], [1e6, 3.3], [7.7, 7.7e12]]
+    {
         let error = drift(two(masses, [1.0, 1.0], 3.0), 100_000);
         println!("{masses:?}: {error:e}");
         worst = worst.max(error.abs());
