@@ -67,13 +67,6 @@ pub struct SpeciesId(pub u32);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct InteractionId(pub u32);
 
-impl SpeciesId {
-    /// As the event loop writes it; a scene has no more species than these numbers.
-    pub(crate) fn narrow(self) -> u16 {
-        u16::try_from(self.0).unwrap_or(u16::MAX)
-    }
-}
-
 impl InteractionId {
     /// As the event loop writes it; a scene has no more interactions than these numbers.
     pub(crate) fn narrow(self) -> u16 {
