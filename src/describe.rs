@@ -1,7 +1,7 @@
 //! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
 
 use crate::potential::Potential;
-use crate::scene::{GrowthTarget, Interaction, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat};
+use crate::scene::{GrowthTarget, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat};
 use crate::simulation::EngineChoice;
 use crate::space::{Boundary, Face};
 use crate::statistics::Estimate;
@@ -160,6 +160,16 @@ pub fn limit(limit: &Limit) -> String {
         (Some(time), None) => format!("for a time of {time}"),
         (None, Some(events)) => format!("for {events} events"),
         (None, None) => "not at all".to_owned(),
+    }
+}
+
+/// How long a run equilibrates.
+#[must_use]
+pub fn equilibration(run: &RunPlan) -> String {
+    match (run.until_stationary, run.equilibration == Limit::default()) {
+        (true, true) => "until nothing drifts".to_owned(),
+        (true, false) => format!("until nothing drifts, at most {}", limit(&run.equilibration)),
+        (false, _) => limit(&run.equilibration),
     }
 }
 

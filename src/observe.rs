@@ -2,15 +2,17 @@
 //!
 //! An observer only reads: a run that is watched has the same trajectory, bit for bit, as one that is not.
 
+mod equilibrium;
 mod meaning;
 
+pub use equilibrium::{Answer, Equilibrium};
 pub use meaning::Meaning;
 
 use crate::Vector;
 use crate::event::Tally;
 use crate::scene::Scene;
 use crate::simulation::{Energy, Simulation};
-use crate::statistics::{BlockAverage, Estimate};
+use crate::statistics::{BlockAverage, Estimate, Stationarity};
 use serde::{Deserialize, Serialize};
 
 /// The state of a simulation at one time, and what happened since the row before.
@@ -153,6 +155,29 @@ impl Observer {
         };
         let estimates = OBSERVABLES.iter().zip(&self.averages);
         estimates.filter_map(|((name, _), average)| Some((*name, estimate(name, average)?))).collect()
+    }
+
+    /// Whether each of them was stationary.
+    #[must_use]
+    pub fn stationarity(&self) -> Vec<(&'static str, Stationarity)> {
+        let of = |name: &str, average: &BlockAverage| match name {
+            COMPRESSIBILITY => average.stationarity_of_ratio(&self.averages[0]),
+            _ => average.stationarity(),
+        };
+        let all = OBSERVABLES.iter().zip(&self.averages).filter(|(_, average)| average.estimate().is_some());
+        all.map(|((name, _), average)| (*name, of(name, average))).collect()
+    }
+
+    /// The same of the second half of what was seen.
+    pub(crate) fn stationarity_of_second_half(&self) -> Vec<(&'static str, Stationarity)> {
+        let halves = Self { averages: self.averages.iter().map(BlockAverage::second_half).collect(), ..self.clone() };
+        halves.stationarity()
+    }
+
+    /// Forgets what was seen: a new stage begins.
+    pub(crate) fn begin(&mut self) {
+        (self.before, self.piece) = (None, None);
+        self.averages.clear();
     }
 
     /// Looks at temperature and potential energy: they go on from here on a straight line, up to the next look. Returns the temperature.

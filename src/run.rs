@@ -1,4 +1,4 @@
-//! A run: equilibration, then a measured stretch with rows and frames at even times.
+//! A run: its stages with rows at even times, at last a measured stretch with means and frames.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -35,18 +35,18 @@ use crate::event::{Event, Tally};
 use crate::measure::{Measured, Scalar};
 use crate::observe::Row;
 use crate::simulation::{Arrest, Simulation, Snapshot};
-use crate::statistics::Estimate;
+use crate::statistics::{Estimate, Stationarity};
 
 /// Where the rows, frames and events of a run go. `()` keeps nothing.
 pub trait Recorder {
     /// Why something could not be kept: ends the run.
     type Error;
 
-    /// Keeps a row of measurements.
+    /// Keeps a row of measurements, of any stage of the run.
     ///
     /// # Errors
     /// If it cannot be kept.
-    fn row(&mut self, row: &Row) -> Result<(), Self::Error>;
+    fn row(&mut self, stage: Stage, row: &Row) -> Result<(), Self::Error>;
 
     /// Keeps the positions and velocities of all particles, and what else is measured of each.
     ///
@@ -84,7 +84,7 @@ pub trait Recorder {
 impl Recorder for () {
     type Error = Infallible;
 
-    fn row(&mut self, _row: &Row) -> Result<(), Infallible> {
+    fn row(&mut self, _stage: Stage, _row: &Row) -> Result<(), Infallible> {
         Ok(())
     }
 
@@ -138,6 +138,8 @@ pub struct Finished {
     pub stretch: Stretch,
     /// Means and standard errors, by name; only those that mean something for the scene.
     pub observables: Vec<(&'static str, Estimate)>,
+    /// Whether each of them was stationary, by name.
+    pub stationarity: Vec<(&'static str, Stationarity)>,
     /// What the scene asked to be measured.
     pub measured: Measured,
     /// What the run found out about its own correctness.

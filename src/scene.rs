@@ -51,6 +51,7 @@ pub use place::{Place, Step};
 pub(crate) use random::{Purpose, Random};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
+pub(crate) use stage::{EQUILIBRATION, MEASUREMENT};
 pub use stage::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 pub use surface::Side;
 
@@ -168,7 +169,7 @@ impl CountRegion {
 /// What to write, in intervals of simulated time `[time]`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct OutputPlan {
-    /// Between two rows of `thermo.csv`; `None` lets the run choose some 200 rows.
+    /// Between two rows of `thermo.csv`, in all stages; `None` lets the run choose some 200 rows in each.
     pub thermo_interval: Option<f64>,
     /// Between two frames of `trajectory.xyz`; `None` lets the run choose some 20 frames.
     pub frame_interval: Option<f64>,

@@ -137,6 +137,21 @@ impl BlockAverage {
         stationarity(&self.bins)
     }
 
+    /// The second half of the bins so far.
+    pub(crate) fn second_half(&self) -> Self {
+        let bins = self.bins[self.bins.len() / 2..].to_vec();
+        let sum = bins.iter().sum::<f64>() * self.bin_weight;
+        let weight = bins.len() as f64 * self.bin_weight;
+        Self { bins, sum, weight, open_sum: 0.0, open_weight: 0.0, ..*self }
+    }
+
+    /// Whether the ratio to another average of the same times is stationary.
+    #[must_use]
+    pub fn stationarity_of_ratio(&self, other: &Self) -> Stationarity {
+        let ratios: Vec<f64> = self.bins.iter().zip(&other.bins).map(|(a, b)| a / b).collect();
+        stationarity(&ratios)
+    }
+
     /// Joins neighbouring bins; one left over is opened again.
     fn merge(&mut self) {
         if self.bins.len() % 2 == 1

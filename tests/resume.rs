@@ -49,6 +49,8 @@ until_time = 1.0
 thermostat = { kind = "andersen", temperature = 2.0, rate = 5.0 }
 [run]
 thermostat = { kind = "andersen", temperature = 2.0, rate = 0.5 }
+equilibration = "auto"
+equilibration_events = 150_000
 until_events = 1000
 [measure]
 pressure_tensor = true
@@ -121,7 +123,12 @@ fn start(scene: &str, events: &str, folder: &Path) -> Command {
         },
     );
     let mut command = carom(&["run", &scene, "--quiet", "--until-events", events, "--checkpoint-every", "0.01"]);
-    let equilibration = if scene.contains("hard_sphere") { "100000" } else { "1000" };
+    let equilibration = match () {
+        () if scene.contains("hard_sphere") => "100000",
+        // Long enough to end by itself.
+        () if scene.ends_with("grown.toml") => "150000",
+        () => "1000",
+    };
     command.arg("--set").arg("output.events=true");
     command.arg("--set").arg(format!("run.equilibration_events={equilibration}"));
     command.arg("--set").arg("output.contacts=true").arg("--out").arg(folder);

@@ -62,8 +62,8 @@ fn description(scene: &Scene) -> String {
     for stage in &scene.run.stages {
         add(format!("stage {}", describe::stage(stage)));
     }
-    if scene.run.equilibration != Limit::default() {
-        add(format!("equilibrates {}", describe::limit(&scene.run.equilibration)));
+    if scene.run.until_stationary || scene.run.equilibration != Limit::default() {
+        add(format!("equilibrates {}", describe::equilibration(&scene.run)));
     }
     add(format!("measures {}", describe::limit(&scene.run.limit)));
     if let Some(thermostat) = &scene.run.thermostat {

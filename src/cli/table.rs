@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use carom::describe::{self, digits, tiny};
-use carom::observe::OBSERVABLES;
+use carom::observe::{Equilibrium, OBSERVABLES};
 use carom::run::{Ending, Finished, Stage};
 
 use super::progress::{clock, short};
@@ -36,6 +36,8 @@ pub fn text(finished: &Finished) -> String {
             lines.pair(&name.replace('_', " "), &format!("{} [{unit}]", describe::estimate(estimate)));
         }
     }
+    lines.title("state of the measured stretch");
+    lines.pair("equilibrated", &Equilibrium::of(&finished.stationarity).to_string());
     audit(&mut lines, finished);
     lines.text()
 }

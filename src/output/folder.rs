@@ -25,7 +25,7 @@ use crate::checkpoint::{Checkpoint, CheckpointError, Kept, KeptFile};
 use crate::event::Event;
 use crate::measure::{Measured, Scalar};
 use crate::observe::Row;
-use crate::run::{Course, Recorder};
+use crate::run::{Course, Recorder, Stage};
 use crate::scene::{Limit, Scene};
 use crate::simulation::{Simulation, Snapshot};
 
@@ -325,8 +325,8 @@ pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
 impl Recorder for Folder {
     type Error = OutputError;
 
-    fn row(&mut self, row: &Row) -> Result<(), OutputError> {
-        self.thermo.write(&self.columns.line(row))?;
+    fn row(&mut self, stage: Stage, row: &Row) -> Result<(), OutputError> {
+        self.thermo.write(&self.columns.line(stage, row))?;
         if self.flushed.elapsed() >= FLUSH_INTERVAL {
             self.flushed = Instant::now();
             self.thermo.flush()?;

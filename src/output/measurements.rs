@@ -81,7 +81,7 @@ fn table(curve: &Curve) -> String {
 }
 
 /// A head of a column, in quotes where a comma or a quote stands in it.
-fn quoted(head: &str) -> String {
+pub(super) fn quoted(head: &str) -> String {
     if head.contains([',', '"']) { format!("\"{}\"", head.replace('"', "\"\"")) } else { head.to_owned() }
 }
 

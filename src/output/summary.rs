@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::observe::Equilibrium;
 use crate::run::Finished;
+use crate::statistics::Stationarity;
 
 /// What `summary.json` contains.
 ///
@@ -31,6 +33,9 @@ pub struct Summary {
     pub overlap: Overlaps,
     /// What the audit objects to, in words; empty for a sound run.
     pub faults: Vec<String>,
+    /// Whether the observables were stationary while they were measured.
+    #[serde(default)]
+    pub equilibrated: Equilibrium,
     pub observables: BTreeMap<String, Observable>,
     pub speed: Speed,
 }
@@ -100,6 +105,9 @@ pub struct Overlaps {
 pub struct Observable {
     pub mean: f64,
     pub standard_error: Option<f64>,
+    /// `None` in files that do not tell.
+    #[serde(default)]
+    pub stationarity: Option<Stationarity>,
 }
 
 /// How fast it was.
@@ -124,7 +132,12 @@ impl Summary {
         let wall_seconds = finished.stretch.wall_seconds;
         let per_second = |count: u64| (wall_seconds > 0.0).then(|| count as f64 / wall_seconds);
         let observable = |(name, estimate): &(&'static str, crate::statistics::Estimate)| {
-            ((*name).to_owned(), Observable { mean: estimate.mean, standard_error: estimate.standard_error })
+            let stationarity =
+                finished.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
+            (
+                (*name).to_owned(),
+                Observable { mean: estimate.mean, standard_error: estimate.standard_error, stationarity },
+            )
         };
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -167,6 +180,7 @@ impl Summary {
                 resolved_after: audit.initial.resolved_after,
             },
             faults: audit.faults().iter().map(ToString::to_string).collect(),
+            equilibrated: Equilibrium::of(&finished.stationarity),
             observables: finished.observables.iter().map(observable).collect(),
             speed: Speed {
                 wall_seconds,

@@ -1,13 +1,15 @@
 //! The table of measurements at even times, `thermo.csv`.
 //!
 //! Columns have a name and a unit in brackets. A column that means nothing for a scene is absent; a cell that cannot be
-//! known, as a rate at the start, is empty.
+//! known, as a rate at the start of a stage, is empty. The last column names the stage: those of the scene, then `equilibration` and `measurement`.
 
 use std::fmt::Write;
 
+use super::measurements::quoted;
 use super::number::Cell;
 use crate::observe::{Meaning, Row};
-use crate::scene::Scene;
+use crate::run::Stage;
+use crate::scene::{EQUILIBRATION, MEASUREMENT, Scene};
 
 /// Which columns a scene has.
 #[derive(Debug, Clone)]
@@ -16,12 +18,15 @@ pub(super) struct Columns {
     /// Whether anything acts from outside.
     is_driven: bool,
     regions: Vec<String>,
+    /// Names of the stages before the equilibration.
+    stages: Vec<String>,
 }
 
 impl Columns {
     pub fn of(scene: &Scene) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
-        Self { meaning: Meaning::of(scene), is_driven: scene.is_driven(), regions }
+        let stages = scene.run.stages.iter().map(|stage| quoted(&stage.name)).collect();
+        Self { meaning: Meaning::of(scene), is_driven: scene.is_driven(), regions, stages }
     }
 
     /// The first line.
@@ -43,12 +48,12 @@ impl Columns {
             line.push_str(region);
             line.push_str(" [1]");
         }
-        line.push('\n');
+        line.push_str(",stage\n");
         line
     }
 
     /// A line of measurements.
-    pub fn line(&self, row: &Row) -> String {
+    pub fn line(&self, stage: Stage, row: &Row) -> String {
         let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
         let meaning = &self.meaning;
         for (has, cell) in [
@@ -69,6 +74,12 @@ impl Columns {
         for count in &row.counts {
             let _ = write!(line, ",{count}");
         }
+        line.push(',');
+        line.push_str(match stage {
+            Stage::Preparation(number) => self.stages.get(number as usize).map_or("", String::as_str),
+            Stage::Equilibration => EQUILIBRATION,
+            Stage::Measurement => MEASUREMENT,
+        });
         line.push('\n');
         line
     }

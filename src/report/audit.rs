@@ -2,6 +2,7 @@
 
 use super::html::{escape, number};
 use crate::describe::{digits, tiny};
+use crate::observe::{Answer, Equilibrium};
 use crate::output::Summary;
 
 /// The section of the page.
@@ -16,12 +17,33 @@ pub(super) fn section(summary: &Summary) -> String {
             "<p class=\"failed\"><strong>✗ Failed.</strong> These results cannot be trusted:</p>\n<ul>\n{faults}</ul>\n"
         )
     };
+    let state = state(&summary.equilibrated);
     let rows: String = invariants(summary).iter().map(Row::html).collect();
     format!(
-        "{verdict}<div class=\"wide\"><table class=\"audit\">\n<caption>Audit of the whole run, its equilibration included</caption>\n\
+        "{verdict}{state}<div class=\"wide\"><table class=\"audit\">\n<caption>Audit of the whole run, its equilibration included</caption>\n\
          <thead><tr><th scope=\"col\">what</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\" class=\"n\">limit</th>\
          <th scope=\"col\">verdict</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
     )
+}
+
+/// Whether the measured stretch was in equilibrium, which no audit of single events can tell.
+fn state(equilibrium: &Equilibrium) -> String {
+    let reasons: Vec<String> = equilibrium.reasons.iter().map(|reason| escape(&number(reason))).collect();
+    let reasons = reasons.join(", ");
+    match equilibrium.verdict {
+        Answer::Yes => {
+            "<p class=\"sound\"><strong>✓ Equilibrated: yes.</strong> No observable drifts while it is measured.</p>\n"
+                .to_owned()
+        }
+        Answer::No => format!(
+            "<p class=\"failed\"><strong>✗ Equilibrated: no.</strong> Between the first quarter and the second half of the measured \
+             stretch {reasons}: means and errors are not those of a steady state. A longer equilibration, or a longer run, is the cure.</p>\n"
+        ),
+        Answer::Unknown => {
+            let reasons = if reasons.is_empty() { "this run does not tell".to_owned() } else { reasons };
+            format!("<p><strong>Equilibrated: unknown</strong> ({reasons}).</p>\n")
+        }
+    }
 }
 
 /// A line of the table.

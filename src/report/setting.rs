@@ -3,7 +3,7 @@
 use super::html::{escape, number};
 use super::inputs::Inputs;
 use crate::describe::{self, digits, plural};
-use crate::scene::Scene;
+use crate::scene::{Limit, Scene};
 
 /// The section of the page.
 pub(super) fn section(inputs: &Inputs) -> String {
@@ -14,9 +14,9 @@ pub(super) fn section(inputs: &Inputs) -> String {
         None => list.text("particles", &plural(summary.particles, "particle")),
     }
     list.text("engine", &summary.engine);
-    let equilibration = inputs.scene.as_ref().map(|scene| scene.run.equilibration);
-    if let Some(limit) = equilibration.filter(|limit| limit.time.is_some() || limit.events.is_some()) {
-        list.text("equilibrated", &describe::limit(&limit));
+    let run = inputs.scene.as_ref().map(|scene| &scene.run);
+    if let Some(run) = run.filter(|run| run.until_stationary || run.equilibration != Limit::default()) {
+        list.text("equilibrated", &describe::equilibration(run));
     }
     let events = &summary.events;
     let kinds = [

@@ -1,8 +1,10 @@
-//! The rows of `thermo.csv`, thinned while they are read so that any number of them fits in a plot.
+//! The rows of `thermo.csv` in the measured stretch, thinned while they are read so that any number of them fits in a plot.
 
 use std::io::{self, BufRead};
 
 use thiserror::Error;
+
+use crate::scene::MEASUREMENT;
 
 /// Neighbouring points of a trace are merged pairwise when there are this many: some two for each pixel of a plot.
 const MOST_SPANS: usize = 1024;
@@ -103,23 +105,31 @@ pub(super) fn read(mut input: impl BufRead) -> Result<Vec<Trace>, TableError> {
         Some((name, unit)) => Trace::new(name, unit.trim_end_matches(']')),
         None => Trace::new(head, "1"),
     };
-    let mut traces: Vec<Trace> = heads.iter().skip(1).map(named).collect();
+    let columns = heads.len();
+    // The last column, if there is one; its cells are words.
+    let has_stage = heads.last() == Some(&"stage");
+    let mut traces: Vec<Trace> = heads[..columns - usize::from(has_stage)].iter().skip(1).map(named).collect();
     for number in 2.. {
         line.clear();
         if input.read_line(&mut line)? == 0 {
             break;
         }
         if !line.trim().is_empty() {
-            row(line.trim_end(), number, &mut traces)?;
+            row(line.trim_end(), number, columns, &mut traces)?;
         }
     }
     Ok(traces)
 }
 
-fn row(text: &str, line: usize, traces: &mut [Trace]) -> Result<(), TableError> {
-    let cells: Vec<&str> = text.split(',').collect();
-    if cells.len() != traces.len() + 1 {
-        return Err(TableError::Cells { line, expected: traces.len() + 1, found: cells.len() });
+fn row(text: &str, line: usize, columns: usize, traces: &mut [Trace]) -> Result<(), TableError> {
+    let has_stage = columns > traces.len() + 1;
+    // The name of a stage may contain commas.
+    let cells: Vec<&str> = text.splitn(if has_stage { columns } else { usize::MAX }, ',').collect();
+    if cells.len() != columns {
+        return Err(TableError::Cells { line, expected: columns, found: cells.len() });
+    }
+    if has_stage && cells[columns - 1] != MEASUREMENT {
+        return Ok(());
     }
     let wrong = |column: &str, text: &str| TableError::Number {
         line,
@@ -148,6 +158,14 @@ mod tests {
         assert_eq!((traces[0].name.as_str(), traces[0].unit.as_str()), ("p", "energy/length^D"));
         assert_eq!(traces[1].name, "in a");
         assert_eq!(traces[0].points(), [None, Some([1.0, 2.5])]);
+    }
+
+    #[test]
+    fn only_the_measured_stretch_is_read() {
+        let text = "time [time],p [1],stage\n0,1,\"first, warm\"\n1,2,equilibration\n1,,measurement\n2,4,measurement\n";
+        let traces = read(text.as_bytes()).unwrap();
+        assert_eq!(traces.len(), 1);
+        assert_eq!(traces[0].points(), [None, Some([2.0, 4.0])]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::driver::PressureLook;
+use super::driver::{Monitor, PressureLook};
 use super::progress::Stage;
 use crate::audit::Ledger;
 use crate::event::Tally;
@@ -100,6 +100,8 @@ pub struct Course {
     pub(super) quiet_rows: u64,
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
+    /// When rows are written in a stage before the measured stretch.
+    pub(super) rows: Option<Ticks>,
     pub(super) measurement: Option<Measurement>,
     /// What had happened before the measured stretch.
     pub(super) before: Tally,
@@ -111,6 +113,8 @@ pub struct Course {
     pub(super) next_scaling: f64,
     /// Simulated time of the next look at the temperature before that; infinite for none.
     pub(super) next_glance: f64,
+    /// The observables in an equilibration that ends when they do not drift.
+    pub(super) monitor: Option<Monitor>,
     /// The pressure of spheres that grow until it is reached.
     pub(super) pressure_look: Option<PressureLook>,
 }
@@ -136,12 +140,14 @@ impl Course {
             quiet_rows: 0,
             last_row: None,
             last_frame: None,
+            rows: None,
             measurement: None,
             before: Tally::default(),
             earlier_seconds: 0.0,
             has_begun: false,
             next_scaling: f64::INFINITY,
             next_glance: f64::INFINITY,
+            monitor: None,
             pressure_look: None,
         }
     }

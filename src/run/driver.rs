@@ -1,11 +1,13 @@
 //! The loop of a run.
 
+mod equilibrate;
 mod finish;
 mod growth;
 mod measure;
 mod pace;
 mod stages;
 
+pub(super) use equilibrate::Monitor;
 pub(super) use growth::PressureLook;
 
 use std::ops::ControlFlow;
@@ -56,8 +58,17 @@ pub fn resume<R: Recorder>(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
     let subject = Subject::of(simulation.scene());
-    let driver =
-        Driver { simulation, course, subject, recorder, watch, started: None, is_ahead: false, steps: STEPS[0] };
+    let driver = Driver {
+        simulation,
+        course,
+        subject,
+        recorder,
+        watch,
+        started: None,
+        is_ahead: false,
+        is_over: false,
+        steps: STEPS[0],
+    };
     driver.drive()
 }
 
@@ -69,6 +80,8 @@ struct Driver<'a, R> {
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// When the measured stretch began, or went on, on the clock.
     started: Option<Instant>,
+    /// Whether the present stage has come to what ends it besides its limit: a pressure of growing spheres, or an equilibrium.
+    is_over: bool,
     /// Whether a copy looks ahead, of which nothing is kept.
     is_ahead: bool,
     /// Steps of the engine until it is next asked whether to go on.
@@ -87,11 +100,11 @@ impl<R: Recorder> Driver<'_, R> {
                 let ending = self.measure()?;
                 return self.finish(ending);
             };
-            if self.course.stage.limit != Limit::default() || self.growth().is_some() {
-                let (time, events) = self.course.stage.end();
-                if let Some(over @ (Ending::Interrupted | Ending::Arrested(_))) = self.advance(time, events)? {
-                    return self.finish(over);
-                }
+            let has_end = self.growth().is_some() || self.course.monitor.is_some();
+            if (self.course.stage.limit != Limit::default() || has_end)
+                && let Some(over) = self.prepare()?
+            {
+                return self.finish(over);
             }
             self.leave(next);
         }
@@ -132,7 +145,8 @@ impl<R: Recorder> Driver<'_, R> {
                 Some(_) => return Ok(ending),
                 None => {}
             }
-            if self.has_grown() {
+            if self.look_at_growth() || self.is_stationary() {
+                self.is_over = true;
                 return Ok(None);
             }
         }

@@ -22,6 +22,7 @@ use serde_json::json;
 
 use crate::output::Format;
 use crate::scene::interactions::MOST_STEPS;
+use crate::scene::planning::AUTOMATIC;
 use crate::scene::reading::{ARRANGEMENTS, BOUNDARIES, POTENTIALS, SIDES, SURFACES};
 use crate::scene::schema::{keys_by_kind, words};
 use crate::scene::surface::Side;
@@ -413,6 +414,9 @@ pub(crate) struct AuditFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RunFile {
+    /// `auto` ends the equilibration when no observable drifts, at its time or number of events at the latest.
+    #[schemars(extend("enum" = AUTOMATIC))]
+    pub equilibration: Option<String>,
     /// Duration simulated first, not measured `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub equilibration_time: Option<f64>,
@@ -433,7 +437,7 @@ pub(crate) struct RunFile {
 #[derive(Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct OutputFile {
-    /// Between two rows of `thermo.csv` `[time]`; some 200 rows if not given.
+    /// Between two rows of `thermo.csv` `[time]`, in all stages; some 200 rows in each if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thermo_interval: Option<f64>,
     /// Between two frames of `trajectory.xyz` `[time]`; some 20 frames if not given.

@@ -24,9 +24,25 @@ pub(crate) fn read_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<R
     Ok(RunPlan {
         stages: stages.into_iter().enumerate().map(stage).collect::<Result<_, _>>()?,
         equilibration: Limit { time: run.equilibration_time, events: run.equilibration_events },
+        until_stationary: run
+            .equilibration
+            .map(|word| read_automatic(&word, &place.key("equilibration")))
+            .transpose()?
+            .is_some(),
         limit: Limit { time: run.until_time, events: run.until_events },
         thermostat: run.thermostat.map(|file| read_thermostat(file, &place.key("thermostat"))).transpose()?,
     })
+}
+
+/// The word that lets an equilibration end by itself.
+pub(crate) const AUTOMATIC: [&str; 1] = ["auto"];
+
+fn read_automatic(word: &str, place: &Place) -> Result<(), SceneError> {
+    if AUTOMATIC.contains(&word) {
+        return Ok(());
+    }
+    let expected = "\"auto\", or equilibration_time or equilibration_events";
+    Err(SceneError::new(place.clone(), SceneErrorKind::value(format!("{word:?}"), expected)))
 }
 
 fn read_stage(stage: StageFile, place: &Place) -> Result<StagePlan, SceneError> {

@@ -10,6 +10,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{finite, finite_vector, positive};
 use crate::scene::place::Place;
+use crate::scene::stage::{EQUILIBRATION, MEASUREMENT};
 use crate::scene::{Growth, GrowthTarget, Limit, Scene, Species, Thermostat};
 use crate::space::{AXES, Boundary, Space};
 
@@ -36,6 +37,13 @@ impl SceneBuilder {
         check_thermostat(self.run.thermostat.as_ref(), &place.key("thermostat"))?;
         for (index, stage) in self.run.stages.iter().enumerate() {
             let place = Place::entry("stage", index);
+            if [EQUILIBRATION, MEASUREMENT].contains(&stage.name.as_str()) {
+                let expected = "another name: the run has a stage of its own with this one";
+                return Err(SceneError::new(
+                    place.key("name"),
+                    SceneErrorKind::value(format!("{:?}", stage.name), expected),
+                ));
+            }
             check_limit(stage.limit, place.key("until_time"), place.key("until_events"))?;
             check_thermostat(stage.thermostat.as_ref(), &place.key("thermostat"))?;
             if let Some(growth) = &stage.growth {

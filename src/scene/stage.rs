@@ -2,6 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+/// What tables call the stretch before anything is measured,
+pub(crate) const EQUILIBRATION: &str = "equilibration";
+
+/// and the measured one.
+pub(crate) const MEASUREMENT: &str = "measurement";
+
 /// When to stop: at a time, after a number of physical events, or at whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Limit {
@@ -32,6 +38,8 @@ pub struct RunPlan {
     pub stages: Vec<StagePlan>,
     /// Simulated then, without measuring.
     pub equilibration: Limit,
+    /// Whether the equilibration ends when no observable drifts, at its limit at the latest.
+    pub until_stationary: bool,
     /// The measured stretch, at the end.
     pub limit: Limit,
     /// What holds the temperature in the measured stretch.

@@ -29,6 +29,8 @@ const MOST_VALUES: usize = 512;
 pub enum Stationarity {
     /// As far as can be seen.
     Stationary,
+    /// It does not change at all.
+    Constant,
     /// The mean of the second half is this much above that of the first quarter, and more than by chance.
     Drifting(f64),
     /// The series is too short for its correlation to tell.
@@ -54,7 +56,7 @@ pub fn stationarity(series: &[f64]) -> Stationarity {
     let scale = series.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     // What rounding leaves of a constant does not drift.
     if series.iter().all(|x| (x - series[0]).abs() <= 1e-12 * scale) {
-        return Stationarity::Stationary;
+        return Stationarity::Constant;
     }
     let is_far = |noise: &Noise, limit: (f64, f64)| {
         let error = (noise.density * (1.0 / first.len() as f64 + 1.0 / second.len() as f64)).sqrt();
@@ -144,9 +146,9 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_is_stationary_and_too_little_is_unknown() {
-        assert_eq!(stationarity(&[1.5; 100]), Stationarity::Stationary);
-        assert_eq!(stationarity(&[0.0; 100]), Stationarity::Stationary);
+    fn a_constant_does_not_drift_and_too_little_is_unknown() {
+        assert_eq!(stationarity(&[1.5; 100]), Stationarity::Constant);
+        assert_eq!(stationarity(&[0.0; 100]), Stationarity::Constant);
         assert_eq!(stationarity(&correlated(0.0, 19, 1)), Stationarity::Unknown);
         assert_eq!(stationarity(&correlated(0.99, 100, 1)), Stationarity::Unknown);
     }

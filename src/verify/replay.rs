@@ -86,8 +86,8 @@ pub fn verify(scene: Scene, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -
 fn stages(plan: &RunPlan) -> Vec<Limit> {
     let planned = [plan.limit, plan.equilibration].into_iter();
     let stages: Vec<Limit> = planned.filter(|limit| *limit != Limit::default()).collect();
-    // A scene that does not say how long to run can be replayed for ever.
-    if stages.is_empty() { vec![Limit::default()] } else { stages }
+    // A scene that does not say how long to run, or whose equilibration ends by what it measures, can be replayed for ever.
+    if stages.is_empty() || plan.until_stationary { vec![Limit::default()] } else { stages }
 }
 
 struct Replay {

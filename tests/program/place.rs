@@ -83,6 +83,13 @@ impl Place {
         fs::read_to_string(self.path().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
     }
 
+    /// `thermo.csv` of a run with the rows of its measured stretch only.
+    pub fn measured(&self, folder: &str) -> String {
+        let thermo = self.read(&format!("{folder}/thermo.csv"));
+        let is_wanted = |(index, line): &(usize, &str)| *index == 0 || line.ends_with(",measurement");
+        thermo.lines().enumerate().filter(is_wanted).map(|(_, line)| format!("{line}\n")).collect()
+    }
+
     pub fn summary(&self, folder: &str) -> Value {
         serde_json::from_str(&self.read(&format!("{folder}/summary.json"))).unwrap()
     }

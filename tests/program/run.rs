@@ -19,7 +19,7 @@ fn a_run_leaves_its_files_and_a_table() {
         [".carom", "checkpoint", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"]
     );
 
-    let thermo = place.read("runs/scene/thermo.csv");
+    let thermo = place.measured("runs/scene");
     let mut lines = thermo.lines();
     let columns = lines.next().unwrap().split(',').count();
     let rows: Vec<Vec<&str>> = lines.map(|line| line.split(',').collect()).collect();
@@ -40,7 +40,7 @@ fn the_keys_of_the_summary_are_the_contract() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "9"])), 0);
     let summary = place.summary("runs/scene");
-    let top = "version scene seed engine particles diameter_factor time events energy momentum overlap faults observables speed";
+    let top = "version scene seed engine particles diameter_factor time events energy momentum overlap faults equilibrated observables speed";
     assert_eq!(keys(&summary), sorted(top.split(' ').collect()));
     for (key, contents) in [
         (
@@ -62,7 +62,7 @@ fn the_keys_of_the_summary_are_the_contract() {
     let rate = &summary["observables"]["collision_rate"];
     assert!(rate["standard_error"].as_f64().unwrap() > 0.0);
     // The mean over all of the stretch is what the counts say.
-    let thermo = place.read("runs/scene/thermo.csv");
+    let thermo = place.measured("runs/scene");
     let times: Vec<f64> = thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
     let duration = times[times.len() - 1] - times[0];
     assert!((rate["mean"].as_f64().unwrap() / (2.0 * 4000.0 / (108.0 * duration)) - 1.0).abs() < 1e-12);
@@ -91,7 +91,7 @@ fn a_run_is_a_function_of_its_scene_and_rows_do_not_change_it() {
 fn rows_and_frames_of_a_number_of_events_are_there_from_the_start() {
     let place = Place::with(FLUID);
     let times_of = |folder: &str| -> Vec<f64> {
-        let thermo = place.read(&format!("{folder}/thermo.csv"));
+        let thermo = place.measured(folder);
         thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
     };
     // The first thousandth of the events, 100 of them, takes 0.18; the last row is that of the end.
@@ -123,6 +123,78 @@ fn rows_and_frames_of_a_number_of_events_are_there_from_the_start() {
 }
 
 #[test]
+fn rows_begin_with_the_scene_and_name_their_stage() {
+    let stage = "[[stage]]\nname = \"first, warm\"\nuntil_time = 1.0\n\
+        thermostat = { kind = \"andersen\", temperature = 2.0, rate = 1.0 }\n";
+    let place = Place::with(&format!("{FLUID}\n{stage}"));
+    let output = place.carom(&["run", "scene.toml", "--set", "output.thermo_interval=0.25"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let thermo = place.read("runs/scene/thermo.csv");
+    assert!(thermo.lines().next().unwrap().ends_with(",stage"), "{thermo}");
+    let lines: Vec<&str> = thermo.lines().skip(1).collect();
+    for time in ["0,", "0.25,", "0.5,", "0.75,"] {
+        let line = lines.iter().find(|line| line.starts_with(time)).unwrap();
+        assert!(line.ends_with(",\"first, warm\""), "{line}");
+    }
+    let begin = |stage: &str| lines.iter().position(|line| line.ends_with(stage)).unwrap();
+    assert!(begin("warm\"") == 0 && begin(",equilibration") == 4, "{thermo}");
+    let measured = begin(",measurement");
+    assert!(measured > 4 && lines[measured..].iter().all(|line| line.ends_with(",measurement")), "{thermo}");
+    // Rates are those of a stage, and so not known at its start.
+    assert!([0, 4, measured].iter().all(|row| lines[*row].contains(",,")), "{thermo}");
+    assert!(!lines[measured + 1].contains(",,"), "{thermo}");
+    let summary = place.summary("runs/scene");
+    assert_eq!(summary["events"]["total"], 4000, "rows do not change what is measured");
+}
+
+/// A crystal that melts while it is measured, or before.
+#[test]
+fn what_drifts_is_told_beside_the_audit() {
+    let place = Place::with(FLUID);
+    let scene = ["--set", "fill.0.count=500", "--set", "fill.0.packing_fraction=0.49", "--until-events", "200000"];
+    for (folder, events, expected) in [("soon", "1", "no"), ("late", "300000", "yes")] {
+        let equilibration = format!("run.equilibration_events={events}");
+        let arguments = ["run", "scene.toml", "--out", folder, "--set", &equilibration];
+        let output = place.carom(&[&arguments[..], &scene[..]].concat());
+        assert_eq!(code(&output), 0, "the audit is another question: {}", errors(&output));
+        let summary = place.summary(folder);
+        assert_eq!(summary["equilibrated"]["verdict"], expected, "{summary}");
+        assert!(words(&output).contains(&format!("equilibrated {expected}")), "{}", words(&output));
+        assert_eq!(summary["faults"].as_array().unwrap().len(), 0);
+        let pressure = &summary["observables"]["pressure"]["stationarity"];
+        match expected {
+            // From 9 to 11.4.
+            "no" => assert!(pressure["verdict"] == "drifting" && pressure["by"].as_f64().unwrap() > 1.0, "{summary}"),
+            _ => assert_eq!(pressure["verdict"], "stationary", "{summary}"),
+        }
+        assert_eq!(summary["observables"]["temperature"]["stationarity"]["verdict"], "constant", "{summary}");
+    }
+}
+
+#[test]
+fn an_automatic_equilibration_ends_when_nothing_drifts_whatever_is_written() {
+    let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
+    let start = |folder: &str, more: &str| -> (f64, String) {
+        let dense = "fill.0.packing_fraction=0.49";
+        let arguments =
+            ["run", "scene.toml", "--out", folder, "--set", more, "--set", dense, "--set", "fill.0.count=500"];
+        let output = place.carom(&arguments);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        let measured = place.measured(folder);
+        let line = measured.lines().nth(1).unwrap();
+        let cells: Vec<&str> = line.split(',').take(4).collect();
+        (cells[0].parse().unwrap(), cells.join(","))
+    };
+    let (time, plain) = start("plain", "output.contacts=false");
+    // A hundred looks after two events per particle each are the least; they take 11.
+    assert!((10.0..200.0).contains(&time), "{time}");
+    assert_eq!(start("often", "output.thermo_interval=0.037").1, plain);
+    // The limit holds, if it comes first.
+    let (time, _) = start("limited", "run.equilibration_time=2.0");
+    assert_eq!(time, 2.0);
+}
+
+#[test]
 fn limits_on_the_command_line_replace_those_of_the_scene() {
     let place = Place::with(FLUID);
     let output = place.carom(&["run", "scene.toml", "--until-events", "1e3", "--out", "events"]);
@@ -131,7 +203,7 @@ fn limits_on_the_command_line_replace_those_of_the_scene() {
     let arguments =
         ["run", "scene.toml", "--until-time", "0.5", "--set", "run.equilibration_events=1", "--out", "time"];
     assert_eq!(code(&place.carom(&arguments)), 0);
-    let thermo = place.read("time/thermo.csv");
+    let thermo = place.measured("time");
     assert_eq!(thermo.lines().count(), 1 + 201, "rows at both ends and between them");
 }
 
@@ -214,14 +286,14 @@ fn counting_regions_and_heights_are_columns() {
     let arguments = ["run", "scene.toml", "--set", "space.z.restitution=1.0", "--until-time", "2"];
     let output = place.carom(&arguments);
     assert_eq!(code(&output), 0, "{}", errors(&output));
-    let thermo = place.read("runs/scene/thermo.csv");
+    let thermo = place.measured("runs/scene");
     assert!(thermo.starts_with("time [time],events [1],kinetic [energy]"), "{thermo}");
-    assert!(thermo.lines().next().unwrap().ends_with("height [length],in floor [1]"), "{thermo}");
+    assert!(thermo.lines().next().unwrap().ends_with("height [length],in floor [1],stage"), "{thermo}");
     // At t = 1 the ball has fallen by 1/2 to 1; it touches the floor at sqrt(2).
     let row: Vec<&str> = thermo.lines().nth(3).unwrap().split(',').collect();
-    assert_eq!((row[0], row[row.len() - 1]), ("1", "0"));
-    assert!((row[row.len() - 2].parse::<f64>().unwrap() - 1.0).abs() < 1e-14);
+    assert_eq!((row[0], row[row.len() - 2]), ("1", "0"));
+    assert!((row[row.len() - 3].parse::<f64>().unwrap() - 1.0).abs() < 1e-14);
     let row: Vec<&str> = thermo.lines().nth(4).unwrap().split(',').collect();
-    assert_eq!((row[0], row[row.len() - 1]), ("1.5", "1"));
+    assert_eq!((row[0], row[row.len() - 2]), ("1.5", "1"));
     assert!(place.summary("runs/scene")["momentum"]["drift"].is_null());
 }

@@ -78,9 +78,10 @@ impl<R: Recorder> Driver<'_, R> {
         self.course.observer.meaning().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
-    /// Physical events at which the pressure of growing spheres is looked at next.
+    /// Physical events at which it is looked next whether growing spheres have come to a pressure, or an equilibration to its end.
     pub(super) fn next_look(&self) -> u64 {
-        self.course.pressure_look.map_or(u64::MAX, |look| look.next)
+        let pressure = self.course.pressure_look.map_or(u64::MAX, |look| look.next);
+        self.course.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
     }
 
     /// Ends a piece of the time in which the pressure is averaged, as before velocities are scaled.
@@ -107,11 +108,11 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Whether growing spheres have come to the pressure that they are to reach.
-    pub(super) fn has_grown(&mut self) -> bool {
+    pub(super) fn look_at_growth(&mut self) -> bool {
         let Some(Growth { until: GrowthTarget::CompressibilityFactor(target), .. }) = self.growth() else {
             return false;
         };
-        if self.simulation.tally().physical() < self.next_look() {
+        if self.course.pressure_look.is_none_or(|look| self.simulation.tally().physical() < look.next) {
             return false;
         }
         self.end_piece();
@@ -152,8 +153,17 @@ mod tests {
         let simulation = Simulation::new(scene);
         let (course, subject) = (Course::new(&simulation), Subject::of(simulation.scene()));
         let watch = &mut |_: &Progress| ControlFlow::Continue(());
-        let mut driver =
-            Driver { simulation, course, subject, recorder: &mut (), watch, started: None, is_ahead: false, steps: 1 };
+        let mut driver = Driver {
+            simulation,
+            course,
+            subject,
+            recorder: &mut (),
+            watch,
+            started: None,
+            is_ahead: false,
+            is_over: false,
+            steps: 1,
+        };
         driver.enter();
         loop {
             let events = driver.simulation.tally().physical().saturating_add(step);

@@ -1,4 +1,4 @@
-//! The measured stretch: rows, frames and instruments at their times.
+//! Rows at their times in every stage; in the measured stretch frames and instruments, too.
 
 use std::time::Instant;
 
@@ -8,6 +8,7 @@ use crate::measure::{Instruments, Sample, Setup};
 use crate::run::course::Measurement;
 use crate::run::{Ending, Recorder};
 use crate::scene::Limit;
+use crate::ticks::Ticks;
 
 /// A run without a limit in time that has written so many rows or frames since its last event fills the disk.
 const MOST_QUIET_ROWS: u64 = 1_000_000;
@@ -45,6 +46,37 @@ impl<R: Recorder> Driver<'_, R> {
             return Ok(ending);
         }
         Ok(ending)
+    }
+
+    /// A stage before the measured stretch, from where it is; says what ends the run in it.
+    pub(super) fn prepare(&mut self) -> Result<Option<Ending>, R::Error> {
+        if self.course.rows.is_none() {
+            self.record(true, false)?;
+            match self.pace_of_rows()? {
+                Ok(rows) => self.course.rows = Some(rows),
+                Err(ending) => return Ok(Some(ending)),
+            }
+        }
+        let (end_time, end_events) = self.course.stage.end();
+        loop {
+            let tick = self.course.rows.as_ref().map_or(f64::INFINITY, Ticks::next);
+            match self.advance(tick.min(end_time), end_events)? {
+                Some(over @ (Ending::Interrupted | Ending::Arrested(_))) => return Ok(Some(over)),
+                Some(_) => return Ok(None),
+                None if self.is_over => return Ok(None),
+                None if tick >= end_time - NEAR * (end_time - self.course.stage.time) => {
+                    // To its end, from a tick that is short of it by rounding.
+                    let ending = self.advance(end_time, end_events)?;
+                    return Ok(ending.filter(|over| matches!(over, Ending::Interrupted | Ending::Arrested(_))));
+                }
+                None => {}
+            }
+            self.record(true, false)?;
+            let now = self.simulation.time().max(tick);
+            if let Some(rows) = &mut self.course.rows {
+                rows.pass(now);
+            }
+        }
     }
 
     fn set_up(&mut self, Pace { rows, frames, duration }: Pace) {
@@ -101,7 +133,7 @@ impl<R: Recorder> Driver<'_, R> {
             self.course.last_row = now;
             let row = self.course.observer.row(&self.simulation);
             self.course.ledger.see(&row);
-            self.recorder.row(&row)?;
+            self.recorder.row(self.course.stage.stage, &row)?;
         }
         if has_frame && self.course.last_frame != now {
             self.course.last_frame = now;

@@ -1,6 +1,6 @@
 //! How often a run writes, where the scene leaves it open.
 
-use super::Driver;
+use super::{Driver, Monitor};
 use crate::run::{Ending, Recorder};
 use crate::scene::Limit;
 use crate::ticks::Ticks;
@@ -10,6 +10,9 @@ const ROWS: u32 = 200;
 
 /// As [`ROWS`], for frames.
 const FRAMES: u32 = 20;
+
+/// Growth to a pressure takes at least so much of the diameters, and there are more rows if it takes more.
+const SOME_GROWTH: f64 = 0.05;
 
 /// When a measured stretch writes, and how long it will last, as far as is known `[time]`.
 pub(super) struct Pace {
@@ -43,6 +46,33 @@ impl<R: Recorder> Driver<'_, R> {
         Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration }))
     }
 
+    /// The times of rows in a stage before the measured stretch; or the ending, if the caller wants no more while they are chosen.
+    pub(super) fn pace_of_rows(&mut self) -> Result<Result<Ticks, Ending>, R::Error> {
+        let (start, limit) = (self.course.stage.time, self.course.stage.limit);
+        if let Some(interval) = self.simulation.scene().output.thermo_interval {
+            return Ok(Ok(Ticks::given(start, interval)));
+        }
+        let duration = match limit {
+            Limit { time: Some(time), events: None } => Some(time),
+            Limit { time, events: Some(events) } => match self.look_ahead(time, events)? {
+                Some(expected) => Some(rounded(expected).min(time.unwrap_or(f64::INFINITY))),
+                None => return Ok(Err(Ending::Interrupted)),
+            },
+            Limit { time: None, events: None } => match self.growth() {
+                Some(growth) => Some(SOME_GROWTH / growth.rate),
+                // An equilibration that ends by itself: as long as that takes at least.
+                None => {
+                    match self.look_ahead(None, 1000 * self.course.monitor.as_ref().map_or(1, Monitor::shortest))? {
+                        Some(expected) => Some(rounded(expected / 1000.0)),
+                        None => return Ok(Err(Ending::Interrupted)),
+                    }
+                }
+            },
+        };
+        let duration = duration.filter(|duration| duration.is_finite() && *duration > 0.0).unwrap_or(f64::INFINITY);
+        Ok(Ok(Ticks::expecting(start, duration, ROWS, 0.0)))
+    }
+
     /// How long so many events will take, from the first thousandth of them, or of a limit in time; `None` if the caller wants no more.
     ///
     /// A copy goes ahead and is dropped, so that the run itself has its rows, frames and samples from the start of the stretch on. A checkpoint
@@ -53,6 +83,7 @@ impl<R: Recorder> Driver<'_, R> {
         let expected = self.pilot(limit, events);
         self.is_ahead = false;
         (self.simulation, self.course) = present;
+        self.is_over = false;
         expected
     }
 

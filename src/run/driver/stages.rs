@@ -34,6 +34,9 @@ impl<R: Recorder> Driver<'_, R> {
         }
         self.course.stage = Start::of(&self.simulation, stage, limit);
         self.course.has_begun = true;
+        self.begin_monitor();
+        self.course.observer.begin();
+        (self.course.rows, self.course.last_row) = (None, None);
         self.subject = Subject::of(self.simulation.scene());
     }
 
@@ -48,6 +51,7 @@ impl<R: Recorder> Driver<'_, R> {
         }
         self.course.stage = Start::of(&self.simulation, next, Limit::default());
         self.course.has_begun = false;
+        (self.is_over, self.course.monitor) = (false, None);
     }
 
     /// Scales velocities to the temperature of the thermostat, at a time that the simulation has come to, but for rounding.

@@ -12,7 +12,7 @@ use crate::space::AXES;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StageFile {
-    /// Name of the stage in reports.
+    /// Name of the stage in reports and in the column `stage` of `thermo.csv`; neither `equilibration` nor `measurement`.
     pub name: String,
     /// Longest duration of the stage `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
