@@ -27,7 +27,7 @@ fuzz_target!(|text: &str| {
     scene.run.limit.time = Some(scene.run.limit.time.map_or(longest, |time| time.min(longest)));
     let certificate = verify(scene, Stretch { from: 0, events: 30 }, &mut |_| ControlFlow::Continue(()));
     match certificate.end {
-        End::Violated(Violation { fault: Fault::TooFast { .. }, .. }) => {}
+        End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {}
         End::Violated(violation) => panic!("{violation}"),
         _ => {}
     }

@@ -142,7 +142,7 @@ fn words(certificate: &Certificate) -> String {
         End::Violated(Violation { fault: Fault::EndedEarly { .. } | Fault::EndNotShown { .. }, .. }) => {
             "VIOLATED: the events above are proven, but not that nothing follows".to_owned()
         }
-        End::Violated(Violation { fault: Fault::TooFast { .. }, .. }) => {
+        End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             "NOT PROVEN: the events above are proven; the numbers have too few digits for what follows".to_owned()
         }
         End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
@@ -153,7 +153,7 @@ fn words(certificate: &Certificate) -> String {
 
 fn verdict(certificate: &Certificate) -> Result<(), Failure> {
     match certificate.end {
-        End::Violated(violation @ Violation { fault: Fault::TooFast { .. }, .. }) => {
+        End::Violated(violation @ Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             let help = "a smaller box, shallower wells or slower particles leave more digits to the positions";
             Err(Failure::failed(violation.to_string(), None, Some(help)))
         }

@@ -4,6 +4,9 @@ use super::rules::{Side, fly};
 use crate::Vector;
 use crate::reference::{Polynomial, next_event};
 
+/// The derivative of a quartic has three roots.
+const MOST_TURNS: usize = 3;
+
 /// What is approached.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Boundary {
@@ -48,10 +51,12 @@ impl Approach {
     pub fn lowest(&self, from: f64, to: f64) -> f64 {
         let mut lowest = self.gap(from).min(self.gap(to));
         let derivative = self.polynomial().derivative();
-        let mut turn = derivative.next_root(from - self.since);
-        while let Some(at) = turn.filter(|at| *at < to - self.since) {
+        let mut after = from - self.since;
+        for _ in 0..MOST_TURNS {
+            let Some(at) = derivative.next_root(after).filter(|at| *at < to - self.since) else { break };
             lowest = lowest.min(self.gap(self.since + at));
-            turn = derivative.next_root(at);
+            // Rounding may leave the root itself behind the time where it was found, to be found again.
+            after = at * (1.0 + 8.0 * f64::EPSILON);
         }
         lowest
     }

@@ -1,7 +1,7 @@
 //! Whether the event in hand was due, and came out right.
 
 use super::approach::{Approach, Boundary};
-use super::bounds::{Bounds, Flight};
+use super::bounds::{Bounds, Flight, is_without_digits};
 use super::certificate::note;
 use super::contact::Contact;
 use super::outcome::Encounter;
@@ -147,6 +147,9 @@ impl Verifier {
         self.counts.in_invalid_state += u64::from(gap < -bound);
         // Deeper than that, it was in an invalid state before it was due: what it did since then was looked at already.
         if gap.abs() <= bound {
+            if is_without_digits(gap, unit) {
+                return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });
+            }
             note(&mut self.margins.distance, gap.abs(), bound);
         }
         self.largest_gap = self.largest_gap.max(gap / unit);

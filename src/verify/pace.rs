@@ -22,7 +22,7 @@ impl Pace {
         let mean = |of: &dyn Fn(usize) -> f64| world.moving.iter().map(|&i| of(i as usize)).sum::<f64>() / count;
         let speed = mean(&|i| states.velocities[i].norm());
         let acceleration = mean(&|i| world.accelerations[i].norm());
-        Self { target: duration(speed, acceleration, FIRST * world.longest_length()) }
+        Self { target: duration(speed, acceleration, FIRST * world.longest_length) }
     }
 
     /// Makes the next window longer or shorter than one that has ended.

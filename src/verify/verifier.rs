@@ -1,6 +1,8 @@
 //! The proof itself, event by event, from nothing but events and states.
 
+use super::approach::Boundary;
 use super::barrier::ContactMemory;
+use super::bounds::is_without_digits;
 use super::certificate::{Counts, Margins, note};
 use super::contact::Contact;
 use super::pace::{Pace, round_the_box};
@@ -228,6 +230,11 @@ impl Verifier {
             if deeper.is_nan() || deeper > bound {
                 let due = self.start_time + (self.window.origin.total() + due.time);
                 return Err(Fault::Missed { contact, due, deeper, bound });
+            }
+            if let Boundary::Sphere { distance, .. } = due.approach.boundary
+                && is_without_digits(deeper, distance)
+            {
+                return Err(Fault::WithoutDigits { contact, by: deeper, distance });
             }
             note(&mut self.margins.overlap, deeper, bound);
             if executed == Some(contact) {

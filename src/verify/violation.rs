@@ -155,6 +155,19 @@ pub enum Fault {
         /// How fast.
         speed: f64,
     },
+    /// A gap or an overlap that round-off explains, because the numbers have so few digits, and that is far too large all the same.
+    #[error(
+        "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
+        and so nothing can be proven"
+    )]
+    WithoutDigits {
+        /// Who.
+        contact: Contact,
+        /// How far `[length]`.
+        by: f64,
+        /// The distance of the discontinuity `[length]`.
+        distance: f64,
+    },
     /// The run ended as if nothing would ever happen again, though something is due.
     #[error("the run ended because nothing would happen any more, but {contact} are due at t = {due}")]
     EndedEarly {

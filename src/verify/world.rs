@@ -45,6 +45,8 @@ pub(super) struct World {
     pub diagonal: f64,
     /// Beyond this distance no strangers meet `[length]`.
     pub longest_range: f64,
+    /// A length of the scene's particles: the longest range, or diameter if there is none `[length]`.
+    pub longest_length: f64,
     /// The largest coordinate of a wall `[length]`.
     pub farthest_wall: f64,
     /// Whether any pair can be in another state than 0.
@@ -74,6 +76,7 @@ impl World {
             lower: scene.space.lower,
             diagonal: if scene.space.is_fully_periodic() { scene.space.size.norm() } else { f64::INFINITY },
             longest_range: potentials.clone().map(|potential| potential.range()).fold(0.0, f64::max),
+            longest_length: scene.longest_range(),
             farthest_wall: walls(scene).iter().map(|wall| wall.at.abs()).fold(0.0, f64::max),
             has_states: potentials.clone().any(|potential| *potential.accessible_states().end() > 0),
             holds_all_pairs: potentials.clone().any(Potential::is_bond),
@@ -106,11 +109,6 @@ impl World {
 
     pub fn is_bonded(&self, i: u32, j: u32) -> bool {
         self.bonds.contains_key(&(i.min(j), i.max(j)))
-    }
-
-    /// A length of the scene's particles: the longest range, or diameter if there is none `[length]`.
-    pub fn longest_length(&self) -> f64 {
-        self.scene.longest_range()
     }
 
     /// The wall of a contact, if the box has it.

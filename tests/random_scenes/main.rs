@@ -37,7 +37,9 @@ fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
     count.events += certificate.counts.events();
     match certificate.end {
         // The numbers have no digits left: the verifier says so, and claims nothing.
-        End::Violated(Violation { fault: Fault::TooFast { .. }, .. }) => count.without_digits += 1,
+        End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
+            count.without_digits += 1
+        }
         End::Violated(violation) => return Some(format!("{violation:?}")),
         End::Arrested(_) => count.arrested += 1,
         _ => count.proven += 1,
@@ -84,6 +86,13 @@ fn whatever_runs_is_proven() {
     }
     let ran = count.proven + count.arrested;
     assert!(2 * ran as u64 > scenes, "most scenes are there to run: {count:?}");
+}
+
+/// Prints the scene of `CAROM_FUZZ_SEED`.
+#[test]
+#[ignore = "to look at a scene"]
+fn show() {
+    print!("{}", generator::scene(setting("CAROM_FUZZ_SEED", 1)));
 }
 
 #[test]
