@@ -11,6 +11,8 @@ use std::ops::ControlFlow;
 const CHUNK: u64 = 100_000;
 /// Events between two calls of `watch` within it.
 const FEW: u64 = 64;
+/// Steps of the engine between two calls of `watch`, however few events they are: some tens of milliseconds.
+const STEPS: u64 = 20_000;
 
 /// Which events of a run to prove.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,10 +122,10 @@ impl Replay {
             let Some(stage) = self.stage() else { return Some(End::RunEnded) };
             let chunk = self.simulation.tally().physical().saturating_add(CHUNK);
             let until = Until { events: stage.events.min(stretch.from).min(chunk), ..stage };
-            match self.simulation.advance(until) {
-                Ok(Reason::Events) => {}
-                Ok(Reason::Time) => self.ends = None,
-                Ok(Reason::Idle) => return Some(End::Idle),
+            match self.simulation.advance_for(STEPS, until, |_| {}) {
+                Ok(None | Some(Reason::Events)) => {}
+                Ok(Some(Reason::Time)) => self.ends = None,
+                Ok(Some(Reason::Idle)) => return Some(End::Idle),
                 Err(arrest) => return Some(End::Arrested(arrest)),
             }
         }
@@ -160,7 +162,9 @@ impl Replay {
         }
         let end = end.unwrap_or(End::Asked);
         match verifier.compare_pairs(&self.simulation.captured_pairs()) {
-            Err(fault) if !matches!(end, End::Violated(_) | End::Arrested(_)) => End::Violated(self.violation(fault)),
+            Err(fault) if !matches!(end, End::Violated(_) | End::Arrested(_) | End::Interrupted) => {
+                End::Violated(self.violation(fault))
+            }
             _ => end,
         }
     }
@@ -174,17 +178,26 @@ impl Replay {
         watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Option<End>, Stop> {
         let Some(stage) = self.stage() else { return Ok(Some(End::RunEnded)) };
-        let event = self.simulation.step_before(stage.time)?;
-        self.simulation.states(states);
         let progress = self.progress(stretch, true);
         let mut watch = || watch(&progress);
+        let until = Until { time: stage.time, events: self.simulation.tally().physical().saturating_add(1) };
+        let mut event = None;
+        let reason = loop {
+            if let Some(reason) = self.simulation.advance_for(STEPS, until, |executed| event = Some(*executed))? {
+                break reason;
+            }
+            if watch().is_break() {
+                return Ok(Some(End::Interrupted));
+            }
+        };
+        self.simulation.states(states);
         if let Some(event) = event {
             verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violation(fault))?;
             return Ok(None);
         }
         verifier.witness_quiet_watched(states, &mut watch).map_err(|fault| self.violation(fault))?;
         self.ends = None;
-        if stage.time == f64::INFINITY {
+        if reason == Reason::Idle {
             return Ok(Some(self.idle(verifier)?));
         }
         Ok(None)
