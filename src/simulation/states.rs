@@ -13,6 +13,8 @@ pub struct Elapsed {
     pub epoch: f64,
     /// From the epoch `[time]`.
     pub since_epoch: f64,
+    /// How many epochs have ended: what nothing has happened to for two of them has its state rounded once more in each.
+    pub epochs: u64,
 }
 
 impl Elapsed {
@@ -43,7 +45,7 @@ pub struct States {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn states(&self, states: &mut States) {
-        states.elapsed = Elapsed { epoch: self.epoch, since_epoch: self.now };
+        states.elapsed = Elapsed { epoch: self.epoch, since_epoch: self.now, epochs: self.epochs };
         states.positions.clear();
         states.velocities.clear();
         for &particle in &self.numbers {
@@ -75,8 +77,8 @@ mod tests {
 
     #[test]
     fn a_short_time_across_epochs_keeps_its_digits() {
-        let earlier = Elapsed { epoch: 0.0, since_epoch: 384.0_f64.next_down() };
-        let later = Elapsed { epoch: 384.0, since_epoch: 1e-15 };
+        let earlier = Elapsed { epoch: 0.0, since_epoch: 384.0_f64.next_down(), epochs: 0 };
+        let later = Elapsed { epoch: 384.0, since_epoch: 1e-15, epochs: 1 };
         assert_eq!(later.after(&earlier), (384.0 - 384.0_f64.next_down()) + 1e-15);
         assert_eq!(later.total(), 384.0);
     }

@@ -125,14 +125,14 @@ fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> L
 mod tests {
     use super::*;
 
-    const AT_ONE: Elapsed = Elapsed { epoch: 0.0, since_epoch: 1.0 };
+    const AT_ONE: Elapsed = Elapsed { epoch: 0.0, since_epoch: 1.0, epochs: 0 };
 
     fn arrival(restitution: f64, approach: f64, tangential: f64, closing: f64) -> Arrival {
         Arrival { restitution, approach: (approach, 0.0), tangential: (tangential, 0.0), closing: (closing, 0.0) }
     }
 
     fn speeds(memory: &ContactMemory, arrival: &Arrival, at: f64) -> Vec<f64> {
-        let now = Elapsed { epoch: 0.0, since_epoch: at };
+        let now = Elapsed { since_epoch: at, ..AT_ONE };
         memory.leavings(arrival, &[0, 1], &now).iter().map(|leaving| leaving.speed.0).collect()
     }
 

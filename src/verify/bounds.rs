@@ -50,10 +50,14 @@ impl Flight {
         let times = duration + states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
         // A coordinate is rounded once more at every wrap, however far it has been extrapolated then.
         let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
-        let length = (position.amax() + speed * times) * (1.0 + wraps / ROUNDINGS);
-        // An engine may bring forward what falls, and round its velocity, as often as it looks for new neighbours.
-        let looks = if acceleration > 0.0 { speed * duration / world.longest_length } else { 0.0 };
-        let falling = acceleration * times + (speed + acceleration * times) * (looks / ROUNDINGS);
+        // All that the engine says to have brought forward from one epoch into the next is rounded there.
+        let epochs = states.elapsed.epochs.saturating_sub(last_event.epochs) as f64;
+        let length = (position.amax() + speed * times) * (1.0 + (wraps + epochs) / ROUNDINGS);
+        let falling = if acceleration > 0.0 {
+            acceleration * times + (speed + acceleration * times) * (epochs / ROUNDINGS)
+        } else {
+            0.0
+        };
         Self { length, speed, falling, duration }
     }
 
