@@ -9,9 +9,9 @@ use crate::simulation::{Elapsed, States};
 /// sum has eight terms. All are below one unit in the last place of the scales below.
 const ROUNDINGS: f64 = 32.0;
 
-/// Roundings that many, of a number of the order of `scale`.
+/// Roundings that many, of a number of the order of `scale`; the smallest numbers are rounded to multiples of a smaller one still.
 pub(super) fn rounded(scale: f64) -> f64 {
-    ROUNDINGS * f64::EPSILON * scale
+    ROUNDINGS * (f64::EPSILON * scale + f64::MIN_POSITIVE)
 }
 
 /// An overlap or a gap of more than this part of a discontinuity's distance is no round-off that a physicist would accept, however

@@ -17,6 +17,9 @@ use carom::verify::{Certificate, End, Fault, Stretch, Violation, verify};
 
 /// Events that are proven of each scene.
 const EVENTS: u64 = 150;
+/// A scene whose next event is not found while the engine and the verifier are asked so often how far they are is given up: of
+/// particles so fast that they go round a box for ever.
+const PATIENCE: u32 = 300;
 
 fn setting(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
@@ -29,6 +32,7 @@ struct Count {
     proven: usize,
     arrested: usize,
     without_digits: usize,
+    given_up: usize,
     events: u64,
 }
 
@@ -42,6 +46,7 @@ fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
         }
         End::Violated(violation) => return Some(format!("{violation:?}")),
         End::Arrested(_) => count.arrested += 1,
+        End::Interrupted => count.given_up += 1,
         _ => count.proven += 1,
     }
     None
@@ -52,7 +57,14 @@ fn judge(text: &str, count: &mut Count) -> Option<String> {
         count.refused += 1;
         return None;
     };
-    let proof = catch_unwind(|| verify(scene, Stretch { from: 0, events: EVENTS }, &mut |_| ControlFlow::Continue(())));
+    let proof = catch_unwind(|| {
+        let (mut events, mut asked) = (0, 0);
+        verify(scene, Stretch { from: 0, events: EVENTS }, &mut |progress| {
+            asked = if progress.events == events { asked + 1 } else { 0 };
+            events = progress.events;
+            if asked > PATIENCE { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+    });
     match proof {
         Ok(certificate) => objection(&certificate, count),
         Err(panic) => {
