@@ -59,8 +59,8 @@ pub const OBSERVABLES: [(&str, &str); 5] = [
 ///
 /// | quantity | measured as |
 /// |---|---|
-/// | temperature `T` | `2 K / (D N)`; where momentum is conserved `2 (K - P^2 / 2M) / (D (N - 1))` |
-/// | pressure | `rho (T + W / (D (N - 1) t))`, `rho = N / V`, `W` the sum of `r_ij . J` over the events of a time `t` |
+/// | temperature `T` | `2 (K - P^2 / 2M) / (D N - c)`, with the momentum `P` along the `c` axes on which it is conserved |
+/// | pressure | `(N T + W / (D t)) / V`, `W` the sum of `r_ij . J` over the events of a time `t` |
 /// | compressibility factor `Z` | mean pressure over `rho` and the mean of `T` |
 /// | collision rate | `2 n / (N t)` with `n` Core events |
 /// | potential energy per particle | energy of the pairs over `N` |
@@ -68,6 +68,14 @@ pub const OBSERVABLES: [(&str, &str); 5] = [
 /// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
 /// those of straight lines between looks: at its ends, before and after velocities are scaled, and some times in between where a thermostat
 /// scales them.
+///
+/// The pressure is exact for any number of particles. The volume of the phase space below an energy `E` at a given momentum is, with
+/// `f = D N - c` free components of the velocities, proportional to the integral of `(E - U)^(f / 2)` over all positions; that of
+/// the positions goes over all `N` particles, also where the momentum is conserved, because the centre of mass may be anywhere. With Gibbs'
+/// entropy, its logarithm, equipartition is exact, `T = 2 <K'> / f`, and with coordinates in units of the box, whose integral gives a factor
+/// `V^N`, `P = T dS/dV` becomes `P V = N T + <sum r_ij . F_ij> / D`. The free components are in `T` alone. (Two hard spheres in a
+/// cube: `Z = (1 + V / (V - 4 pi sigma^3 / 3)) / 2`, from positions that take `V (V - 4 pi sigma^3 / 3)`.) E. M. Pearson, T. Halicioglu and W. A.
+/// Tiller, Phys. Rev. A 32, 3030 (1985), [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Observer {
     meaning: Meaning,
@@ -217,7 +225,7 @@ impl Observer {
         let temperature = from.temperature.zip(to.temperature).map(|(a, b)| (b - a) / duration);
         let pressure = temperature.filter(|_| meaning.has_pressure).map(|temperature| {
             let virial = to.tally.virial - from.tally.virial;
-            meaning.number_density * (temperature + virial / (meaning.degrees_of_freedom * duration))
+            meaning.number_density * (temperature + virial / (meaning.dimensions * moving * duration))
         });
         Some(Interval {
             duration,

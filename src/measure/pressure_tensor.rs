@@ -21,9 +21,10 @@ const RATES: [(&str, f64); 5] = [("core", 2.0), ("capture", 2.0), ("release", 2.
 
 /// Measures the pressure tensor from all events.
 ///
-/// `P_ab V = N / (N - 1) [<sum m v_a v_b> + (1/t) sum r_a J_b]`, with velocities relative to the centre of mass, where momentum is
-/// conserved; otherwise without the factor. `Z` is the mean of `trace(P)` over that of its kinetic part, `D rho T`. The kinetic part is exact, but for accelerated particles, where it is that of a straight line between
-/// samples.
+/// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`, with velocities relative to the centre of mass, where momentum along `a` or `b`
+/// is conserved; otherwise without the factor. The trace is `D (N T + W / (D t))`, as in [`Observer`](crate::observe::Observer), which derives
+/// it; `Z` is the mean of the trace over that of its kinetic part, `D rho T`. The kinetic part is exact, but for accelerated
+/// particles, where it is that of a straight line between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {
     stretches: Stretches,
@@ -60,14 +61,19 @@ impl PressureTensor {
     fn close_block(&mut self, duration: f64, subject: &Subject) {
         let moving = subject.moving.len() as f64;
         let dimensions = subject.space.dimensions() as f64;
-        let factor = if subject.has_free_centre { moving / (moving - 1.0) } else { 1.0 };
-        let scale = factor / (subject.space.volume() * duration);
-        let MomentumFlow { kinetic, collisional, .. } = &self.flow;
+        let scale = 1.0 / (subject.space.volume() * duration);
+        let mut kinetic = self.flow.kinetic;
+        for (flow, [a, b]) in kinetic.iter_mut().zip(COMPONENTS) {
+            if (subject.conserved_axes[a] || subject.conserved_axes[b]) && moving > 1.0 {
+                *flow *= moving / (moving - 1.0);
+            }
+        }
+        let collisional = &self.flow.collisional;
         for (average, (kinetic, collisional)) in self.tensor.iter_mut().zip(kinetic.iter().zip(collisional)) {
             average.add(scale * (kinetic + collisional), duration);
         }
-        self.pressure.add(scale * (trace(kinetic) + trace(collisional)) / dimensions, duration);
-        self.ideal.add(scale * trace(kinetic) / dimensions, duration);
+        self.pressure.add(scale * (trace(&kinetic) + trace(collisional)) / dimensions, duration);
+        self.ideal.add(scale * trace(&kinetic) / dimensions, duration);
         for (k, average) in self.rates.iter_mut().enumerate() {
             average.add(RATES[k].1 * self.counts[k] as f64 / (moving * duration), duration);
             self.totals[k] += self.counts[k];
@@ -152,8 +158,8 @@ fn rate(name: &str, title: &str, estimate: Option<Estimate>) -> Number {
     Number::estimated(name, title, "1 / time", estimate, method)
 }
 
-const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair events, in the frame of the centre of mass with \
-    N / (N - 1) where momentum is conserved; the kinetic part is exact between events.";
+const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair events; where momentum is conserved the first sum is in \
+    the frame of the centre of mass, with N / (N - 1); it is exact between events.";
 const TRACE: &str = "The trace of the pressure tensor divided by the number of axes.";
 const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure over that of its kinetic part.";
 

@@ -19,8 +19,13 @@ const ELEMENTS: usize = 7;
 /// Means over time in cells: number density, velocity of flow and kinetic temperature.
 ///
 /// With `N` particles in a cell, `M = <sum m>`, `P = <sum m v>` and `A = <sum m |v|^2>`: the density is `<N> / V`, the velocity `u = P / M`,
-/// and the temperature `sum m |v - u|^2 / (D (n - 1))` over all `n` particles that were counted in `D` dimensions, where
-/// `<sum m |v - u|^2> = A - P^2 / M`. Errors follow from those of the means and their correlations.
+/// and the temperature `<sum m |v - u|^2> / f` with `<sum m |v - u|^2> = A - P^2 / M`. Errors follow from those of the means and their
+/// correlations.
+///
+/// Of `S` samples of `D` components each, the mean `u` takes one of each component of all `S <N>`, and a component of the total momentum
+/// that is conserved takes the part `M / M_total` of one from each sample, because there `<m v^2> = T (1 - m / M_total)`; what it takes is
+/// not taken again by the mean:
+/// `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)` with `c` conserved components.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Profile {
     name: String,
@@ -127,8 +132,7 @@ impl Instrument for Profile {
     fn report(&self, subject: &Subject, measured: &mut Measured) {
         let dimensions = subject.space.dimensions();
         let volume = self.cell_volume(&subject.space);
-        let cells: Vec<Cell> =
-            (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, dimensions)).collect();
+        let cells: Vec<Cell> = (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, subject)).collect();
         let series = |name: &str, unit: &str, value: &dyn Fn(&Cell) -> Option<Estimate>| Series {
             name: name.to_owned(),
             unit: unit.to_owned(),
@@ -141,7 +145,7 @@ impl Instrument for Profile {
             title: format!("Profile {}", self.name),
             method: format!(
                 "means over {} samples in each cell: number density <N> / V, velocity u = <sum m v> / <sum m>, temperature \
-                 sum m |v - u|^2 / ({dimensions} (n - 1)) of all n particles counted{}",
+                 <sum m |v - u|^2> over the number of free components of v - u in the cell{}",
                 self.samples,
                 if subject.shear_rate == 0.0 { "" } else { ", both v and u in it relative to what streams where each particle is" }
             ),
@@ -183,7 +187,9 @@ impl Profile {
         axes.map(variable).collect()
     }
 
-    fn cell(&self, cell: usize, volume: f64, dimensions: usize) -> Cell {
+    fn cell(&self, cell: usize, volume: f64, subject: &Subject) -> Cell {
+        let dimensions = subject.space.dimensions() as f64;
+        let conserved = subject.conserved_axes.iter().filter(|is_conserved| **is_conserved).count() as f64;
         let first = cell * ELEMENTS;
         let mean = |element: usize| self.curve.estimate(first + element).map(|estimate| estimate.mean);
         let (Some(number), Some(mass)) = (mean(0), mean(1)) else { return Cell::default() };
@@ -206,10 +212,12 @@ impl Profile {
                 let counted = number * self.samples as f64;
                 // What is left of the difference of two equal numbers means nothing.
                 let fluctuation = (square - mass * common.norm_squared()).max(0.0);
-                let degrees = dimensions as f64 * number * (counted - 1.0) / counted;
+                let samples = self.samples as f64;
+                let shared = conserved * mass / subject.moving_mass();
+                let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
                 let temperature = fluctuation / degrees;
-                // T = (A - P^2 / M) / (D N), by its derivatives.
-                let part = 1.0 / (dimensions as f64 * number);
+                // T = (A - P^2 / M) / f, by its derivatives, as if f were in proportion to N.
+                let part = 1.0 / degrees;
                 let terms = [
                     (first + 5, part),
                     (first + 2, -2.0 * common.x * part),
@@ -219,7 +227,9 @@ impl Profile {
                     (first + 1, common.norm_squared() * part),
                     (first, -temperature / number),
                 ];
-                (counted > 1.5).then(|| Estimate { mean: temperature, standard_error: error(&terms) })
+                // All of them free but one, or nothing is.
+                (counted > 1.5 && degrees > 0.5 / samples)
+                    .then(|| Estimate { mean: temperature, standard_error: error(&terms) })
             }),
         }
     }

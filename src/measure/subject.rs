@@ -28,8 +28,8 @@ pub struct Subject {
     pub bond_lengths: [f64; 2],
     /// Whether nothing from outside changes the total momentum.
     pub conserves_momentum: bool,
-    /// The same in a sheared box, relative to what streams; elsewhere no different.
-    pub has_free_centre: bool,
+    /// Axes along which that holds, in a sheared box relative to what streams.
+    pub conserved_axes: [bool; 3],
     /// Whether particles accelerate between events.
     pub is_accelerated: bool,
     /// Whether the fluid is homogeneous and free: periodic, without gravity, walls or static particles.
@@ -70,7 +70,7 @@ impl Subject {
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: meaning.conserves_momentum,
-            has_free_centre: meaning.has_free_centre,
+            conserved_axes: meaning.conserved_axes,
             is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
             is_homogeneous: meaning.is_homogeneous,
             is_elastic: scene.interactions.iter().all(|interaction| interaction.restitution == 1.0)
@@ -100,18 +100,27 @@ impl Subject {
         Vector::new(self.shear_rate * (position.y - middle), 0.0, 0.0)
     }
 
-    /// Velocity of the centre of mass where it is a constant of the motion, otherwise zero `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which it is a constant of the motion; zero along others, for a single
+    /// particle, and in a sheared box `[length / time]`.
     pub(super) fn drift(&self, velocities: &[Vector]) -> Vector {
-        if self.conserves_momentum { self.common_velocity(velocities) } else { Vector::zeros() }
+        if self.shear_rate == 0.0 && self.moving.len() > 1 { self.common_velocity(velocities) } else { Vector::zeros() }
     }
 
-    /// Velocity of the centre of mass; zero where nothing moves `[length / time]`.
+    /// Velocity of the centre of mass along the axes on which nothing from outside changes it; zero along others, and where nothing moves
+    /// `[length / time]`.
     pub(super) fn common_velocity(&self, velocities: &[Vector]) -> Vector {
-        if self.moving.is_empty() {
+        if self.moving.is_empty() || self.conserved_axes == [false; 3] {
             return Vector::zeros();
         }
         let momentum: Vector = self.moving.iter().map(|&id| velocities[id as usize] * self.masses[id as usize]).sum();
-        momentum / self.moving_mass()
+        let common = momentum / self.moving_mass();
+        Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
+    }
+
+    /// What remains of the mean square of a component of the thermal velocity of a particle of some mass, `T / m`, where the momentum along
+    /// the axis is conserved: a part `1 - m / M`, with the mass `M` of everything that moves. Relative to all of it, elsewhere 1.
+    pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {
+        if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
     }
 
     /// Points of one species, of mass and diameter 1, that do not interact.
@@ -128,7 +137,7 @@ impl Subject {
             bonds: Vec::new(),
             bond_lengths: [0.0; 2],
             conserves_momentum: true,
-            has_free_centre: true,
+            conserved_axes: [true; 3],
             is_accelerated: false,
             is_homogeneous: true,
             is_elastic: true,

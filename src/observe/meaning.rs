@@ -12,9 +12,12 @@ use serde::{Deserialize, Serialize};
 pub struct Meaning {
     /// Number of particles that move.
     pub moving: usize,
-    /// Number of velocity components that are free: `D (N - 1)` where momentum is conserved, in a sheared box that relative to what streams,
-    /// else `D N`.
+    /// Number of axes that are not flat, `D`.
+    pub dimensions: f64,
+    /// Number of velocity components that are free: `D N`, less one for each component of the momentum that is conserved.
     pub degrees_of_freedom: f64,
+    /// Axes along which nothing from outside changes the total momentum, in a sheared box that relative to what streams.
+    pub conserved_axes: [bool; 3],
     /// Whether nothing from outside changes the total momentum: no walls, no gravity, no static particles.
     pub conserves_momentum: bool,
     /// Whether a kinetic temperature means something: particles that are not accelerated, at least two of them.
@@ -29,8 +32,6 @@ pub struct Meaning {
     pub has_wells: bool,
     /// Particles that move per volume `[length^-D]`.
     pub number_density: f64,
-    /// Whether velocities are relative to a centre of mass that nothing from outside changes; in a sheared box relative to what streams.
-    pub has_free_centre: bool,
     total_mass: f64,
     up: Option<Vector>,
     is_moving: Vec<bool>,
@@ -51,16 +52,18 @@ impl Meaning {
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_walls = scene.space.boundary.iter().any(is_walled);
         let is_alone = !is_accelerated && !has_walls && moving == scene.particles.len();
-        let has_free_centre = is_alone && !scene.run.measures_with_kicks();
-        let conserves_momentum = has_free_centre && scene.shear_rate.is_none();
-        let dimensions = scene.space.dimensions() as f64;
-        let free = if has_free_centre { moving.saturating_sub(1) } else { moving };
+        let conserved_axes = scene.conserved_axes();
+        let conserved = conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
+        let conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
+        let components = scene.space.dimensions() * moving;
         let has_temperature = !is_accelerated && moving >= 2;
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
         Self {
             moving,
-            degrees_of_freedom: dimensions * free as f64,
+            dimensions: scene.space.dimensions() as f64,
+            degrees_of_freedom: components.saturating_sub(conserved) as f64,
+            conserved_axes,
             conserves_momentum,
             has_temperature,
             has_pressure: is_homogeneous && scene.shear_rate.is_none(),
@@ -68,7 +71,6 @@ impl Meaning {
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),
-            has_free_centre,
             total_mass: masses.iter().sum(),
             up: super::upwards(scene),
             is_moving,
@@ -81,15 +83,22 @@ impl Meaning {
     /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum, both relative to what streams.
     #[must_use]
     pub fn temperature(&self, kinetic: f64, momentum: &Vector) -> Option<f64> {
-        let common = if self.has_free_centre { momentum.norm_squared() / (2.0 * self.total_mass) } else { 0.0 };
-        self.has_temperature.then(|| 2.0 * (kinetic - common).max(0.0) / self.degrees_of_freedom)
+        self.has_temperature.then(|| {
+            let common = self.conserved(momentum).norm_squared() / (2.0 * self.total_mass);
+            2.0 * (kinetic - common).max(0.0) / self.degrees_of_freedom
+        })
     }
 
-    /// The common velocity of all particles relative to what streams, where nothing changes it, from their momentum relative to that
-    /// `[length / time]`.
+    /// The common velocity of all particles relative to what streams, along the axes where nothing changes it, from their momentum
+    /// relative to that `[length / time]`.
     #[must_use]
     pub fn drift(&self, momentum: &Vector) -> Vector {
-        if self.has_free_centre { momentum / self.total_mass } else { Vector::zeros() }
+        if self.moving == 0 { Vector::zeros() } else { self.conserved(momentum) / self.total_mass }
+    }
+
+    /// The components along the axes on which the momentum is conserved.
+    fn conserved(&self, momentum: &Vector) -> Vector {
+        Vector::from_fn(|k, _| if self.conserved_axes[k] { momentum[k] } else { 0.0 })
     }
 
     /// Whether there is a direction against gravity, and so a height.
@@ -161,6 +170,16 @@ mod tests {
         assert!(!walled.conserves_momentum && !walled.has_pressure && walled.has_temperature);
         assert_eq!(walled.degrees_of_freedom, 6.0);
         assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
+        // Walls along x only: what the two move in common along y, K = 2 of it, is conserved, as is that along z.
+        let slit = Space {
+            boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
+            ..Space::periodic_cube(10.0)
+        };
+        let slit = Meaning::of(&pair().space(slit).build().unwrap());
+        assert!(!slit.conserves_momentum && slit.conserved_axes == [false, true, true]);
+        assert_eq!(slit.degrees_of_freedom, 4.0);
+        assert_eq!(slit.temperature(10.0, &Vector::new(8.0, 4.0, 0.0)), Some(2.0 * (10.0 - 2.0) / 4.0));
+        assert_eq!(slit.drift(&Vector::new(8.0, 4.0, 0.0)), Vector::new(0.0, 1.0, 0.0));
 
         let falling = Meaning::of(&pair().gravity(Vector::new(0.0, 0.0, -1.0)).build().unwrap());
         assert!(!falling.conserves_momentum && !falling.has_pressure && !falling.has_temperature);

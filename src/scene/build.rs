@@ -8,8 +8,8 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::{Interactions, MOST_KINDS};
 use crate::scene::limits::{AXES, finite, finite_vector, on_flat_axes, positive, restitution};
-use crate::scene::place::{Place, Step};
-use crate::scene::{AuditPlan, CountRegion, Scene, Species, plans, start};
+use crate::scene::place::Place;
+use crate::scene::{AuditPlan, CountRegion, Scene, Species, plans, start, velocity};
 use crate::space::{Boundary, Face, Space};
 
 impl SceneBuilder {
@@ -27,8 +27,7 @@ impl SceneBuilder {
         let space = self.checked_space(&species)?;
         self.set_accelerations(&mut species, &space)?;
         let mut interactions = Interactions::new(&self.interactions, &species)?;
-        let mut groups = Groups::place(self, &species, &space, &mut interactions)?;
-        self.let_stream(&mut groups, &space);
+        let groups = Groups::place(self, &species, &space, &mut interactions)?;
         interactions.check_complete(&groups.counts(species.len()))?;
         start::check_ranges(&space, &species, &interactions, &groups)?;
         self.check_drive(&space, &species, &interactions, interactions.longest_range(|_, _| true))?;
@@ -40,7 +39,8 @@ impl SceneBuilder {
             start::check_overlaps(&groups, &contacts, &space)?;
         }
         let (interactions, table) = interactions.finish();
-        let scene = Scene {
+        let ids = groups.ids();
+        let mut scene = Scene {
             name: self.name.clone(),
             seed: self.seed,
             start_time: self.start_time,
@@ -60,22 +60,9 @@ impl SceneBuilder {
             output: self.output.clone(),
             measure: self.measure.clone(),
         };
+        velocity::set_velocities(self, &ids, &mut scene);
         plans::check_growth_fits(&scene)?;
         Ok(scene)
-    }
-
-    /// Adds the velocity of what streams in a sheared box to velocities that were drawn; given ones are what they are.
-    fn let_stream(&self, groups: &mut Groups, space: &Space) {
-        let Some(rate) = self.shear_rate else { return };
-        let middle = space.lower.y + 0.5 * space.size.y;
-        for id in 0..groups.particles.len() {
-            let is_drawn =
-                matches!(groups.place_of(id).steps().first(), Some(Step::Key(key)) if key == "fill" || key == "chain");
-            let particle = &mut groups.particles[id];
-            if is_drawn {
-                particle.velocity.x += rate * (particle.position.y - middle);
-            }
-        }
     }
 
     fn check_header(&self) -> Result<(), SceneError> {

@@ -1,4 +1,6 @@
-//! The particles of a scene, group by group: placed in the order that leaves room, numbered in the order given.
+//! The particles of a scene, group by group: placed in the order that leaves room, numbered in the order given, at rest.
+
+use std::ops::Range;
 
 use crate::Vector;
 use crate::scene::builder::SceneBuilder;
@@ -14,7 +16,6 @@ use crate::scene::place::Place;
 use crate::scene::placement::{Links, grow, insert, wrapped};
 use crate::scene::random::{Purpose, Random};
 use crate::scene::surface::{Layout, default_spacing};
-use crate::scene::velocity::maxwell;
 use crate::scene::{Bond, Particle, ParticleId, Species, SpeciesId, start};
 use crate::space::Space;
 
@@ -102,6 +103,12 @@ impl Groups {
             counts[particle.species.0 as usize] += 1;
         }
         counts
+    }
+
+    /// The ids of the particles of each group, in the order of the scene.
+    pub(crate) fn ids(&self) -> Vec<Range<usize>> {
+        let ends = self.starts.iter().skip(1).map(|(first, _)| *first).chain([self.particles.len()]);
+        self.starts.iter().zip(ends).map(|((first, _), end)| *first..end).collect()
     }
 
     /// Where the scene asks for a particle.
@@ -247,20 +254,13 @@ impl<'a> Placing<'a> {
             self.check_motion(kind, &fill.velocity, &place.key("velocity"))?;
         }
         on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &place.key("velocity"))?;
-        let mut particles: Vec<Particle> = positions
-            .into_iter()
-            .zip(kinds)
-            .map(|(position, species)| Particle {
-                species,
-                position: wrapped(position, self.space),
-                velocity: Vector::zeros(),
-            })
-            .collect();
-        self.heat(index, &mut particles, fill.temperature, place)?;
-        for particle in &mut particles {
-            particle.velocity += fill.velocity;
-        }
-        Ok(particles)
+        check_temperature(fill.temperature, place)?;
+        let at_rest = |(position, species)| Particle {
+            species,
+            position: wrapped(position, self.space),
+            velocity: Vector::zeros(),
+        };
+        Ok(positions.into_iter().zip(kinds).map(at_rest).collect())
     }
 
     /// One by one, or all together where that is too dense and they have a periodic box for themselves.
@@ -292,20 +292,6 @@ impl<'a> Placing<'a> {
             (Err(SceneErrorKind::NoRoom { .. }), Some(dense)) => dense.positions(),
             (placed, _) => placed,
         }
-    }
-
-    fn heat(
-        &self,
-        index: usize,
-        particles: &mut [Particle],
-        temperature: Option<f64>,
-        place: &Place,
-    ) -> Result<(), SceneError> {
-        let Some(temperature) = temperature else { return Ok(()) };
-        not_negative(temperature, place.key("temperature"))?;
-        let mut random = Random::new(self.scene.seed, Purpose::Velocities, index);
-        maxwell(particles, self.species, self.space, temperature, &mut random);
-        Ok(())
     }
 
     fn chains(
@@ -345,12 +331,10 @@ impl<'a> Placing<'a> {
                 self.grown(index, chain, &links, occupancy, place)?
             }
         };
-        let mut particles: Vec<Particle> = positions
-            .into_iter()
-            .map(|position| Particle { species, position: wrapped(position, self.space), velocity: Vector::zeros() })
-            .collect();
-        self.heat(index, &mut particles, chain.temperature, place)?;
-        Ok(particles)
+        check_temperature(chain.temperature, place)?;
+        let at_rest =
+            |position| Particle { species, position: wrapped(position, self.space), velocity: Vector::zeros() };
+        Ok(positions.into_iter().map(at_rest).collect())
     }
 
     fn straight(
@@ -397,4 +381,8 @@ impl<'a> Placing<'a> {
         }
         Ok(positions)
     }
+}
+
+fn check_temperature(temperature: Option<f64>, place: &Place) -> Result<(), SceneError> {
+    temperature.map_or(Ok(()), |temperature| not_negative(temperature, place.key("temperature")).map(drop))
 }

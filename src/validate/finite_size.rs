@@ -16,13 +16,13 @@ fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
     packing_fraction * second / (2.0 * first)
 }
 
-/// How much the number of pairs in contact is smaller, relative to that of an infinite fluid.
+/// How much `Z - 1 = W / (D N T t)` and the number of pairs in contact are smaller, relative to those of an infinite fluid.
 pub(super) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0))
 }
 
-/// How far `Z = 1 + W / (D (N - 1) T t)` is off, relative to `Z - 1`: there are fewer contacts, shared by `N - 1`.
-pub(super) fn shift_of_compressibility(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
+/// How far `g` at contact is off, relative to it: there are fewer contacts, but `g` is per pair, of which each particle has `N - 1`.
+pub(super) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
     1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
 }
 
@@ -39,7 +39,7 @@ mod tests {
         // The next term is of the order of phi.
         let fewer = fewer_contacts(published::hard_spheres, 1e-4, 100);
         assert!((fewer - 0.01).abs() < 0.01 * 1e-3, "{fewer}");
-        assert!(shift_of_compressibility(published::hard_spheres, 1e-4, 100).abs() < 1e-5);
+        assert!(shift_of_contact_value(published::hard_spheres, 1e-4, 100).abs() < 1e-5);
     }
 
     #[test]

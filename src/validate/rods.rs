@@ -20,8 +20,10 @@ const CHUNK: u64 = 50_000;
 
 pub(super) const QUANTITIES: &[&str] = &["compressibility factor", "contacts"];
 
-const TONKS: Source =
-    Source { short: "exact, Tonks 1936", full: "Tonks, Phys. Rev. 50, 955 (1936): Z = 1 / (1 - rho sigma)" };
+const TONKS: Source = Source {
+    short: "exact, Tonks 1936",
+    full: "Tonks, Phys. Rev. 50, 955 (1936): Z = 1 / (1 - rho sigma), of 50 rods 1 + (1 - 1 / N) rho sigma / (1 - rho sigma)",
+};
 const EXCHANGE: Source = Source {
     short: "exact, rods",
     full: "equal rods exchange velocities: each two meet |v_i - v_j| t / (L - N sigma) times, rounded up or down",
@@ -50,10 +52,12 @@ pub(super) fn compare(number_density: f64, seed: u64, watch: Watch<'_>) -> Compa
         advance(&mut simulation, CHUNK, watch, |_| {})?;
     }
     let (time, tally) = (simulation.time(), simulation.tally());
-    // Z = 1 + W / (T (N - 1) t), and T (N - 1) = 2 K on a line, without net momentum.
-    let work = 2.0 * simulation.energy().kinetic * time;
+    // Z = 1 + W / (N T t), and T (N - 1) = 2 K on a line, without net momentum.
+    let work = 2.0 * simulation.energy().kinetic * time * (COUNT as f64 / (COUNT as f64 - 1.0));
+    // The positions of N rods on a ring take L (L - N sigma)^(N - 1): one is anywhere, and each of the others has its part of the gaps.
+    let expected = 1.0 + (published::tonks(number_density) - 1.0) * (1.0 - 1.0 / COUNT as f64);
     Ok(vec![
-        Comparison::exact(QUANTITIES[0], Some(1.0 + tally.virial / work), published::tonks(number_density), TONKS)
+        Comparison::exact(QUANTITIES[0], Some(1.0 + tally.virial / work), expected, TONKS)
             .allow(speeds / work, ROUNDED),
         Comparison::exact(QUANTITIES[1], Some(tally.core as f64), speeds * time / free, EXCHANGE)
             .allow(number, ROUNDED),

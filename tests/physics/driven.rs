@@ -180,7 +180,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
             .build()
             .unwrap();
         let stretch = finish(scene).stretch;
-        let factor = 1.0 + stretch.tally.virial / (3.0 * 107.0 * stretch.duration);
+        let factor = 1.0 + stretch.tally.virial / (3.0 * 108.0 * stretch.duration);
         // A look averages over 540 contacts, whose impulses (of a Rayleigh distribution) and number in a time make an error of
         // sqrt(1.27 / 540) = 5 %. While a sphere has ten contacts, which takes 10 sqrt(pi) sigma / (6 (Z - 1)) at a temperature of 1, the
         // rate raises Z by its part 3 rate: what is averaged lags behind by a half of that, and the look comes later by up to all of it.

@@ -13,7 +13,8 @@ const STREAM: u64 = u64::MAX;
 /// All moving particles, or a random choice of them that depends on the seed alone; in the frame of the centre of mass.
 ///
 /// Relative to the centre of mass, a particle of mass `m` in a system of mass `M` moves by `1 - m / M` less, squared: `<m v^2>` is
-/// `D T (1 - m / M)` where `T` counts the degrees of freedom that are left. Squares of displacements and velocities are divided by that.
+/// `D T (1 - m / M)` where `T` counts the degrees of freedom that are left. Squares of displacements and velocities are divided by that, or by
+/// its mean over the axes where walls or the like leave only some components of the momentum as they are.
 ///
 /// In a sheared box only components across the flow are followed, those along y and z: they go on as in a box at rest, while one
 /// along x streams, differently for each particle and time.
@@ -51,18 +52,15 @@ impl Tracers {
         let kinds: Vec<u32> = ids.iter().map(|id| species.partition_point(|s| *s < species_of(id)) as u32).collect();
         let mut counts = vec![0; species.len()];
         let mut scales = vec![1.0; species.len()];
-        let mass = subject.moving_mass();
+        let followed: Vec<usize> = subject.axes().filter(|&axis| subject.shear_rate == 0.0 || axis > 0).collect();
         for (id, kind) in ids.iter().zip(&kinds) {
             counts[*kind as usize] += 1;
-            if subject.has_free_centre {
-                scales[*kind as usize] = 1.0 / (1.0 - subject.masses[*id as usize] / mass);
+            if subject.conserved_axes != [false; 3] {
+                let parts = followed.iter().map(|&axis| subject.free_part(subject.masses[*id as usize], axis));
+                scales[*kind as usize] = followed.len() as f64 / parts.sum::<f64>();
             }
         }
-        let drift = if subject.has_free_centre {
-            across(subject, subject.common_velocity(sample.velocities))
-        } else {
-            Vector::zeros()
-        };
+        let drift = across(subject, subject.common_velocity(sample.velocities));
         Self { ids, kinds, species, counts, scales, drift, start: sample.time }
     }
 

@@ -15,7 +15,7 @@ const CONTACTS: u64 = 10;
 
 /// The compressibility factor of growing spheres from one look to the next.
 ///
-/// `Z = 1 + <sum r.p / (D N k T)> / t`, with the momenta `p` exchanged at contacts. Growth heats and a thermostat cools, so that
+/// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::observe::Observer), with the momenta `p` exchanged at contacts. Growth heats and a thermostat cools, so that
 /// what is exchanged in each piece of the time, from one scaling to the next, is divided by the temperature in that piece: the mean of
 /// those at its ends.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -24,7 +24,7 @@ pub(in crate::run) struct PressureLook {
     since: f64,
     /// Physical events at the next one: always the same, however the run is cut up.
     next: u64,
-    /// `sum r.p / (D N k T)` of the pieces since then `[time]`.
+    /// `sum r.p / (D N T)` of the pieces since then `[time]`.
     exchanged: f64,
     /// Virial and temperature at the start of the present piece.
     virial: f64,
@@ -90,11 +90,12 @@ impl<R: Recorder> Driver<'_, R> {
             return;
         }
         let (virial, temperature) = (self.simulation.tally().virial, self.temperature());
-        let degrees = self.course.observer.meaning().degrees_of_freedom;
+        let meaning = self.course.observer.meaning();
+        let components = meaning.dimensions * meaning.moving as f64;
         let Some(look) = &mut self.course.pressure_look else { return };
         let mean = 0.5 * (look.temperature + temperature);
         if virial > look.virial {
-            look.exchanged += (virial - look.virial) / (degrees * mean);
+            look.exchanged += (virial - look.virial) / (components * mean);
         }
         (look.virial, look.temperature) = (virial, temperature);
     }
