@@ -68,15 +68,8 @@ impl Scene {
     fn meets_static_particles(&self) -> bool {
         let mut is_there = vec![false; self.species.len()];
         self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
-        let are = |is_static: bool| {
-            let species = self.species.iter().enumerate();
-            species.filter(move |(_, it)| it.is_static() == is_static).map(|(index, _)| index)
-        };
-        let meets = |a: usize| {
-            let moving = are(false).filter(|&b| is_there[b]);
-            moving.into_iter().any(|b| self.table[a * self.species.len() + b].is_some())
-        };
-        are(true).filter(|&a| is_there[a]).any(meets)
+        let is_static = |species: usize| self.species[species].is_static();
+        self.table.iter().any(|([a, b], _)| is_there[a] && is_there[b] && is_static(a) != is_static(b))
             || self.bonds.iter().any(|bond| bond.pair.iter().any(|&id| self.species_of(id).is_static()))
     }
 }
@@ -85,7 +78,7 @@ impl Scene {
 mod tests {
     use super::*;
     use crate::potential::Potential;
-    use crate::scene::{RunPlan, SceneBuilder};
+    use crate::scene::{RunPlan, SceneBuilder, SpeciesPairs};
     use crate::space::Space;
 
     fn pair() -> SceneBuilder {
@@ -130,7 +123,7 @@ mod tests {
         let hard = || Potential::hard_sphere(1.0).unwrap();
         let met = with_static.interaction("A", "S", hard(), 1.0).build().unwrap();
         assert_eq!(met.influences(), [(Influence::StaticParticles, [true; 3])]);
-        let alone = Scene { table: met.table.iter().map(|_| None).collect(), ..met };
+        let alone = Scene { table: SpeciesPairs::new(2), ..met };
         assert_eq!(alone.conserved_axes(), [true; 3]);
     }
 }
