@@ -34,7 +34,7 @@ use crate::simulation::Simulation;
 const MAGIC: &[u8; 16] = b"carom checkpoint";
 
 /// Counts the layouts of the content; every change of what is stored is a new one.
-const LAYOUT: u32 = 5;
+const LAYOUT: u32 = 6;
 
 /// Bytes of the version.
 const VERSION: usize = 12;

@@ -1,7 +1,7 @@
 //! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
 
 use crate::potential::Potential;
-use crate::scene::{GrowthTarget, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat};
+use crate::scene::{GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat};
 use crate::simulation::EngineChoice;
 use crate::space::{Boundary, Face};
 use crate::statistics::Estimate;
@@ -227,22 +227,95 @@ pub fn tiny(number: f64) -> String {
     if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
 }
 
-/// As many digits as the error leaves: `1.0432 +- 0.0021`.
+/// Relative to a mean, what the roundings of a long sum leave of the error of something that does not change.
+const CONSTANT: f64 = 1e-12;
+
+/// A mean with two digits of its error, and itself to the same place: `1.0432 +- 0.0021`. What differs by rounding only is conserved.
 #[must_use]
 pub fn estimate(estimate: &Estimate) -> String {
-    match estimate.standard_error {
-        Some(error) if error > 0.0 => {
-            let decimals = 1.0 - error.log10().floor();
-            if (0.0..=12.0).contains(&decimals) && estimate.mean.abs() < 1e9 {
-                let decimals = decimals as usize;
-                format!("{:.decimals$} +- {error:.decimals$}", estimate.mean)
-            } else {
-                format!("{} +- {error:.1e}", digits(estimate.mean))
-            }
-        }
-        Some(_) => format!("{} +- 0", digits(estimate.mean)),
-        None => format!("{} (too short for an error)", digits(estimate.mean)),
+    let Estimate { mean, standard_error } = *estimate;
+    match standard_error {
+        Some(error) if error > CONSTANT * mean.abs() => with_error(mean, error),
+        Some(_) if mean == 0.0 => "0".to_owned(),
+        Some(_) => format!("{} (conserved)", digits(mean)),
+        None => format!("{} (too short for an error)", digits(mean)),
     }
+}
+
+/// Most decimals that are written out.
+const DECIMALS: i32 = 8;
+
+fn with_error(mean: f64, error: f64) -> String {
+    // Rounded first: 0.0996 is 0.10, with one decimal less.
+    let rounded = format!("{error:.1e}");
+    let exponent =
+        |text: &str| text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
+    let decimals = 1 - exponent(&rounded);
+    let largest = mean.abs().max(error);
+    let text = if (0..=DECIMALS).contains(&decimals) && largest < 1e9 {
+        let decimals = decimals as usize;
+        format!("{mean:.decimals$} +- {error:.decimals$}")
+    } else if decimals < 0 && largest < 1e9 {
+        let unit = 10_f64.powi(-decimals);
+        format!("{:.0} +- {:.0}", (mean / unit).round() * unit, (error / unit).round() * unit)
+    } else {
+        let places = (exponent(&format!("{mean:.1e}")) + decimals).clamp(0, 17) as usize;
+        format!("{mean:.places$e} +- {rounded}")
+    };
+    // What rounds to zero has no sign.
+    match text.strip_prefix('-') {
+        Some(positive) if positive.split(" +- ").next().and_then(|mean| mean.parse().ok()) == Some(0.0) => {
+            positive.to_owned()
+        }
+        _ => text,
+    }
+}
+
+/// A unit with `length^D` and the like as they are in a number of dimensions: `energy / length^3`.
+#[must_use]
+pub fn unit(unit: &str, dimensions: usize) -> String {
+    let (volume, viscosity, conductivity) = match dimensions {
+        1 => ("length", "mass length / time", "length / time"),
+        2 => ("length^2", "mass / time", "1 / time"),
+        _ => ("length^3", "mass / (length time)", "1 / (length time)"),
+    };
+    unit.replace("mass length^(2 - D) / time", viscosity)
+        .replace("length^(2 - D) / time", conductivity)
+        .replace("length^D", volume)
+}
+
+/// Why the momentum is not conserved over a whole run, as far as it applies: `walls along x and y, gravity along z`.
+#[must_use]
+pub fn momentum_changes(scene: &Scene) -> String {
+    let axes = |changed: &[bool; 3]| {
+        let names = ["x", "y", "z"].into_iter().zip(changed).filter(|(_, is_changed)| **is_changed);
+        names.map(|(name, _)| name).collect::<Vec<_>>().join(" and ")
+    };
+    let mut kicked = [false; 3];
+    for stage in scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten() {
+        if let Thermostat::Andersen { axes, .. } = stage {
+            kicked = std::array::from_fn(|axis| kicked[axis] || axes[axis]);
+        }
+    }
+    let mut words: Vec<String> = scene
+        .influences()
+        .iter()
+        .filter_map(|(influence, changed)| match influence {
+            Influence::Walls => Some(format!("walls along {}", axes(changed))),
+            Influence::ThermalWalls => Some("thermal walls".to_owned()),
+            Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
+            Influence::StaticParticles => Some("static particles".to_owned()),
+            // With those of all stages below.
+            Influence::Kicks => None,
+        })
+        .collect();
+    if kicked != [false; 3] {
+        words.push(format!("a heat bath along {}", axes(&kicked)));
+    }
+    if scene.shear_rate.is_some() {
+        words.push("shear".to_owned());
+    }
+    words.join(", ")
 }
 
 #[cfg(test)]
@@ -255,9 +328,40 @@ mod tests {
         let of = |mean, standard_error| estimate(&Estimate { mean, standard_error });
         assert_eq!(of(1.043_21, Some(0.0021)), "1.0432 +- 0.0021");
         assert_eq!(of(1234.5, Some(25.0)), "1234 +- 25");
-        assert_eq!(of(2.0, Some(0.0)), "2 +- 0");
+        assert_eq!(of(1.234_56, Some(0.099_6)), "1.23 +- 0.10", "the rounded error decides");
+        assert_eq!(of(123_456.0, Some(2_543.0)), "123500 +- 2500");
+        assert_eq!(of(1.234_567e-20, Some(2.5e-23)), "1.2346e-20 +- 2.5e-23");
+        assert_eq!(of(-3.4e15, Some(1.2e14)), "-3.40e15 +- 1.2e14");
+        assert_eq!(of(-0.001, Some(0.34)), "0.00 +- 0.34");
+        assert_eq!(of(0.0, Some(2.0)), "0.0 +- 2.0");
+        assert_eq!(of(2.0, Some(0.0)), "2 (conserved)");
+        assert_eq!(of(1.0, Some(6.6e-17)), "1 (conserved)");
+        assert_eq!(of(0.0, Some(0.0)), "0");
         assert_eq!(of(2.0, None), "2 (too short for an error)");
-        assert_eq!(of(1.0, Some(1e-20)), "1 +- 1.0e-20");
+    }
+
+    #[test]
+    fn units_have_the_dimension_of_the_scene() {
+        let all = |text: &str| [1, 2, 3].map(|dimensions| unit(text, dimensions));
+        assert_eq!(all("energy / length^D"), ["energy / length", "energy / length^2", "energy / length^3"]);
+        assert_eq!(all("mass length^(2 - D) / time"), ["mass length / time", "mass / time", "mass / (length time)"]);
+        assert_eq!(all("1 / time"), ["1 / time"; 3]);
+    }
+
+    #[test]
+    fn only_what_changes_the_momentum_is_named() {
+        let scene = crate::scene::SceneBuilder::new("box")
+            .space(crate::space::Space {
+                boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::walls(1.0)],
+                ..crate::space::Space::periodic_cube(9.0)
+            })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .gravity(crate::Vector::new(0.0, -1.0, 0.0))
+            .particle("A", crate::Vector::repeat(4.0), crate::Vector::zeros())
+            .build()
+            .unwrap();
+        assert_eq!(momentum_changes(&scene), "walls along x and z, acceleration along y");
     }
 
     #[test]

@@ -1,5 +1,9 @@
 //! Events: what is foreseen (a prediction), and what has happened (an event).
 
+mod counts;
+
+pub use counts::{CountedKind, EventCounts};
+
 use crate::Vector;
 use crate::scene::ParticleId;
 use crate::statistics::Sum;
@@ -58,6 +62,8 @@ pub struct Event {
 pub struct Tally {
     /// Core events.
     pub core: u64,
+    /// Those of them with a static partner.
+    pub core_static: u64,
     /// Capture events.
     pub capture: u64,
     /// Release events.
@@ -81,6 +87,12 @@ pub struct Tally {
     pub deepest_overlap: f64,
     /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
     pub virial: f64,
+    /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events, with `x` from the middle of the box,
+    /// each divided by the volume that the centres of its species can reach `[energy / length^D]`.
+    pub confined_virial: [f64; 3],
+    /// For each axis, momentum that its lower and its upper wall have given, inwards, divided by the area of the wall that centres of the
+    /// particle's species can reach `[energy time / length^D]`; 0 where that area has no end.
+    pub wall_push: [[f64; 2]; 3],
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: Sum,
     /// Velocities that a thermostat has given.
@@ -96,11 +108,18 @@ impl Tally {
         self.core + self.capture + self.release + self.bounce + self.wall
     }
 
+    /// How often a particle that moves took part in a Core event: two particles in each, but one where the partner is static.
+    #[must_use]
+    pub fn core_contacts(&self) -> u64 {
+        2 * self.core - self.core_static
+    }
+
     /// What happened since an earlier tally. The deepest overlap stays that of both.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         for (count, before) in [
             (&mut since.core, earlier.core),
+            (&mut since.core_static, earlier.core_static),
             (&mut since.capture, earlier.capture),
             (&mut since.release, earlier.release),
             (&mut since.bounce, earlier.bounce),
@@ -115,6 +134,12 @@ impl Tally {
             *count -= before;
         }
         since.virial -= earlier.virial;
+        for axis in 0..3 {
+            since.confined_virial[axis] -= earlier.confined_virial[axis];
+            for side in 0..2 {
+                since.wall_push[axis][side] -= earlier.wall_push[axis][side];
+            }
+        }
         since.dissipated.add(-earlier.dissipated.total());
         since.supplied.add(-earlier.supplied.total());
         since

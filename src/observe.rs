@@ -47,12 +47,18 @@ pub struct Row {
 const COMPRESSIBILITY: &str = "compressibility_factor";
 
 /// The quantities with a mean over a run, by name, in the order of `summary.json`.
-pub const OBSERVABLES: [(&str, &str); 5] = [
+pub const OBSERVABLES: [(&str, &str); 11] = [
     ("temperature", "energy"),
     ("pressure", "energy / length^D"),
     (COMPRESSIBILITY, "1"),
     ("collision_rate", "1 / time"),
     ("potential_energy_per_particle", "energy"),
+    ("pressure_on_lower_x_wall", "energy / length^D"),
+    ("pressure_on_upper_x_wall", "energy / length^D"),
+    ("pressure_on_lower_y_wall", "energy / length^D"),
+    ("pressure_on_upper_y_wall", "energy / length^D"),
+    ("pressure_on_lower_z_wall", "energy / length^D"),
+    ("pressure_on_upper_z_wall", "energy / length^D"),
 ];
 
 /// Measures a simulation between the times at which it is asked for a row.
@@ -62,8 +68,14 @@ pub const OBSERVABLES: [(&str, &str); 5] = [
 /// | temperature `T` | `2 (K - P^2 / 2M) / (D N - c)`, with the momentum `P` along the `c` axes on which it is conserved |
 /// | pressure | `(N T + W / (D t)) / V`, `W` the sum of `r_ij . J` over the events of a time `t` |
 /// | compressibility factor `Z` | mean pressure over `rho` and the mean of `T` |
-/// | collision rate | `2 n / (N t)` with `n` Core events |
+/// | pressure between walls | `sum_s N_s T / V_s + W' / t`, `W'` the mean over the axes `k` between walls of the sum of `x_k J_k / V_s` over the particles of all pair events |
+/// | pressure on a wall | momentum that it gave to each species in a time `t`, divided by `t` and by the area `A_s` that its centres can reach |
+/// | collision rate | `n / (N t)`, where `n` counts the Core events that each particle takes part in: two of them in one, or one and a static one |
 /// | potential energy per particle | energy of the pairs over `N` |
+///
+/// A wall keeps centres a radius away, so that those of each species `s` have their own volume `V_s` and area `A_s`. In the momentum along an
+/// axis between walls, `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `N_s T + <sum x J> / t` is `V_s / A_s` times its mean
+/// force on the two walls. So both pressures have the same mean, in a slit that across it; along a slit the pressure is another one.
 ///
 /// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
 /// those of straight lines between looks: at its ends, before and after velocities are scaled, and some times in between where a thermostat
@@ -124,14 +136,16 @@ impl Observer {
         let interval = self.before.and_then(|before| self.interval(&before, &reading));
         if let Some(interval) = &interval {
             self.averages.resize(OBSERVABLES.len(), BlockAverage::new(interval.duration));
+            let is_homogeneous = self.meaning.is_homogeneous;
             let values = [
                 interval.temperature,
                 interval.pressure,
                 // Over that of the temperature it is the compressibility factor.
-                interval.pressure.map(|pressure| pressure / self.meaning.number_density),
+                interval.pressure.filter(|_| is_homogeneous).map(|pressure| pressure / self.meaning.number_density),
                 interval.collision_rate,
                 interval.potential_energy,
             ];
+            let values = values.into_iter().chain(interval.on_walls.into_iter().flatten());
             for (average, value) in self.averages.iter_mut().zip(values) {
                 average.add(value.unwrap_or(f64::NAN), interval.duration);
             }
@@ -223,18 +237,16 @@ impl Observer {
         let meaning = &self.meaning;
         let moving = meaning.moving as f64;
         let temperature = from.temperature.zip(to.temperature).map(|(a, b)| (b - a) / duration);
-        let pressure = temperature.filter(|_| meaning.has_pressure).map(|temperature| {
-            let virial = to.tally.virial - from.tally.virial;
-            meaning.number_density * (temperature + virial / (meaning.dimensions * moving * duration))
-        });
+        let counted = to.tally.since(&from.tally);
         Some(Interval {
             duration,
             temperature,
-            pressure,
-            collision_rate: meaning
-                .has_core
-                .then(|| 2.0 * (to.tally.core - from.tally.core) as f64 / (moving * duration)),
+            pressure: temperature.and_then(|temperature| meaning.pressure(&counted, duration, temperature)),
+            collision_rate: meaning.has_core.then(|| counted.core_contacts() as f64 / (moving * duration)),
             potential_energy: meaning.has_wells.then(|| (to.pair_energy - from.pair_energy) / (duration * moving)),
+            on_walls: std::array::from_fn(|axis| {
+                [0, 1].map(|side| meaning.pressure_on_wall(&counted, duration, axis, side))
+            }),
         })
     }
 }
@@ -246,6 +258,8 @@ struct Interval {
     pressure: Option<f64>,
     collision_rate: Option<f64>,
     potential_energy: Option<f64>,
+    /// Pressures on the walls, by axis, lower and upper.
+    on_walls: [[Option<f64>; 2]; 3],
 }
 
 /// The direction against gravity: that of the mean acceleration, reversed.

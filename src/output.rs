@@ -19,6 +19,7 @@ mod occupied;
 mod owned;
 mod partial;
 pub(crate) mod place;
+pub mod rates;
 mod replacement;
 pub mod summary;
 mod thermo;

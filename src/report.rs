@@ -81,7 +81,7 @@ fn document(inputs: &Inputs) -> String {
     let name = escape(&summary.scene);
     let sections = [
         ("simulated", "What was simulated", setting::section(inputs)),
-        ("trust", "Can it be trusted?", audit::section(summary)),
+        ("trust", "Can it be trusted?", audit::section(summary, inputs.scene.as_ref())),
         ("results", "Results", results::section(inputs)),
         ("plots", "Plots", figures::section(inputs)),
         ("trajectory", "Trajectory", motion::section(inputs.recording.as_ref())),

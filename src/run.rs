@@ -31,7 +31,7 @@ pub use progress::{Progress, Stage};
 use std::convert::Infallible;
 
 use crate::audit::Audit;
-use crate::event::{Event, Tally};
+use crate::event::{Event, EventCounts, Tally};
 use crate::measure::{Measured, Scalar};
 use crate::observe::Row;
 use crate::simulation::{Arrest, Simulation, Snapshot};
@@ -136,6 +136,8 @@ pub struct Finished {
     pub stage: Stage,
     /// The measured stretch.
     pub stretch: Stretch,
+    /// What happened in it, by kind and species.
+    pub event_counts: EventCounts,
     /// Means and standard errors, by name; only those that mean something for the scene.
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each of them was stationary, by name.

@@ -19,6 +19,7 @@ mod body;
 mod build;
 mod cell;
 mod clock;
+mod confinement;
 mod drive;
 mod engine;
 mod execute;
@@ -36,7 +37,7 @@ mod states;
 mod thermostat;
 mod wall;
 
-use crate::event::{Event, EventKind, Tally};
+use crate::event::{Event, EventCounts, EventKind, Tally};
 use crate::neighbours::Search;
 use crate::scene::{Limit, ParticleId, Scene};
 use crate::space::Boundary;
@@ -228,6 +229,16 @@ impl Simulation {
     #[must_use]
     pub fn tally(&self) -> &Tally {
         with_engine!(&self.engine, engine => &engine.tally)
+    }
+
+    /// What has happened so far, by kind and species.
+    #[must_use]
+    pub fn event_counts(&self) -> EventCounts {
+        if self.choice.has_table {
+            return with_engine!(&self.engine, engine => engine.counts.clone());
+        }
+        let species = self.scene().particles.first().map_or(0, |particle| particle.species.0 as usize);
+        EventCounts::of_one_species(species, self.tally())
     }
 
     /// Goes on until a time or a number of events.

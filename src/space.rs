@@ -83,6 +83,52 @@ impl Space {
         (0..3).filter(|&k| self.boundary[k] != Boundary::Flat).map(|k| self.size[k]).product()
     }
 
+    /// Number of walls across an axis: 0, 1 or 2.
+    #[must_use]
+    pub fn walls(&self, axis: usize) -> usize {
+        match &self.boundary[axis] {
+            Boundary::Periodic | Boundary::Flat => 0,
+            Boundary::Bounded { lower, upper } => {
+                [lower, upper].into_iter().filter(|face| matches!(face, Face::Wall { .. })).count()
+            }
+        }
+    }
+
+    /// Whether no side is open.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        (0..3).all(|axis| self.is_closed_along(axis))
+    }
+
+    fn is_closed_along(&self, axis: usize) -> bool {
+        !matches!(self.boundary[axis], Boundary::Bounded { .. }) || self.walls(axis) == 2
+    }
+
+    /// The length along an axis that centres of particles of some diameter can be in: each wall keeps them a radius away `[length]`.
+    #[must_use]
+    pub fn accessible_length(&self, axis: usize, diameter: f64) -> f64 {
+        match self.walls(axis) {
+            0 => self.size[axis],
+            walls => (self.size[axis] - 0.5 * diameter * walls as f64).max(0.0),
+        }
+    }
+
+    /// The volume, area or length that centres of particles of some diameter can be in `[length^D]`.
+    #[must_use]
+    pub fn accessible_volume(&self, diameter: f64) -> f64 {
+        let axes = (0..3).filter(|&axis| self.boundary[axis] != Boundary::Flat);
+        axes.map(|axis| self.accessible_length(axis, diameter)).product()
+    }
+
+    /// The area of a wall across an axis that centres of particles of some diameter can come to, half a diameter in front of it
+    /// `[length^(D - 1)]`; `None` where it has no end, because a side across another axis is open.
+    #[must_use]
+    pub fn accessible_area(&self, axis: usize, diameter: f64) -> Option<f64> {
+        let others = || (0..3).filter(|&other| other != axis && self.boundary[other] != Boundary::Flat);
+        let area = others().map(|other| self.accessible_length(other, diameter)).product();
+        others().all(|other| self.is_closed_along(other)).then_some(area)
+    }
+
     /// Whether every axis that is not flat is periodic, so that the fluid is homogeneous.
     #[must_use]
     pub fn is_fully_periodic(&self) -> bool {

@@ -4,9 +4,13 @@ use std::fmt::Write;
 
 use carom::describe::{self, digits, tiny};
 use carom::observe::{Equilibrium, OBSERVABLES};
+use carom::output::rates::{rates, tell_more};
 use carom::run::{Ending, Finished, Stage};
 
 use super::progress::{clock, short};
+
+/// Rates that have a line.
+const MOST_RATES: usize = 12;
 
 /// What was simulated, how it ended, what was measured, and whether it can be trusted.
 pub fn text(finished: &Finished) -> String {
@@ -33,7 +37,18 @@ pub fn text(finished: &Finished) -> String {
         lines.title("mean and standard error");
         for (name, estimate) in &finished.observables {
             let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
+            let unit = describe::unit(unit, scene.space.dimensions());
             lines.pair(&name.replace('_', " "), &format!("{} [{unit}]", describe::estimate(estimate)));
+        }
+    }
+    let all = rates(&finished.event_counts, scene, stretch.duration);
+    if tell_more(&all) {
+        lines.title("events by kind and species, by time");
+        for rate in all.iter().take(MOST_RATES) {
+            lines.pair(&rate.title(), &rate.words());
+        }
+        if all.len() > MOST_RATES {
+            lines.pair("", &format!("and {} more in summary.json", all.len() - MOST_RATES));
         }
     }
     lines.title("state of the measured stretch");
@@ -72,7 +87,7 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     );
     let limits = &audit.limits;
     let drift = audit.momentum_drift.map_or_else(
-        || "not conserved: walls, gravity, static particles, kicks or shear".to_owned(),
+        || format!("not conserved: {}", describe::momentum_changes(finished.simulation.scene())),
         |drift| format!("drifted by {}, relative; the limit is {:.1e}", tiny(drift), limits.momentum),
     );
     lines.pair("momentum", &drift);

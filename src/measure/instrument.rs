@@ -156,6 +156,10 @@ impl Instruments {
     pub fn report(&self, subject: &Subject) -> Measured {
         let mut measured = Measured::default();
         self.kinds.iter().for_each(|kind| kind.get().report(subject, &mut measured));
+        let series = measured.curves.iter_mut().flat_map(|curve| &mut curve.series).map(|series| &mut series.unit);
+        for unit in measured.numbers.iter_mut().map(|number| &mut number.unit).chain(series) {
+            *unit = crate::describe::unit(unit, subject.space.dimensions());
+        }
         measured
     }
 }

@@ -21,6 +21,11 @@ pub(super) fn trace(tensor: &Tensor) -> f64 {
 pub(super) struct Transfer {
     /// `r_ij`, the shortest; zero for a wall `[length]`.
     pub apart: Vector,
+    /// How many times smaller than the box the volume is that the centres of each can reach.
+    crowding: [f64; 2],
+    /// `r_ij` as a flow through the volume that the centres of each can reach: `c r_ij`, or between two species along an axis with walls
+    /// `c_i x_i - c_j x_j`, with `x` from the middle of the box and the crowding `c` of each `[length]`.
+    arm: Vector,
     /// Momentum that the particle gained; that of its partner, reversed, if the particle is static `[mass length / time]`.
     pub momentum: Vector,
     /// Kinetic energy that the particle gained `[energy]`.
@@ -45,11 +50,28 @@ impl Transfer {
             EventKind::Pair(_) => event.normal * event.distance,
             EventKind::Wall { .. } | EventKind::Thermostat => Vector::zeros(),
         };
-        Self { apart, momentum, energy, movers }
+        let crowding = ids.map(|id| id.map_or(1.0, |id| subject.crowding_of(id.0)));
+        let arm = arm(event, subject, &apart, crowding);
+        Self { apart, crowding, arm, momentum, energy, movers }
     }
 }
 
+fn arm(event: &Event, subject: &Subject, apart: &Vector, crowding: [f64; 2]) -> Vector {
+    let [ci, cj] = crowding;
+    if event.partner.is_none() || ci == cj {
+        return apart * ci;
+    }
+    let middle = subject.space.lower + 0.5 * subject.space.size;
+    Vector::from_fn(|axis, _| {
+        let [xi, xj] = event.positions.map(|position| position[axis] - middle[axis]);
+        if subject.space.walls(axis) == 2 { ci * xi - cj * xj } else { 0.5 * (ci + cj) * apart[axis] }
+    })
+}
+
 /// Integrals over time of the kinetic and of the collisional flow of momentum, `sum m v_a v_b dt` and `sum r_a J_b`.
+///
+/// Between walls, which keep centres a radius away, each part counts as many times more as the volume is smaller that the centres of its
+/// species can reach: what comes out is divided by that of the box.
 ///
 /// The kinetic sum changes at events only, unless particles accelerate, or stream in a sheared box: then the integral is that of a straight line between two
 /// samples. Each sample takes away what rounding has added up.
@@ -95,11 +117,12 @@ impl MomentumFlow {
         self.pass(event.time);
         let transfer = Transfer::of(event, subject, &self.drift);
         for (k, [a, b]) in COMPONENTS.into_iter().enumerate() {
-            let Transfer { apart, momentum, .. } = &transfer;
-            self.collisional[k] += 0.5 * (apart[a] * momentum[b] + apart[b] * momentum[a]);
+            let Transfer { arm, momentum, .. } = &transfer;
+            self.collisional[k] += 0.5 * (arm[a] * momentum[b] + arm[b] * momentum[a]);
             if !self.is_changing {
-                for (mass, before, after) in transfer.movers.iter().flatten() {
-                    self.flow[k] += mass * (after[a] * after[b] - before[a] * before[b]);
+                for (mover, crowding) in transfer.movers.iter().zip(transfer.crowding) {
+                    let Some((mass, before, after)) = mover else { continue };
+                    self.flow[k] += crowding * mass * (after[a] * after[b] - before[a] * before[b]);
                 }
             }
         }
@@ -140,7 +163,8 @@ fn kinetic_flow(sample: &Sample<'_>, subject: &Subject, drift: &Vector) -> Tenso
     let mut flow = [0.0; 6];
     for &id in &subject.moving {
         let streaming = subject.streaming_velocity(&sample.positions[id as usize]);
-        let (mass, v) = (subject.masses[id as usize], sample.velocities[id as usize] - drift - streaming);
+        let mass = subject.masses[id as usize] * subject.crowding_of(id);
+        let v = sample.velocities[id as usize] - drift - streaming;
         for (sum, [a, b]) in flow.iter_mut().zip(COMPONENTS) {
             *sum += mass * v[a] * v[b];
         }

@@ -3,26 +3,27 @@
 use serde::{Deserialize, Serialize};
 
 use super::instrument::{Instrument, Setup};
-use super::momentum_flow::{COMPONENTS, MomentumFlow, trace};
+use super::momentum_flow::{COMPONENTS, MomentumFlow, Tensor};
 use super::plan::PressureTensor as Plan;
 use super::quantity::{Measured, Number};
 use super::stretches::Stretches;
 use super::subject::{Sample, Subject};
 use crate::event::{Event, EventKind};
 use crate::response::Outcome;
-use crate::space::{Boundary, Face};
+use crate::scene::ParticleId;
 use crate::statistics::{BlockAverage, Estimate};
 
 /// Blocks that a run is cut into if nothing else is asked for.
 const BLOCKS: u32 = 1000;
 
-/// Kinds of events, in the order of the rates: with how many particles take part in one.
-const RATES: [(&str, f64); 5] = [("core", 2.0), ("capture", 2.0), ("release", 2.0), ("bounce", 2.0), ("wall", 1.0)];
+/// Kinds of events, in the order of the rates.
+const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 
 /// Measures the pressure tensor from all events.
 ///
 /// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`, with velocities relative to the centre of mass, where momentum along `a` or `b`
-/// is conserved; otherwise without the factor. The trace is `D (N T + W / (D t))`, as in [`Observer`](crate::observe::Observer), which derives
+/// is conserved; otherwise without the factor. Between walls each species has the volume `V` that its centres can reach, a radius away from
+/// them, and `r_a` is measured for each particle from the middle. The trace is `D (N T + W / (D t))`, as in [`Observer`](crate::observe::Observer), which derives
 /// it; `Z` is the mean of the trace over that of its kinetic part, `D rho T`. The kinetic part is exact, but for accelerated
 /// particles, where it is that of a straight line between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -30,7 +31,7 @@ pub(super) struct PressureTensor {
     stretches: Stretches,
     flow: MomentumFlow,
     block_start: f64,
-    /// Events in this block, and in all, in the order of [`RATES`].
+    /// How often a particle that moves took part in an event, in this block and in all, in the order of [`RATES`].
     counts: [u64; 5],
     totals: [u64; 5],
     tensor: Vec<BlockAverage>,
@@ -60,7 +61,7 @@ impl PressureTensor {
 
     fn close_block(&mut self, duration: f64, subject: &Subject) {
         let moving = subject.moving.len() as f64;
-        let dimensions = subject.space.dimensions() as f64;
+        let axes = subject.pressed_axes();
         let scale = 1.0 / (subject.space.volume() * duration);
         let mut kinetic = self.flow.kinetic;
         for (flow, [a, b]) in kinetic.iter_mut().zip(COMPONENTS) {
@@ -72,10 +73,11 @@ impl PressureTensor {
         for (average, (kinetic, collisional)) in self.tensor.iter_mut().zip(kinetic.iter().zip(collisional)) {
             average.add(scale * (kinetic + collisional), duration);
         }
-        self.pressure.add(scale * (trace(&kinetic) + trace(collisional)) / dimensions, duration);
-        self.ideal.add(scale * trace(&kinetic) / dimensions, duration);
+        let mean = |tensor: &Tensor| axes.iter().map(|&axis| tensor[axis]).sum::<f64>() / axes.len() as f64;
+        self.pressure.add(scale * (mean(&kinetic) + mean(collisional)), duration);
+        self.ideal.add(scale * mean(&kinetic), duration);
         for (k, average) in self.rates.iter_mut().enumerate() {
-            average.add(RATES[k].1 * self.counts[k] as f64 / (moving * duration), duration);
+            average.add(self.counts[k] as f64 / (moving * duration), duration);
             self.totals[k] += self.counts[k];
         }
         self.counts = [0; 5];
@@ -117,11 +119,12 @@ impl Instrument for PressureTensor {
             EventKind::Wall { .. } => 4,
             EventKind::Thermostat => return,
         };
-        self.counts[kind] += 1;
+        let moves = |id: &&ParticleId| subject.masses[id.0 as usize].is_finite();
+        self.counts[kind] += [Some(event.particle), event.partner].iter().flatten().filter(moves).count() as u64;
     }
 
     fn report(&self, subject: &Subject, measured: &mut Measured) {
-        let has_volume = is_closed(subject) && subject.moving.len() == subject.masses.len();
+        let has_volume = subject.space.is_closed() && subject.moving.len() == subject.masses.len();
         let inside = |average: &BlockAverage| average.estimate().filter(|_| has_volume);
         let axes: Vec<usize> = subject.axes().collect();
         let numbers = &mut measured.numbers;
@@ -142,7 +145,7 @@ impl Instrument for PressureTensor {
         }
         let title = "Compressibility factor";
         numbers.push(Number::estimated("compressibility_factor", title, "1", compressibility, COMPRESSIBILITY));
-        for (k, ((kind, _), average)) in RATES.into_iter().zip(&self.rates).enumerate() {
+        for (k, (kind, average)) in RATES.into_iter().zip(&self.rates).enumerate() {
             if self.totals[k] > 0 || kind == "core" {
                 let (name, title) = (format!("{kind}_rate"), format!("Rate of {kind} events per particle"));
                 numbers.push(rate(&name, &title, average.estimate()));
@@ -154,22 +157,15 @@ impl Instrument for PressureTensor {
 const IN_SHEAR: &str = "eta = - P_xy / (dv_x / dy), with peculiar velocities in the pressure tensor.";
 
 fn rate(name: &str, title: &str, estimate: Option<Estimate>) -> Number {
-    let method = "Events of the kind that a moving particle takes part in, by time: 2 n / (N t), for walls n / (N t).";
+    let method = "Events of the kind that a moving particle takes part in, by time: n / (N t), where one of two such particles counts twice.";
     Number::estimated(name, title, "1 / time", estimate, method)
 }
 
-const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair events; where momentum is conserved the first sum is in \
+const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair events, with the volume that centres can reach; where momentum is conserved the first sum is in \
     the frame of the centre of mass, with N / (N - 1); it is exact between events.";
-const TRACE: &str = "The trace of the pressure tensor divided by the number of axes.";
+const TRACE: &str =
+    "The mean of the pressure tensor's diagonal over the axes, between walls over those across which there are walls.";
 const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure over that of its kinetic part.";
-
-/// Whether nothing leaves the box, so that it has a volume.
-fn is_closed(subject: &Subject) -> bool {
-    subject.space.boundary.iter().all(|boundary| match boundary {
-        Boundary::Periodic | Boundary::Flat => true,
-        Boundary::Bounded { lower, upper } => ![lower, upper].contains(&&Face::Open),
-    })
-}
 
 #[cfg(test)]
 mod tests {
@@ -182,7 +178,7 @@ mod tests {
     use crate::potential::Potential;
     use crate::scene::SceneBuilder;
     use crate::simulation::Simulation;
-    use crate::space::Space;
+    use crate::space::{Boundary, Space};
 
     fn tensor(simulation: &Simulation, subject: &Subject, duration: f64) -> PressureTensor {
         instrument(simulation, subject, duration, |setup| PressureTensor::new(&Plan::default(), setup))
@@ -255,11 +251,12 @@ mod tests {
         measure(&mut simulation, &subject, &mut instrument, 4.0);
         let measured = report(&instrument, &subject);
         let mean = |name: &str| number(&measured, name).mean.unwrap();
-        // m v_a v_b / V on 100 areas; the wall turns the sign of v_x after 6.5 / 3, once.
-        assert!((mean("pressure_xx") - 0.18).abs() < 1e-12);
-        assert!((mean("pressure_yy") - 0.02).abs() < 1e-12);
+        // m v_a v_b / V on 90 areas, where the centre can be; the wall turns the sign of v_x after 6.5 / 3, once.
+        assert!((mean("pressure_xx") - 0.2).abs() < 1e-12);
+        assert!((mean("pressure_yy") - 0.02 / 0.9).abs() < 1e-12);
+        assert!((mean("pressure") - 0.2).abs() < 1e-12, "that on the walls");
         let forth = 6.5 / 3.0;
-        assert!((mean("pressure_xy") - 0.06 * (2.0 * forth - 4.0) / 4.0).abs() < 1e-12);
+        assert!((mean("pressure_xy") - 0.06 / 0.9 * (2.0 * forth - 4.0) / 4.0).abs() < 1e-12);
         assert!((mean("wall_rate") - 1.0 / 4.0).abs() < 1e-12);
         assert_eq!(number(&measured, "compressibility_factor").mean, None);
         assert!(measured.numbers.iter().all(|number| !number.name.contains("z")));

@@ -18,6 +18,8 @@ pub struct Subject {
     pub species: Vec<u32>,
     /// Masses `[mass]`; infinite for static particles.
     pub masses: Vec<f64>,
+    /// By species, how many times smaller the volume is that its centres can reach than the box, because walls keep them a radius away.
+    pub crowding: Vec<f64>,
     /// Ids of the particles that move, ascending.
     pub moving: Vec<u32>,
     /// The distances at which the cores of strangers touch `[length]`, of species that have some.
@@ -63,6 +65,11 @@ impl Subject {
             space: scene.space.clone(),
             species_names: scene.species.iter().map(|species| species.name.clone()).collect(),
             diameters: scene.species.iter().map(|species| species.diameter).collect(),
+            crowding: scene
+                .species
+                .iter()
+                .map(|species| scene.space.volume() / scene.space.accessible_volume(species.diameter))
+                .collect(),
             moving: (0..).zip(&masses).filter(|(_, mass)| mass.is_finite()).map(|(id, _)| id).collect(),
             species,
             masses,
@@ -84,6 +91,17 @@ impl Subject {
     /// Indices of the axes that are not flat.
     pub(super) fn axes(&self) -> impl Iterator<Item = usize> + '_ {
         (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)
+    }
+
+    /// The axes along which walls press, or all that are not flat where there are none: those that the pressure is a mean over.
+    pub(super) fn pressed_axes(&self) -> Vec<usize> {
+        let walled: Vec<usize> = self.axes().filter(|&axis| self.space.walls(axis) == 2).collect();
+        if walled.is_empty() { self.axes().collect() } else { walled }
+    }
+
+    /// How many times smaller the volume is that the centres of particles like this one can reach than the box.
+    pub(super) fn crowding_of(&self, id: u32) -> f64 {
+        self.crowding[self.species[id as usize] as usize]
     }
 
     /// Mass of everything that moves `[mass]`.
@@ -130,6 +148,7 @@ impl Subject {
             space,
             species_names: vec!["A".to_owned()],
             diameters: vec![1.0],
+            crowding: vec![1.0],
             species: vec![0; count as usize],
             masses: vec![1.0; count as usize],
             moving: (0..count).collect(),

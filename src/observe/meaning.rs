@@ -1,10 +1,11 @@
 //! Which quantities mean something in a scene.
 
 use crate::Vector;
+use crate::event::Tally;
 use crate::potential::Potential;
 use crate::scene::{CountRegion, Scene};
 use crate::simulation::Simulation;
-use crate::space::{Boundary, Face};
+use crate::space::{Boundary, Face, Space};
 use serde::{Deserialize, Serialize};
 
 /// What can be measured in a scene, and the constants that it takes.
@@ -22,8 +23,15 @@ pub struct Meaning {
     pub conserves_momentum: bool,
     /// Whether a kinetic temperature means something: particles that are not accelerated, at least two of them.
     pub has_temperature: bool,
-    /// Whether the fluid is homogeneous, so that the virial gives its pressure.
+    /// Whether the virial gives a pressure: of a homogeneous fluid, or on the walls of one that nothing but walls confines.
     pub has_pressure: bool,
+    /// Axes between two walls, where there are any and the virial gives a pressure.
+    pub walled_axes: [bool; 3],
+    /// For each axis, whether its lower and its upper wall have a pressure of their own: an area that has an end, without static particles
+    /// in front of it.
+    pub pressed_walls: [[bool; 2]; 3],
+    /// Sum over the species of the particles that move per volume that their centres can reach `[length^-D]`: each wall keeps them a radius away.
+    pub accessible_density: f64,
     /// Whether nothing tells one place of the fluid from another: periodic, without gravity and static particles.
     pub is_homogeneous: bool,
     /// Whether some pair has a hard core.
@@ -59,6 +67,15 @@ impl Meaning {
         let has_temperature = !is_accelerated && moving >= 2;
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
+        let has_static = moving < scene.particles.len();
+        let densities =
+            scene.particles.iter().zip(&is_moving).filter(|(_, is_moving)| **is_moving).map(|(particle, _)| {
+                1.0 / scene.space.accessible_volume(scene.species[particle.species.0 as usize].diameter)
+            });
+        let accessible_density = densities.sum::<f64>();
+        let is_confined =
+            has_walls && scene.space.is_closed() && has_temperature && !has_static && accessible_density.is_finite();
+        let walled_axes = std::array::from_fn(|axis| is_confined && scene.space.walls(axis) == 2);
         Self {
             moving,
             dimensions: scene.space.dimensions() as f64,
@@ -66,7 +83,14 @@ impl Meaning {
             conserved_axes,
             conserves_momentum,
             has_temperature,
-            has_pressure: is_homogeneous && scene.shear_rate.is_none(),
+            has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
+            walled_axes,
+            pressed_walls: if moving >= 2 && !has_static && accessible_density.is_finite() {
+                pressed_walls(&scene.space)
+            } else {
+                [[false; 2]; 3]
+            },
+            accessible_density,
             is_homogeneous,
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
@@ -78,6 +102,26 @@ impl Meaning {
             periods: scene.space.periods(),
             regions: scene.output.regions.clone(),
         }
+    }
+
+    /// Pressure `[energy / length^D]` from what was counted in a time, and the mean temperature in it.
+    pub(super) fn pressure(&self, counted: &Tally, duration: f64, temperature: f64) -> Option<f64> {
+        if !self.has_pressure {
+            return None;
+        }
+        let walled = (0..3).filter(|&axis| self.walled_axes[axis]);
+        let (axes, virial) =
+            walled.fold((0, 0.0), |(axes, virial), axis| (axes + 1, virial + counted.confined_virial[axis]));
+        Some(if axes == 0 {
+            self.number_density * (temperature + counted.virial / (self.dimensions * self.moving as f64 * duration))
+        } else {
+            self.accessible_density * temperature + virial / (f64::from(axes) * duration)
+        })
+    }
+
+    /// Pressure on the lower or the upper wall of an axis `[energy / length^D]`, from the momentum that it gave in a time.
+    pub(super) fn pressure_on_wall(&self, counted: &Tally, duration: f64, axis: usize, side: usize) -> Option<f64> {
+        self.pressed_walls[axis][side].then(|| counted.wall_push[axis][side] / duration)
     }
 
     /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum, both relative to what streams.
@@ -136,12 +180,22 @@ fn is_walled(boundary: &Boundary) -> bool {
     matches!(boundary, Boundary::Bounded { lower, upper } if is_wall(lower) || is_wall(upper))
 }
 
+/// Walls whose area has an end.
+fn pressed_walls(space: &Space) -> [[bool; 2]; 3] {
+    let has_end = |axis: usize| space.accessible_area(axis, 0.0).is_some();
+    std::array::from_fn(|axis| match &space.boundary[axis] {
+        Boundary::Bounded { lower, upper } => {
+            [lower, upper].map(|face| matches!(face, Face::Wall { .. }) && has_end(axis))
+        }
+        Boundary::Periodic | Boundary::Flat => [false; 2],
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::{Amount, Lattice, SceneBuilder};
     use crate::simulation::Until;
-    use crate::space::Space;
 
     fn pair() -> SceneBuilder {
         SceneBuilder::new("pair")
@@ -167,7 +221,10 @@ mod tests {
     fn walls_gravity_and_static_particles_take_meaning_away() {
         let walls = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(10.0) };
         let walled = Meaning::of(&pair().space(walls).build().unwrap());
-        assert!(!walled.conserves_momentum && !walled.has_pressure && walled.has_temperature);
+        assert!(!walled.conserves_momentum && !walled.is_homogeneous && walled.has_temperature);
+        // Centres have a cube of 9 for themselves.
+        assert!(walled.has_pressure && walled.pressed_walls == [[true; 2]; 3]);
+        assert!((walled.accessible_density - 2.0 / 729.0).abs() < 1e-17);
         assert_eq!(walled.degrees_of_freedom, 6.0);
         assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
         // Walls along x only: what the two move in common along y, K = 2 of it, is conserved, as is that along z.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::rates::{Rate, rates};
 use crate::observe::Equilibrium;
 use crate::run::Finished;
 use crate::statistics::Stationarity;
@@ -37,6 +38,9 @@ pub struct Summary {
     #[serde(default)]
     pub equilibrated: Equilibrium,
     pub observables: BTreeMap<String, Observable>,
+    /// By kind and species, only those that took place; empty in files of runs before they were counted.
+    #[serde(default)]
+    pub rates: Vec<Rate>,
     pub speed: Speed,
 }
 
@@ -182,6 +186,7 @@ impl Summary {
             faults: audit.faults().iter().map(ToString::to_string).collect(),
             equilibrated: Equilibrium::of(&finished.stationarity),
             observables: finished.observables.iter().map(observable).collect(),
+            rates: rates(&finished.event_counts, scene, finished.stretch.duration),
             speed: Speed {
                 wall_seconds,
                 events_per_second: per_second(tally.physical()),

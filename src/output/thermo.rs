@@ -7,6 +7,7 @@ use std::fmt::Write;
 
 use super::measurements::quoted;
 use super::number::Cell;
+use crate::describe;
 use crate::observe::{Meaning, Row};
 use crate::run::Stage;
 use crate::scene::{EQUILIBRATION, MEASUREMENT, Scene};
@@ -33,11 +34,12 @@ impl Columns {
     pub fn header(&self) -> String {
         let mut line = "time [time],events [1]".to_owned();
         let meaning = &self.meaning;
+        let pressure = format!(",{}", describe::unit("pressure [energy/length^D]", meaning.dimensions as usize));
         for (has, column) in [
             (meaning.has_temperature, ",temperature [energy]"),
             (true, ",kinetic [energy],potential [energy],energy_and_dissipated [energy]"),
             (self.is_driven, ",supplied [energy]"),
-            (meaning.has_pressure, ",pressure [energy/length^D]"),
+            (meaning.has_pressure, pressure.as_str()),
             (meaning.has_core, ",collision_rate [1/time]"),
             (meaning.has_height(), ",height [length]"),
         ] {

@@ -1,12 +1,13 @@
 //! What a run found out about its own correctness.
 
 use super::html::{escape, number};
-use crate::describe::{digits, tiny};
+use crate::describe::{digits, momentum_changes, tiny};
 use crate::observe::{Answer, Equilibrium};
 use crate::output::Summary;
+use crate::scene::Scene;
 
 /// The section of the page.
-pub(super) fn section(summary: &Summary) -> String {
+pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     let verdict = if summary.faults.is_empty() {
         "<p class=\"sound\"><strong>✓ Sound.</strong> Everything that must be conserved was, to within the rounding of its arithmetic, \
          and no particles overlapped deeper than rounding explains or the scene allows.</p>\n"
@@ -18,7 +19,7 @@ pub(super) fn section(summary: &Summary) -> String {
         )
     };
     let state = state(&summary.equilibrated);
-    let rows: String = invariants(summary).iter().map(Row::html).collect();
+    let rows: String = invariants(summary, scene).iter().map(Row::html).collect();
     format!(
         "{verdict}{state}<div class=\"wide\"><table class=\"audit\">\n<caption>Audit of the whole run, its equilibration included</caption>\n\
          <thead><tr><th scope=\"col\">what</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\" class=\"n\">limit</th>\
@@ -73,7 +74,13 @@ impl Row {
     }
 }
 
-fn invariants(summary: &Summary) -> Vec<Row> {
+/// With the reasons that apply, as far as the scene could be read.
+fn not_conserved(scene: Option<&Scene>) -> String {
+    let reasons = scene.map(momentum_changes).filter(|reasons| !reasons.is_empty());
+    reasons.map_or_else(|| "not conserved here".to_owned(), |reasons| format!("not conserved: {reasons}"))
+}
+
+fn invariants(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let (energy, momentum, events) = (&summary.energy, &summary.momentum, &summary.events);
     let none = String::new;
     let mut rows = vec![
@@ -87,7 +94,7 @@ fn invariants(summary: &Summary) -> Vec<Row> {
         Row {
             what: "momentum",
             how: "drift, relative to the sum of m |v|",
-            value: momentum.drift.map_or_else(|| "not conserved here".to_owned(), tiny),
+            value: momentum.drift.map_or_else(|| not_conserved(scene), tiny),
             limit: momentum.drift.map_or_else(none, |_| format!("{:.1e}", momentum.limit)),
             is_sound: momentum.drift.map(|drift| drift <= momentum.limit),
         },

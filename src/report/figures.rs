@@ -1,6 +1,6 @@
 //! The plots of a page with their captions.
 
-use super::html::{brackets, escape, unit};
+use super::html::{brackets, escape, symbols, unit};
 use super::inputs::Inputs;
 use super::plot::{self, Curves, Level, Line, Look, Map, Point};
 use super::table::Trace;
@@ -43,7 +43,7 @@ fn figure(title: &str, svg: &str, legend: &[Entry], text: &str) -> String {
 /// The figures of a measured curve: one for all series of a unit, or a map for each.
 fn of_curve(curve: &Curve) -> Vec<String> {
     let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&curve.name));
-    let method = unit(curve.method.trim());
+    let method = symbols(curve.method.trim());
     let stop = if method.is_empty() || method.ends_with('.') { "" } else { "." };
     let about = format!("{}{stop} {table}", escape(&method));
     let size = curve.variables.first().map_or(0, |variable| variable.values.len());
@@ -94,7 +94,7 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
             y.map(|y| Point { x: *x, y, error })
         };
         lines.push(Line { look: Look::Measured, points: points.map(point).collect() });
-        legend.push((format!("s{}", index % plot::COLOURS), series.name.clone()));
+        legend.push((format!("s{}", index % plot::COLOURS), symbols(&series.name)));
     }
     let mut sources = String::new();
     for (index, published) in curve.published.iter().enumerate() {
@@ -108,7 +108,10 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         [one] => &one.name,
         _ => &curve.title,
     };
-    let titles = [format!("{}{}", variable.name, brackets(&variable.unit)), format!("{name}{}", brackets(unit))];
+    let titles = [
+        format!("{}{}", symbols(&variable.name), brackets(&variable.unit)),
+        format!("{}{}", symbols(name), brackets(unit)),
+    ];
     let is_logarithmic = curve.is_logarithmic;
     let svg = Curves { label: curve.title.clone(), titles, is_logarithmic, lines, level: None }.svg()?;
     Some(figure(&curve.title, &svg, &legend, &format!("{about} {sources}")))

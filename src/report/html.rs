@@ -40,6 +40,47 @@ pub(super) fn unit(unit: &str) -> String {
     text
 }
 
+/// Greek letters by name, as words of their own.
+const GREEK: [(&str, char); 14] = [
+    ("alpha", 'α'),
+    ("beta", 'β'),
+    ("chi", 'χ'),
+    ("delta", 'δ'),
+    ("eps", 'ε'),
+    ("eta", 'η'),
+    ("gamma", 'γ'),
+    ("lambda", 'λ'),
+    ("mu", 'μ'),
+    ("phi", 'φ'),
+    ("pi", 'π'),
+    ("psi", 'ψ'),
+    ("rho", 'ρ'),
+    ("sigma", 'σ'),
+];
+
+/// Symbols as they are printed, of what the program writes in letters: `<v^2> / (rho T)` becomes `⟨v²⟩ / (ρ T)`. Not yet escaped.
+pub(super) fn symbols(text: &str) -> String {
+    let mut symbols = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let word = &rest[..rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len())];
+        let before = symbols.chars().next_back().unwrap_or(' ');
+        let after = rest[c.len_utf8()..].chars().next().unwrap_or(' ');
+        match c {
+            _ if !word.is_empty() => match GREEK.iter().find(|(name, _)| *name == word) {
+                Some((_, letter)) => symbols.push(*letter),
+                None => symbols.push_str(word),
+            },
+            // A comparison has blanks around it.
+            '<' if !after.is_whitespace() && after != '=' => symbols.push('⟨'),
+            '>' if !before.is_whitespace() && after != '=' => symbols.push('⟩'),
+            c => symbols.push(c),
+        }
+        rest = &rest[if word.is_empty() { c.len_utf8() } else { word.len() }..];
+    }
+    unit(&symbols)
+}
+
 /// The unit in brackets, with a space before; nothing for a pure number. Not yet escaped.
 pub(super) fn brackets(of: &str) -> String {
     if of.is_empty() || of == "1" { String::new() } else { format!(" [{}]", unit(of)) }
@@ -89,6 +130,13 @@ mod tests {
             "&lt;/script&gt;&lt;b a=&#39;1&#39;&gt;&amp;&quot;\u{fffd}\n"
         );
         assert_eq!(escape_json("\"</script>&\""), "\"\\u003c/script\\u003e\\u0026\"");
+    }
+
+    #[test]
+    fn symbols_have_one_style() {
+        assert_eq!(symbols("Z = p / (rho T), <v(0).v(t)>"), "Z = p / (ρ T), ⟨v(0).v(t)⟩");
+        assert_eq!(symbols("<(dG_p - <dG_p>)^2> / (2 V T)"), "⟨(dG_p - ⟨dG_p⟩)²⟩ / (2 V T)");
+        assert_eq!(symbols("a < b, c > d, phi4 and psi_6"), "a < b, c > d, phi4 and ψ_6");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::driver::{Monitor, PressureLook};
 use super::progress::Stage;
 use crate::audit::Ledger;
-use crate::event::Tally;
+use crate::event::{EventCounts, Tally};
 use crate::measure::{Instruments, Subject};
 use crate::observe::Observer;
 use crate::scene::{Limit, Thermostat};
@@ -105,6 +105,8 @@ pub struct Course {
     pub(super) measurement: Option<Measurement>,
     /// What had happened before the measured stretch.
     pub(super) before: Tally,
+    /// The same, by kind and species.
+    pub(super) counts_before: EventCounts,
     /// What the measured stretch took on the clock in earlier sittings `[seconds]`.
     pub(super) earlier_seconds: f64,
     /// Whether what acts on the present stage has been set up.
@@ -143,6 +145,7 @@ impl Course {
             rows: None,
             measurement: None,
             before: Tally::default(),
+            counts_before: EventCounts::default(),
             earlier_seconds: 0.0,
             has_begun: false,
             next_scaling: f64::INFINITY,

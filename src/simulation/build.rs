@@ -2,13 +2,14 @@
 
 use super::body::Body;
 use super::clock::Clock;
+use super::confinement::Confinement;
 use super::engine::{Engine, Wall};
 use super::order::along_curve;
 use super::prediction::Prediction;
 use super::shear::Shear;
 use crate::Vector;
 use crate::detection::many::Width;
-use crate::event::Tally;
+use crate::event::{EventCounts, Tally};
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::PairMemory;
 use crate::interaction::rules::Rules;
@@ -68,9 +69,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             memory: PairMemory::new(if TABLE { count } else { 0 }),
             is_known: vec![false; if TABLE { count } else { 0 }],
             walls: walls(scene),
+            confinement: Confinement::of(scene),
             periods: scene.space.periods(),
             contact_times: scene.contact_time.map(|contact_time| ContactTimes::new(contact_time, count)),
             tally: Tally::default(),
+            counts: EventCounts::new(if TABLE { scene.species.len() } else { 0 }),
             executed: 0,
             transitions_at_event: 0,
             transitions_at_order: 0,

@@ -2,6 +2,7 @@
 
 use super::body::Body;
 use super::clock::Clock;
+use super::confinement::Confinement;
 use super::growth::Growing;
 use super::prediction::{Contact, Prediction};
 use super::shear::Shear;
@@ -9,7 +10,7 @@ use super::thermostat::Kicks;
 use super::{Arrest, Reason, Until};
 use crate::Vector;
 use crate::detection::many::Width;
-use crate::event::{Event, Tally};
+use crate::event::{Event, EventCounts, Tally};
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::memory::{Known, PairMemory};
 use crate::interaction::rules::Rules;
@@ -61,6 +62,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     #[serde(skip)]
     pub near: Near,
     pub walls: Vec<Wall>,
+    /// The walls as the pressure sees them; none where there are none.
+    pub confinement: Option<Confinement>,
     pub periods: Vector,
     pub space: Space,
     /// By species and species, the distances at which strangers meet, negative for those who never do; the longest, also of bonds; and
@@ -72,6 +75,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub further_images: Vec<Vector>,
     pub contact_times: Option<ContactTimes>,
     pub tally: Tally,
+    /// Events by species; empty without a table.
+    pub counts: EventCounts,
     /// Physical events, the sum of the tally's.
     pub executed: u64,
     /// Cell transitions when the last of them happened.

@@ -3,7 +3,7 @@
 use super::audit::MOST_ROUND_OFF;
 use super::engine::Engine;
 use crate::Vector;
-use crate::event::{Event, EventKind};
+use crate::event::{CountedKind, Event, EventKind};
 use crate::interaction::rules::Discontinuity;
 use crate::motion::RelativeState;
 use crate::overlap::Side;
@@ -92,6 +92,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
 
         self.tally.count(response.outcome);
+        if TABLE {
+            self.count_by_species(i, j, &response, &seen);
+        }
+        if self.confinement.is_some() {
+            self.note_confined([i, j], &before);
+        }
         self.tally.virial += reduced_mass * (response.radial - radial) / pair.stretch;
         let (energy_step, dissipated) = match response.outcome {
             Outcome::Capture | Outcome::Release => (seen.energy_step, 0.0),
@@ -127,6 +133,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             before,
             after: self.velocities(i, j),
         }
+    }
+
+    /// Counts an event of a pair for its species.
+    #[inline]
+    fn count_by_species(&mut self, i: u32, j: u32, response: &Response, seen: &Discontinuity) {
+        let kind = match response.outcome {
+            Outcome::Core => CountedKind::Core,
+            Outcome::Capture => CountedKind::Capture,
+            Outcome::Release => CountedKind::Release,
+            Outcome::Bounce if seen.energy_step == f64::INFINITY => CountedKind::Bond,
+            Outcome::Bounce => CountedKind::Bounce,
+        };
+        self.tally.core_static += u64::from(kind == CountedKind::Core && (self.is_static(i) || self.is_static(j)));
+        let [a, b] = [i, j].map(|particle| usize::from(self.species[particle as usize]));
+        self.counts.note_pair(a, b, kind);
     }
 
     #[inline]
@@ -335,7 +356,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    fn inverse_mass(&self, particle: u32) -> f64 {
+    pub(super) fn inverse_mass(&self, particle: u32) -> f64 {
         let species = if TABLE { self.species[particle as usize] } else { 0 };
         self.rules.species[usize::from(species)].inverse_mass
     }

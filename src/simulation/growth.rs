@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::engine::Engine;
 use crate::detection::plane;
-use crate::event::Tally;
+use crate::event::{EventCounts, Tally};
 use crate::motion::RelativeState;
 use crate::neighbours::Search;
 
@@ -50,9 +50,10 @@ pub(super) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> 
 }
 
 /// What outlives an engine.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Carried {
     tally: Tally,
+    counts: EventCounts,
     executed: u64,
 }
 
@@ -76,14 +77,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// What outlives the engine when another one takes over with other diameters.
     pub fn carried(&self) -> Carried {
-        Carried { tally: self.tally, executed: self.executed }
+        Carried { tally: self.tally, counts: self.counts.clone(), executed: self.executed }
     }
 
     /// Goes on counting where another engine has stopped.
     pub fn carry(&mut self, carried: Carried, images: &[[i32; 3]]) {
         let wrapped = std::mem::take(&mut self.tally);
         debug_assert_eq!(wrapped.physical(), 0, "it has just been made");
-        (self.tally, self.executed) = (carried.tally, carried.executed);
+        (self.tally, self.counts, self.executed) = (carried.tally, carried.counts, carried.executed);
         self.transitions_at_event = self.tally.transition;
         self.transitions_at_order = self.tally.transition;
         for (particle, image) in self.images.iter_mut().enumerate() {

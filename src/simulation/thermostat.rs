@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::engine::Engine;
 use crate::Vector;
-use crate::event::{Event, EventKind};
+use crate::event::{CountedKind, Event, EventKind};
 use crate::scene::{ParticleId, Purpose, Random};
 
 /// Particles that get new velocities from a heat bath, one at a time.
@@ -87,6 +87,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let gained = 0.5 / inverse_mass * (after - before).dot(&(after + before));
         self.tally.supplied.add(gained);
         self.tally.kick += 1;
+        if TABLE {
+            self.counts.note_single(usize::from(self.species[particle as usize]), CountedKind::Thermostat);
+        }
         self.predict(particle, time);
         self.schedule(particle);
         let change = after - before;

@@ -3,7 +3,7 @@
 use super::audit::unit_of_wall;
 use super::engine::Engine;
 use crate::Vector;
-use crate::event::{Event, EventKind};
+use crate::event::{CountedKind, Event, EventKind};
 use crate::neighbours::grid::Face;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -48,11 +48,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         body.velocity[axis] = inwards * after;
         body.events = body.events.wrapping_add(1);
-        self.tally.wall += 1;
         let dissipated =
             if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
-        self.tally.dissipated.add(dissipated);
         let (position, velocity) = (body.position, body.velocity);
+        self.tally.dissipated.add(dissipated);
+        self.count_wall(i, face, (after - vn) / species.inverse_mass);
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
         Event {
@@ -68,6 +68,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions: [position, Vector::zeros()],
             before: [before, Vector::zeros()],
             after: [velocity, Vector::zeros()],
+        }
+    }
+
+    fn count_wall(&mut self, i: u32, face: Face, impulse: f64) {
+        self.tally.wall += 1;
+        self.note_push(i, face, impulse);
+        if TABLE {
+            self.counts.note_single(usize::from(self.species[i as usize]), CountedKind::Wall);
         }
     }
 
@@ -88,7 +96,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
         let gained = 0.5 / species.inverse_mass * (after - before).dot(&(after + before));
-        self.tally.wall += 1;
+        let impulse = (after[axis] - before[axis]) * inwards / species.inverse_mass;
+        self.count_wall(i, face, impulse);
         self.tally.supplied.add(gained);
         let body = &mut self.bodies[i as usize];
         body.velocity = after;
@@ -99,7 +108,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             particle: self.name(i),
             partner: None,
             normal,
-            impulse: (after[axis] - before[axis]) * inwards / species.inverse_mass,
+            impulse,
             distance: species.radius,
             energy_step: gained,
             dissipated: 0.0,

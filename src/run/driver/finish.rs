@@ -13,6 +13,7 @@ impl<R: Recorder> Driver<'_, R> {
             self.course.earlier_seconds + self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
         if !is_measured {
             self.course.before = *self.simulation.tally();
+            self.course.counts_before = self.simulation.event_counts();
             self.keep()?;
         }
         self.record(true, true)?;
@@ -29,6 +30,7 @@ impl<R: Recorder> Driver<'_, R> {
                 tally: self.simulation.tally().since(&self.course.before),
                 wall_seconds,
             },
+            event_counts: self.simulation.event_counts().since(&self.course.counts_before),
             ending,
             stage: self.course.stage.stage,
             observables: if is_measured { self.course.observer.estimates() } else { Vec::new() },

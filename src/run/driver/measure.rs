@@ -22,6 +22,7 @@ impl<R: Recorder> Driver<'_, R> {
         if self.course.measurement.is_none() {
             self.record(true, true)?;
             self.course.before = *self.simulation.tally();
+            self.course.counts_before = self.simulation.event_counts();
         }
         self.started = Some(Instant::now());
         if self.course.stage.limit == Limit::default() {

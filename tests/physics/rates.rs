@@ -1,0 +1,89 @@
+//! Rates of events: each particle that moves counts once.
+
+use std::ops::ControlFlow;
+
+use carom::Vector;
+use carom::output::Summary;
+use carom::output::rates::Rate;
+use carom::potential::Potential;
+use carom::run::{self, Finished};
+use carom::scene::{Arrangement, Fill, Limit, RunPlan, Scene, SceneBuilder, Thermostat};
+use carom::space::{Boundary, Space};
+
+fn finish(scene: Scene) -> Finished {
+    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    finished
+}
+
+fn collision_rate(finished: &Finished) -> f64 {
+    finished.observables.iter().find(|(name, _)| *name == "collision_rate").unwrap().1.mean
+}
+
+#[test]
+fn a_ball_among_fixed_spheres_counts_each_contact_once() {
+    let mut builder = SceneBuilder::new("lorentz")
+        .space(Space::periodic_cube(6.0))
+        .species("ball", 0.7, 1.0)
+        .static_species("fixed", 1.4)
+        .interaction("ball", "ball", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .interaction("ball", "fixed", Potential::hard_sphere(1.2).unwrap(), 1.0)
+        .particle("ball", Vector::repeat(0.1), Vector::new(1.0, 0.3, 0.2))
+        .run(RunPlan { limit: Limit::events(5_000), ..RunPlan::default() });
+    for (x, y, z) in [(3.0, 3.0, 3.0), (3.0, 0.0, 1.0), (1.0, 3.0, 5.0), (5.0, 2.0, 0.5)] {
+        builder = builder.particle("fixed", Vector::new(x, y, z), Vector::zeros());
+    }
+    let finished = finish(builder.build().unwrap());
+    let stretch = &finished.stretch;
+    let rate = stretch.tally.core as f64 / stretch.duration;
+    // Sums over the rows of a run.
+    assert!((collision_rate(&finished) / rate - 1.0).abs() < 1e-9, "{} {rate}", collision_rate(&finished));
+    let rates = Summary::of(&finished).rates;
+    assert_eq!(rates.len(), 1);
+    assert_eq!((rates[0].kind.as_str(), rates[0].events), ("core", 5_000));
+    assert_eq!(rates[0].species, ["ball", "fixed"]);
+    assert!((rates[0].per_particle[0].unwrap() / rate - 1.0).abs() < 1e-12 && rates[0].per_particle[1].is_none());
+}
+
+#[test]
+fn rates_by_kind_and_species_add_up_to_all_events() {
+    let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
+    let well = |s: f64| Potential::square_well(s, 1.5, 1.0).unwrap();
+    let scene = SceneBuilder::new("kinds")
+        .seed(4)
+        .space(Space {
+            boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
+            ..Space::periodic_cube(7.0)
+        })
+        .species("A", 0.7, 1.0)
+        .species("B", 3.0, 0.8)
+        .interaction("A", "A", well(1.0), 1.0)
+        .interaction("A", "B", Potential::hard_sphere(0.9).unwrap(), 1.0)
+        .interaction("B", "B", well(0.8), 1.0)
+        .bond_interaction("link", Potential::bond(0.8, 1.2).unwrap(), 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(40))
+        .particle("B", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+        .particle("B", Vector::new(2.0, 1.0, 1.0), Vector::zeros())
+        .bond(40, 41, "link")
+        .temperature(1.0)
+        .run(RunPlan {
+            equilibration: Limit::events(1_000),
+            limit: Limit::events(20_000),
+            thermostat: Some(bath),
+            ..RunPlan::default()
+        })
+        .build()
+        .unwrap();
+    let finished = finish(scene);
+    let (tally, rates) = (&finished.stretch.tally, Summary::of(&finished).rates);
+    let count = |kind: &str| rates.iter().filter(|rate| rate.kind == kind).map(|rate| rate.events).sum::<u64>();
+    assert_eq!((count("core"), count("capture"), count("release")), (tally.core, tally.capture, tally.release));
+    assert_eq!((count("bounce") + count("bond"), count("wall")), (tally.bounce, tally.wall));
+    assert_eq!(count("thermostat"), tally.kick);
+    assert!(count("bond") > 10 && count("bounce") > 10, "{rates:?}");
+    let between = |rate: &&Rate| rate.kind == "core" && rate.species == ["A", "B"];
+    let rate = rates.iter().find(between).unwrap();
+    // Forty of A, two of B, each contact is one of both.
+    let [a, b] = [0, 1].map(|k| rate.per_particle[k].unwrap());
+    assert!((a * 20.0 / b - 1.0).abs() < 1e-12 && (b * 2.0 / rate.per_time.unwrap() - 1.0).abs() < 1e-12);
+}

@@ -1,0 +1,104 @@
+//! The pressure between walls: of the virial, of the impulses on each wall, and of the pressure tensor.
+
+use std::ops::ControlFlow;
+
+use carom::Vector;
+use carom::measure::{Plan, plan};
+use carom::potential::Potential;
+use carom::run::{self, Finished};
+use carom::scene::{Arrangement, Fill, Limit, RunPlan, SceneBuilder};
+use carom::space::{Boundary, Space};
+use carom::statistics::Estimate;
+
+fn hard(distance: f64) -> Potential {
+    Potential::hard_sphere(distance).unwrap()
+}
+
+/// A mixture of two sizes and masses, at a temperature of 1.3, with its pressure tensor.
+fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished {
+    let scene = SceneBuilder::new("mixture")
+        .seed(11)
+        .space(Space { lower: Vector::zeros(), size, boundary })
+        .species("A", 0.7, 1.0)
+        .species("B", 3.0, 1.6)
+        .interaction("A", "A", hard(1.0), 1.0)
+        .interaction("A", "B", hard(1.3), 1.0)
+        .interaction("B", "B", hard(1.6), 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "B").count(counts[1]))
+        .add_fill(Fill::new(Arrangement::Random, "A").count(counts[0]))
+        .temperature(1.3)
+        .measure(Plan { pressure_tensor: Some(plan::PressureTensor::default()), ..Plan::default() })
+        .run(RunPlan { equilibration: Limit::events(20_000), limit: Limit::events(150_000), ..RunPlan::default() })
+        .build()
+        .unwrap();
+    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    finished
+}
+
+fn observed(finished: &Finished, name: &str) -> Option<Estimate> {
+    finished.observables.iter().find(|(known, _)| *known == name).map(|(_, estimate)| *estimate)
+}
+
+#[test]
+fn virial_walls_and_tensor_tell_the_same_pressure() {
+    let (periodic, walls, flat) = (Boundary::Periodic, Boundary::walls(1.0), Boundary::Flat);
+    let (plane, space) = (Vector::new(11.0, 9.0, 0.0), Vector::new(7.0, 6.0, 5.5));
+    for (what, boundary, size, counts) in [
+        ("slit, 2-D", [walls, periodic, flat], plane, [16, 12]),
+        ("box, 2-D", [walls, walls, flat], plane, [16, 12]),
+        ("slit, 3-D", [periodic, periodic, walls], space, [30, 20]),
+        ("box, 3-D", [walls; 3], space, [30, 20]),
+    ] {
+        let finished = mixture(boundary, size, counts);
+        let virial = observed(&finished, "pressure").unwrap();
+        let virial_error = virial.standard_error.unwrap();
+        println!("{what}: virial {virial:?}");
+        // The outer layer that centres cannot reach is a fifth of the volume and more.
+        assert!(virial_error < 0.01 * virial.mean, "{what}: {virial:?}");
+        let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap();
+        let (mean, error) = (tensor.mean.unwrap(), tensor.standard_error.unwrap());
+        println!("{what}: tensor {mean} +- {error}");
+        assert!((mean - virial.mean).abs() < 4.0 * error.max(virial_error), "{what}: {mean} +- {error}, {virial:?}");
+        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
+            for side in ["lower", "upper"] {
+                let on_wall = observed(&finished, &format!("pressure_on_{side}_{name}_wall"));
+                assert_eq!(on_wall.is_some(), boundary[axis] == walls, "{what}: {side} {name}");
+                let Some(on_wall) = on_wall else { continue };
+                let error = libm::hypot(virial_error, on_wall.standard_error.unwrap());
+                let difference = on_wall.mean - virial.mean;
+                println!("{what}: {side} {name} {on_wall:?}, {:+.2} sigma", difference / error);
+                assert!(error < 0.02 * virial.mean && difference.abs() < 4.0 * error, "{what}: {on_wall:?} {virial:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_walls_of_a_falling_gas_carry_its_weight() {
+    let mut boundary = [Boundary::Periodic, Boundary::walls(1.0), Boundary::Flat];
+    let scene = |boundary| {
+        SceneBuilder::new("weight")
+            .seed(2)
+            .space(Space { lower: Vector::zeros(), size: Vector::new(10.0, 12.0, 0.0), boundary })
+            .species("A", 0.7, 1.0)
+            .interaction("A", "A", hard(1.0), 1.0)
+            .gravity(Vector::new(0.0, -0.3, 0.0))
+            .add_fill(Fill::new(Arrangement::Random, "A").count(20))
+            .temperature(1.0)
+            .run(RunPlan { equilibration: Limit::events(5_000), limit: Limit::events(100_000), ..RunPlan::default() })
+            .build()
+            .unwrap()
+    };
+    let finished = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(observed(&finished, "pressure").is_none(), "it is not the same at all heights");
+    let on = |side: &str| observed(&finished, &format!("pressure_on_{side}_y_wall")).unwrap().mean;
+    // The floor and the ceiling of a length of 10, with 20 particles of mass 0.7: their momentum at the start and the end is what is left,
+    // two of some sqrt(20 0.7), over the time.
+    let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.stretch.duration));
+    assert!((on("lower") - on("upper") - weight).abs() < left, "{} {} {weight} {left}", on("lower"), on("upper"));
+    assert!(left < 0.01 * weight);
+    boundary[0] = Boundary::OPEN;
+    let open = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(observed(&open, "pressure_on_lower_y_wall").is_none(), "its area has no end");
+}
