@@ -1,7 +1,9 @@
 //! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
 
 use crate::potential::Potential;
-use crate::scene::{GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat};
+use crate::scene::{
+    GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
+};
 use crate::simulation::EngineChoice;
 use crate::space::{Boundary, Face};
 use crate::statistics::Estimate;
