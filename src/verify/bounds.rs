@@ -9,9 +9,12 @@ use crate::simulation::{Elapsed, States};
 /// sum has eight terms. All are below one unit in the last place of the scales below.
 const ROUNDINGS: f64 = 32.0;
 
-/// Roundings that many, of a number of the order of `scale`; the smallest numbers are rounded to multiples of a smaller one still.
+/// Speeds below the root of the smallest float have squares that are 0: a norm of them, or an energy, tells nothing.
+const SMALLEST: f64 = 1.5e-154;
+
+/// Roundings that many, of a number of the order of `scale`.
 pub(super) fn rounded(scale: f64) -> f64 {
-    ROUNDINGS * (f64::EPSILON * scale + f64::MIN_POSITIVE)
+    ROUNDINGS * f64::EPSILON * scale + SMALLEST
 }
 
 /// An overlap or a gap of more than this part of a discontinuity's distance is no round-off that a physicist would accept, however
