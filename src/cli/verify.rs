@@ -66,7 +66,8 @@ impl Verify {
         if !has_ended || self.from_events.is_none_or(|from| certificate.first_event > from) {
             return Ok(());
         }
-        let message = format!("the run has only {}", describe::plural(certificate.first_event as usize - 1, "event"));
+        let events = usize::try_from(certificate.first_event - 1).unwrap_or(usize::MAX);
+        let message = format!("the run has only {}", describe::plural(events, "event"));
         Err(Failure::bad_input(message, None, Some("choose a smaller --from-events")))
     }
 

@@ -17,8 +17,7 @@ impl Verifier {
     }
 
     pub(super) fn check_flights_of(&mut self, after: &States, takes_part: impl Fn(u32) -> bool) -> Result<(), Fault> {
-        for i in 0..self.before.positions.len() as u32 {
-            let at = i as usize;
+        for (i, at) in (0_u32..).zip(0..self.before.positions.len()) {
             let jump = self.world.shortest(after.positions[at] - self.before.positions[at]).norm();
             let change = (after.velocities[at] - self.before.velocities[at]).norm();
             if jump == 0.0 && (change == 0.0 || takes_part(i)) && self.world.is_in_box(&after.positions[at]) {

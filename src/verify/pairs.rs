@@ -24,7 +24,7 @@ impl Pairs {
             return pairs;
         }
         for &i in &world.moving {
-            for j in (0..states.positions.len() as u32).filter(|&j| world.is_first(i, j)) {
+            for (j, _) in (0..).zip(&states.positions).filter(|(j, _)| world.is_first(i, *j)) {
                 let distance = world.nearest(states, i, j).norm();
                 if (distance > world.longest_range && !world.holds_all_pairs) || pairs.get(i, j).is_some() {
                     continue;

@@ -164,8 +164,8 @@ impl Window {
             self.ask_pair(world, states, i, j, state)?;
         }
         let far = (world.longest_range + reaches[i as usize]) * MARGIN;
-        for j in (0..reaches.len() as u32).filter(|&j| j != i && is_wanted(j)) {
-            let reach = far + reaches[j as usize] * MARGIN;
+        for (j, its_reach) in (0..).zip(reaches).filter(|(j, _)| *j != i && is_wanted(*j)) {
+            let reach = far + its_reach * MARGIN;
             if world.nearest(states, i, j).norm_squared() <= reach * reach && pairs.get(i, j).is_none() {
                 self.ask_pair(world, states, i, j, 0)?;
             }
