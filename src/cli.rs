@@ -40,7 +40,7 @@ Examples:
 
 Exit codes:
   0  done
-  1  the simulation failed, its own audit, its proof or a comparison did, or it was interrupted
+  1  the simulation failed, its own audit, its proof or a comparison did, memory ended, or it was interrupted
   2  bad input";
 
 /// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and meshes.

@@ -1,8 +1,13 @@
 //! The program `carom`.
 
 mod cli;
+mod exhaustion;
 
 use std::process::ExitCode;
+
+/// Memory that ends is an error like any other, with exit code 1.
+#[global_allocator]
+static ALLOCATOR: exhaustion::Reporting = exhaustion::Reporting;
 
 fn main() -> ExitCode {
     cli::main()

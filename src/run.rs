@@ -22,10 +22,12 @@
 
 mod course;
 mod driver;
+mod forecast;
 mod progress;
 
 pub use course::Course;
 pub use driver::{resume, run};
+pub use forecast::{Burden, burdens};
 pub use progress::{Progress, Stage};
 
 use std::convert::Infallible;
@@ -36,6 +38,7 @@ use crate::measure::{Measured, Scalar};
 use crate::observe::Row;
 use crate::simulation::{Arrest, Simulation, Snapshot};
 use crate::statistics::{Estimate, Stationarity};
+use thiserror::Error;
 
 /// Where the rows, frames and events of a run go. `()` keeps nothing.
 pub trait Recorder {
@@ -108,6 +111,38 @@ pub enum Ending {
     Interrupted,
     /// The simulation could not go on.
     Arrested(Arrest),
+    /// Spheres that grow cannot become as large as they should.
+    Jammed(Jam),
+}
+
+impl Ending {
+    /// Whether a run ends there, in whatever stage it is.
+    fn is_early(&self) -> bool {
+        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_))
+    }
+}
+
+/// Spheres that jam while they grow, below the packing fraction that they should come to.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "growing spheres jam: {packing_fraction:.4} of the space is filled at time {time}, where the compressibility factor is \
+     {compressibility_factor:.0}, and {target:.4} cannot be reached"
+)]
+pub struct Jam {
+    /// The part of the space that they fill.
+    pub packing_fraction: f64,
+    /// The part that they should.
+    pub target: f64,
+    /// `P V / (N k T)` there, which is infinite where no sphere can move.
+    pub compressibility_factor: f64,
+    /// When `[time]`.
+    pub time: f64,
+}
+
+impl Jam {
+    /// What the user can do about it.
+    pub const CURE: &'static str = "lower the packing fraction of the stage, let the spheres grow more slowly, or up to a \
+        compressibility_factor, which says when they are close enough to jamming";
 }
 
 /// The measured stretch of a run.

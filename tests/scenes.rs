@@ -10,6 +10,7 @@ fn every_scene_of_configs_loads() {
         let scene = Scene::from_file(&path).unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
         assert_eq!(Some(scene.name.as_str()), path.file_stem().and_then(|stem| stem.to_str()));
         assert_eq!(scene.leaks(), [], "{}", scene.name);
+        assert_eq!(carom::run::burdens(&scene), [], "{}", scene.name);
         println!("{}: {} particles", scene.name, scene.particles.len());
         count += 1;
     }

@@ -1,6 +1,7 @@
 //! `carom check`.
 
 use carom::describe::{self, digits, plural};
+use carom::run::{self, Burden};
 use carom::scene::{Limit, Scene, Species};
 use carom::simulation::EngineChoice;
 use clap::Args;
@@ -180,6 +181,7 @@ fn warnings(scene: &Scene) -> Vec<String> {
     if scene.run.limit == Limit::default() {
         warnings.push("nothing says how long to measure".to_owned());
     }
+    warnings.extend(burdens(scene));
     let is_dissipative = scene.interactions.iter().any(|interaction| interaction.restitution < 1.0);
     let is_falling = scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
     if is_dissipative && is_falling && scene.contact_time.is_none() {
@@ -201,4 +203,21 @@ fn warnings(scene: &Scene) -> Vec<String> {
         }
     }
     warnings
+}
+
+/// What makes the run far longer than its events, with the time that it takes.
+pub fn burdens(scene: &Scene) -> Vec<String> {
+    let line = |burden: Burden| format!("{}: some {} on the clock", burden.cause, on_the_clock(burden.seconds));
+    run::burdens(scene).into_iter().map(line).collect()
+}
+
+/// A time on the clock, to the order of magnitude.
+fn on_the_clock(seconds: f64) -> String {
+    match seconds {
+        ..120.0 => format!("{seconds:.0} seconds"),
+        ..7_200.0 => format!("{:.0} minutes", seconds / 60.0),
+        ..172_800.0 => format!("{:.0} hours", seconds / 3_600.0),
+        ..63_072_000.0 => format!("{:.0} days", seconds / 86_400.0),
+        _ => format!("{} years", digits(seconds / 31_536_000.0)),
+    }
 }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use carom::checkpoint::Checkpoint;
 use carom::output::{Folder, Summary};
-use carom::run::{self, Ending, Finished, Recorder};
+use carom::run::{self, Ending, Finished, Jam, Recorder};
 use carom::scene::Limit;
 use carom::simulation::Arrest;
 use clap::Args;
@@ -103,6 +103,9 @@ impl Run {
         let mut folder =
             Folder::create(&path, &scene, super::existing(self.force))?.checkpoint_every(self.checkpoint_every);
         folder.keep_scene(&record)?;
+        for burden in super::check::burdens(&scene) {
+            super::warn(&format!("warning: {burden}"));
+        }
         signals::watch();
         let mut display = Display::new(&scene, self.quiet);
         let result = run::run(scene, &mut folder, &mut |progress| {
@@ -154,6 +157,7 @@ fn end(finished: &Finished, folder: Folder, path: &Path) -> Result<(), Failure> 
 fn verdict(finished: &Finished) -> Result<(), Failure> {
     let faults = finished.audit.faults();
     match finished.ending {
+        Ending::Jammed(jam) => Err(Failure::failed(jam.to_string(), None, Some(Jam::CURE))),
         Ending::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(Arrest::CURE))),
         _ if !faults.is_empty() => {
             let faults: Vec<String> = faults.iter().map(ToString::to_string).collect();

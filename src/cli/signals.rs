@@ -2,21 +2,46 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Set by the first signal.
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Lets the first signal end the work in good order, and the second one at once.
+/// Whether anybody has asked for signals.
+static IS_ASKED: AtomicBool = AtomicBool::new(false);
+
+/// Work that leaves nothing behind is ended if it does not ask for so long after a signal.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Lets the first signal end the work in good order, and the second one at once; so does the first, before the work has begun.
 pub fn watch() {
-    // Without a handler, a signal ends the program as it does by default.
-    let _ = ctrlc::set_handler(|| {
-        if IS_STOPPED.swap(true, Ordering::Relaxed) {
+    listen(|| {});
+}
+
+/// The same for work that leaves nothing behind: it ends soon after the first signal, whether it asks or not.
+pub fn watch_without_traces() {
+    listen(|| {
+        IS_ASKED.store(false, Ordering::Relaxed);
+        std::thread::sleep(PATIENCE);
+        if !IS_ASKED.load(Ordering::Relaxed) {
             std::process::exit(1);
         }
     });
 }
 
+fn listen(then: fn()) {
+    // Without a handler, a signal ends the program as it does by default.
+    let _ = ctrlc::set_handler(move || {
+        let is_working = IS_ASKED.load(Ordering::Relaxed);
+        if IS_STOPPED.swap(true, Ordering::Relaxed) || !is_working {
+            std::process::exit(1);
+        }
+        then();
+    });
+}
+
 /// Breaks after a signal.
 pub fn flow() -> ControlFlow<()> {
+    IS_ASKED.store(true, Ordering::Relaxed);
     if IS_STOPPED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }

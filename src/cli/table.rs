@@ -73,6 +73,7 @@ fn ending(finished: &Finished) -> String {
         Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
         Ending::GaveUp => format!("GAVE UP at t = {time}: nothing has happened for a million rows"),
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
+        Ending::Jammed(jam) => format!("FAILED at t = {time}{stage}: {jam}"),
         Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
     }
 }

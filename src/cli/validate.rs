@@ -43,7 +43,7 @@ impl Validate {
         if self.list {
             return super::print(&list(&points));
         }
-        signals::watch();
+        signals::watch_without_traces();
         super::print(&head())?;
         let (mut count, mut bad) = (0, 0);
         let mut notes = Notes::default();

@@ -48,7 +48,7 @@ impl Verify {
         let scene = self.load()?;
         let stretch = Stretch { from: self.from_events.unwrap_or(0), events: self.events };
         let header = header(&scene);
-        signals::watch();
+        signals::watch_without_traces();
         let mut display = Display::new(&scene, self.quiet);
         let certificate = verify::verify(scene, stretch, &mut |progress| {
             display.show(progress);

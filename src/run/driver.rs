@@ -145,7 +145,12 @@ impl<R: Recorder> Driver<'_, R> {
                 Some(_) => return Ok(ending),
                 None => {}
             }
-            if self.look_at_growth() || self.is_stationary() {
+            let is_grown = match self.look_at_growth() {
+                ControlFlow::Break(Some(jammed)) => return Ok(Some(jammed)),
+                ControlFlow::Break(None) => true,
+                ControlFlow::Continue(()) => false,
+            };
+            if is_grown || self.is_stationary() {
                 self.is_over = true;
                 return Ok(None);
             }
@@ -313,7 +318,7 @@ mod tests {
         });
         let finished = finished.unwrap();
         assert_eq!(finished.ending, Ending::Interrupted);
-        assert!((1..=7 * STEPS[1]).contains(&finished.simulation.tally().transition));
+        assert!(finished.simulation.tally().transition <= 7 * STEPS[1]);
     }
 
     #[test]

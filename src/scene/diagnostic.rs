@@ -90,7 +90,7 @@ pub enum SceneErrorKind {
     #[error("a random packing fraction of {wanted:.4} was not reached: these particles jam at {reached:.4}")]
     Jammed { wanted: f64, reached: f64 },
     /// More particles than the memory is meant for.
-    #[error("{particles} particles need about {} GiB, more than the {} GiB a scene may take", bytes >> 30, budget >> 30)]
+    #[error("{particles} particles need about {} GiB, more than there are here: {} GiB", bytes >> 30, budget >> 30)]
     TooMany { particles: u64, bytes: u64, budget: u64 },
     /// A coordinate file that cannot be understood.
     #[error("{}, line {line}: {problem}", path.display())]

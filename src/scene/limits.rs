@@ -1,6 +1,7 @@
 //! Which numbers a scene may contain.
 
 use crate::Vector;
+use crate::memory;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::place::Place;
 use crate::space::{Boundary, Space};
@@ -12,15 +13,33 @@ const LARGEST: f64 = 1e50;
 /// Memory that a particle takes in a simulation, with its prediction, cell and outputs `[bytes]`.
 const BYTES_PER_PARTICLE: u64 = 512;
 
-/// Memory that the particles of a scene may take `[bytes]`: 16 GiB, some 33 million particles.
-const MEMORY_BUDGET: u64 = 16 << 30;
+/// Memory that two species take in the tables that the event loop looks pairs up in, both ways `[bytes]`.
+const BYTES_PER_PAIR: u64 = 64;
 
-/// Refuses numbers of particles beyond the memory budget, before anything is allocated for them.
+/// So many species have particles at most: they are numbered with 16 bits.
+const MOST_ROWS: u64 = 1 << 16;
+
+/// Refuses numbers of particles beyond the memory of the machine, before anything is allocated for them.
 pub(crate) fn affordable(particles: u64, place: &Place) -> Result<(), SceneError> {
-    let bytes = particles.saturating_mul(BYTES_PER_PARTICLE);
-    if bytes > MEMORY_BUDGET {
-        let kind = SceneErrorKind::TooMany { particles, bytes, budget: MEMORY_BUDGET };
-        return Err(SceneError::new(place.clone(), kind));
+    let (bytes, budget) = (particles.saturating_mul(BYTES_PER_PARTICLE), memory::total());
+    if bytes > budget {
+        return Err(SceneError::new(place.clone(), SceneErrorKind::TooMany { particles, bytes, budget }));
+    }
+    Ok(())
+}
+
+/// Refuses more species with particles than tables of their pairs have room for.
+pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
+    let (species, budget) = (species as u64, memory::total());
+    let bytes = species.saturating_mul(species).saturating_mul(BYTES_PER_PAIR);
+    if species > MOST_ROWS || bytes > budget {
+        let expected = format!(
+            "at most {MOST_ROWS}, in tables of their pairs that fit into memory: they would take {} GiB, there are {}",
+            bytes >> 30,
+            budget >> 30
+        );
+        let value = format!("{species} species with particles");
+        return Err(SceneError::new(Place::root().key("species"), SceneErrorKind::value(value, expected)));
     }
     Ok(())
 }
@@ -98,6 +117,12 @@ mod tests {
         assert!(finite(largest, Place::root()).is_ok() && finite(largest.next_up(), Place::root()).is_err());
         assert!(positive(smallest.next_down(), Place::root()).is_err());
         assert!((9.0 * largest.powi(4)).is_finite() && smallest.powi(4).is_normal());
+    }
+
+    #[test]
+    fn tables_of_species_are_held_against_memory() {
+        assert!(affordable_species(1000).is_ok());
+        assert!(affordable_species(65_537).is_err() && affordable_species(usize::MAX).is_err());
     }
 
     #[test]

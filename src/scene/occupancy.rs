@@ -75,20 +75,40 @@ const fn neighbours() -> [[i64; 3]; 27] {
 /// Marks the end of a cell's list.
 const NONE: u32 = u32::MAX;
 
-/// Cells as a hash table of linked lists: the memory follows the number of particles, however far apart they are.
+/// Particles whose shortest contacts differ by less than this factor share a grid; those of a coarser one are too many for a small particle
+/// to look at, and cells of a finer one for a large particle.
+const COARSER: f64 = 8.0;
+
+/// Room for this many particles in a grid at first, where there are several.
+const FIRST: usize = 64;
+
+/// Which places are taken, as grids of cells, a coarse one for large particles and finer ones for smaller ones.
+///
+/// Cells are a hash table of linked lists: the memory follows the number of particles, however far apart they are.
 pub(crate) struct Occupancy<'a> {
-    space: &'a Space,
     contacts: &'a Contacts,
+    /// The grid of each species, coarsest first; none for those that touch nothing.
+    grid_of: Vec<Option<usize>>,
+    grids: Vec<Grid<'a>>,
+    taken: Vec<(Vector, u32)>,
+}
+
+/// The particles of one grid.
+struct Grid<'a> {
+    space: &'a Space,
     periods: Vector,
     edge: Vector,
     /// Number of cells around a periodic axis, 0 elsewhere.
     around: [i64; 3],
     /// Steps to the neighbouring cells per axis.
     reach: [i64; 3],
-    longest_squared: f64,
+    /// Longest contact of each species with those in the grid.
+    ranges: Vec<f64>,
+    /// Contacts up to this long are found in neighbouring cells.
+    finest: f64,
     heads: Vec<u32>,
-    next: Vec<u32>,
-    taken: Vec<(Vector, u32)>,
+    /// Next of the same list, and which of the taken ones it is.
+    entries: Vec<(u32, u32)>,
 }
 
 /// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in the last
@@ -98,10 +118,76 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 impl<'a> Occupancy<'a> {
     /// Room for `capacity` particles.
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
-        let cell = match contacts.largest() {
-            0.0 => 1.0,
-            contact => contact,
+        let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
+        // The shortest contact tells a size: the longest of a small particle is that with a large one.
+        let mut shortest = vec![f64::INFINITY; species];
+        for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
+            shortest[a] = shortest[a].min(contact);
+            shortest[b] = shortest[b].min(contact);
+        }
+        let largest = contacts.largest();
+        let size_of = |shortest: f64| {
+            shortest.is_finite().then(|| (libm::log2(largest / shortest) / libm::log2(COARSER)).floor())
         };
+        let mut sizes: Vec<f64> = shortest.iter().copied().filter_map(size_of).collect();
+        sizes.sort_unstable_by(f64::total_cmp);
+        sizes.dedup();
+        let grid_of: Vec<Option<usize>> = shortest
+            .iter()
+            .map(|&shortest| size_of(shortest).and_then(|size| sizes.iter().position(|other| *other == size)))
+            .collect();
+        let capacity = if sizes.len() == 1 { capacity } else { capacity.min(FIRST) };
+        let mut ranges = vec![vec![0.0_f64; species]; sizes.len()];
+        for ([a, b], contact) in contacts.iter() {
+            for (one, other) in [(a, b), (b, a)] {
+                if let Some(grid) = grid_of[other] {
+                    ranges[grid][one] = ranges[grid][one].max(contact);
+                }
+            }
+        }
+        let grids = ranges.into_iter().enumerate().map(|(number, ranges)| {
+            let own = (0..species).filter(|&species| grid_of[species] == Some(number)).map(|species| ranges[species]);
+            // In a grid whose particles touch only larger ones, any size will do.
+            let cell = Some(own.fold(0.0, f64::max)).filter(|cell| *cell > 0.0).unwrap_or(largest);
+            Grid::new(space, cell, ranges, capacity)
+        });
+        Self { contacts, grids: grids.collect(), grid_of, taken: Vec::with_capacity(capacity) }
+    }
+
+    /// Takes a place. The particle's number is how many were taken before it.
+    pub(crate) fn take(&mut self, position: Vector, species: u32) {
+        let number = self.taken.len() as u32;
+        self.taken.push((position, species));
+        if let Some(Some(grid)) = self.grid_of.get(species as usize) {
+            self.grids[*grid].take(number, &self.taken);
+        }
+    }
+
+    /// The first overlap of a particle here with one that was taken and for which `counts` holds.
+    pub(crate) fn overlap(&self, position: &Vector, species: u32, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
+        let is_overlap = |other: u32, periods: &Vector| {
+            let (there, its_species) = &self.taken[other as usize];
+            let contact = self.contacts.get(species as usize, *its_species as usize);
+            let separation = minimum_image(position - there, periods);
+            if separation.norm_squared() < contact * contact {
+                let distance = separation.norm();
+                let rounding = ROUNDING * (position.amax() + there.amax() + contact);
+                if distance < contact - rounding && counts(other) {
+                    return Some(Overlapping { other, distance, contact });
+                }
+            }
+            None
+        };
+        self.grids.iter().find_map(|grid| {
+            let range = grid.ranges.get(species as usize).copied().unwrap_or(0.0);
+            if range > 0.0 { grid.find(position, range, |other| is_overlap(other, &grid.periods)) } else { None }
+        })
+    }
+}
+
+impl<'a> Grid<'a> {
+    /// Cells for contacts of at least `cell`.
+    fn new(space: &'a Space, cell: f64, ranges: Vec<f64>, capacity: usize) -> Self {
         let mut edge = Vector::repeat(cell);
         let (mut around, mut reach) = ([0; 3], [1; 3]);
         for k in 0..3 {
@@ -116,35 +202,47 @@ impl<'a> Occupancy<'a> {
                 Boundary::Bounded { .. } => {}
             }
         }
-        let buckets = (2 * capacity.max(8)).next_power_of_two();
         Self {
             space,
-            contacts,
             periods: space.periods(),
             edge,
             around,
             reach,
-            // A little more than the longest contact, for the rounding of the place within a cell.
-            longest_squared: cell * cell * (1.0 + 1e-6),
-            heads: vec![NONE; buckets],
-            next: Vec::with_capacity(capacity),
-            taken: Vec::with_capacity(capacity),
+            ranges,
+            finest: cell,
+            heads: vec![NONE; (2 * capacity.max(8)).next_power_of_two()],
+            entries: Vec::with_capacity(capacity),
         }
     }
 
-    /// Takes a place. The particle's number is how many were taken before it.
-    pub(crate) fn take(&mut self, position: Vector, species: u32) {
-        let bucket = self.bucket(self.cell(&position));
-        self.next.push(self.heads[bucket]);
-        self.heads[bucket] = self.taken.len() as u32;
-        self.taken.push((position, species));
+    /// Takes the place of the particle `number` of `taken`.
+    fn take(&mut self, number: u32, taken: &[(Vector, u32)]) {
+        self.entries.push((NONE, number));
+        if 2 * self.entries.len() <= self.heads.len() {
+            self.link(self.entries.len() - 1, taken);
+            return;
+        }
+        self.heads = vec![NONE; 2 * self.heads.len()];
+        (0..self.entries.len()).for_each(|entry| self.link(entry, taken));
     }
 
-    /// The first overlap of a particle here with one that was taken and for which `counts` holds.
-    pub(crate) fn overlap(&self, position: &Vector, species: u32, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
+    fn link(&mut self, entry: usize, taken: &[(Vector, u32)]) {
+        let (position, _) = &taken[self.entries[entry].1 as usize];
+        let bucket = self.bucket(self.cell(position));
+        self.entries[entry].0 = self.heads[bucket];
+        self.heads[bucket] = entry as u32;
+    }
+
+    /// The first of what `found` gives for those within `range` of a position; it is also asked for others.
+    fn find<T>(&self, position: &Vector, range: f64, found: impl Fn(u32) -> Option<T>) -> Option<T> {
+        if range > self.finest {
+            return self.find_far(position, range, found);
+        }
         let cell = self.cell(position);
         // How far the position is from the lower side of its cell, as a part of the edge.
         let within = self.within(position);
+        // A little more than the longest contact, for the rounding of the place within a cell.
+        let longest_squared = range * range * (1.0 + 1e-6);
         for offset in &NEIGHBOURS {
             let mut squared = 0.0;
             let mut is_reached = true;
@@ -158,16 +256,32 @@ impl<'a> Occupancy<'a> {
                 is_reached &= offset[k].abs() <= self.reach[k];
             }
             // A cell that is out of reach of the longest contact holds no overlap.
-            if !is_reached || squared > self.longest_squared {
+            if !is_reached || squared > longest_squared {
                 continue;
             }
             let neighbour = [0, 1, 2].map(|k| cell[k].wrapping_add(offset[k]));
-            let found = self.overlap_in(self.wrap(neighbour), position, species, &counts);
-            if found.is_some() {
-                return found;
+            let first = self.find_in(self.wrap(neighbour), &found);
+            if first.is_some() {
+                return first;
             }
         }
         None
+    }
+
+    /// The same where more than the neighbouring cells are within range: all of those, or all particles if they are fewer.
+    fn find_far<T>(&self, position: &Vector, range: f64, found: impl Fn(u32) -> Option<T>) -> Option<T> {
+        let steps = [0, 1, 2].map(|k| if self.reach[k] == 0 { 0.0 } else { (range / self.edge[k]).ceil() + 1.0 });
+        let cells: f64 = steps.iter().map(|steps| 2.0 * steps + 1.0).product();
+        if cells > self.entries.len() as f64 {
+            return self.entries.iter().find_map(|(_, number)| found(*number));
+        }
+        let cell = self.cell(position);
+        let steps = steps.map(|steps| steps as i64);
+        let along = |k: usize| -steps[k]..=steps[k];
+        along(0).flat_map(|x| along(1).flat_map(move |y| along(2).map(move |z| [x, y, z]))).find_map(|offset| {
+            let there = [0, 1, 2].map(|k| cell[k].wrapping_add(offset[k]));
+            self.find_in(self.wrap(there), &found)
+        })
     }
 
     fn within(&self, position: &Vector) -> [f64; 3] {
@@ -177,26 +291,15 @@ impl<'a> Occupancy<'a> {
         })
     }
 
-    fn overlap_in(
-        &self,
-        cell: [i64; 3],
-        position: &Vector,
-        species: u32,
-        counts: &impl Fn(u32) -> bool,
-    ) -> Option<Overlapping> {
-        let mut other = self.heads[self.bucket(cell)];
-        while other != NONE {
-            let (there, its_species) = &self.taken[other as usize];
-            let contact = self.contacts.get(species as usize, *its_species as usize);
-            let separation = minimum_image(position - there, &self.periods);
-            if separation.norm_squared() < contact * contact {
-                let distance = separation.norm();
-                let rounding = ROUNDING * (position.amax() + there.amax() + contact);
-                if distance < contact - rounding && counts(other) {
-                    return Some(Overlapping { other, distance, contact });
-                }
+    fn find_in<T>(&self, cell: [i64; 3], found: &impl Fn(u32) -> Option<T>) -> Option<T> {
+        let mut entry = self.heads[self.bucket(cell)];
+        while entry != NONE {
+            let (next, number) = self.entries[entry as usize];
+            let first = found(number);
+            if first.is_some() {
+                return first;
             }
-            other = self.next[other as usize];
+            entry = next;
         }
         None
     }
@@ -255,6 +358,66 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn sizes_that_differ_a_thousandfold_are_searched_in_grids_of_their_own() {
+        let mut contacts = Contacts::new(4);
+        for (a, b, contact) in [(0, 0, 0.02), (0, 1, 1.01), (1, 1, 2.0), (0, 2, 0.3), (1, 2, 1.1)] {
+            contacts.set(a, b, contact);
+        }
+        let mut random = Random::new(6, Purpose::Placement, 0);
+        for boundary in [Boundary::Periodic, Boundary::OPEN] {
+            let mut space = Space::periodic_cube(4.5);
+            space.boundary[2] = boundary;
+            let mut found = 0;
+            for _ in 0..300 {
+                let mut occupancy = Occupancy::new(&space, &contacts, 300);
+                let mut taken: Vec<(Vector, u32)> = Vec::new();
+                // The order of sizes is any, and many are small.
+                for _ in 0..300 {
+                    let position = Vector::from_fn(|_, _| 4.5 * random.uniform());
+                    let species = [0, 0, 0, 0, 2, 3, 1][random.below(7)];
+                    let overlaps = |(there, other): &(Vector, u32)| {
+                        let contact = contacts.get(species as usize, *other as usize);
+                        minimum_image(position - there, &space.periods()).norm() < contact
+                    };
+                    let expected: Vec<u32> =
+                        (0..).zip(&taken).filter(|(_, taken)| overlaps(taken)).map(|(number, _)| number).collect();
+                    let overlap = occupancy.overlap(&position, species, |_| true);
+                    assert_eq!(overlap.is_some(), !expected.is_empty());
+                    assert!(overlap.is_none_or(|overlap| expected.contains(&overlap.other)));
+                    found += expected.len();
+                    // Nearly all that overlap are left out, so that none hides another.
+                    if expected.is_empty() || random.below(10) == 0 {
+                        occupancy.take(position, species);
+                        taken.push((position, species));
+                    }
+                }
+            }
+            assert!(found > 1000, "{found}");
+        }
+    }
+
+    #[test]
+    fn a_small_particle_is_held_against_few_others_among_large_ones() {
+        let mut contacts = Contacts::new(2);
+        contacts.set(0, 0, 1.0);
+        contacts.set(0, 1, 500.5);
+        contacts.set(1, 1, 1000.0);
+        let space = Space::periodic_cube(4000.0);
+        let mut random = Random::new(7, Purpose::Placement, 0);
+        let mut occupancy = Occupancy::new(&space, &contacts, 10_000);
+        for _ in 0..10_000 {
+            occupancy.take(Vector::from_fn(|_, _| 4000.0 * random.uniform()), 0);
+        }
+        let asked = std::cell::Cell::new(0);
+        let grid = &occupancy.grids[occupancy.grid_of[0].unwrap()];
+        let _ = grid.find(&Vector::repeat(2000.0), 1.0, |_| {
+            asked.set(asked.get() + 1);
+            None::<()>
+        });
+        assert!(asked.get() < 100, "{}", asked.get());
     }
 
     #[test]

@@ -271,3 +271,36 @@ fn a_caller_who_wants_no_more_ends_the_proof_between_two_events() {
         });
     assert_eq!(certificate.end, End::Interrupted);
 }
+
+#[test]
+fn a_proof_hears_its_caller_however_far_the_next_event_is() {
+    let pipe = "
+        [space]
+        size = [1e15, 3.0, 3.0]
+        [[species]]
+        name = \"A\"
+        mass = 1.0
+        diameter = 1.0
+        [[interaction]]
+        species = [\"A\", \"A\"]
+        potential = \"hard-sphere\"
+        [[particle]]
+        species = \"A\"
+        position = [0.5, 0.5, 0.5]
+        velocity = [1.0, 0.3, 0.2]
+        [[particle]]
+        species = \"A\"
+        position = [1e10, 1.5, 1.5]
+        velocity = [-1.0, 0.1, 0.3]
+        [run]
+        until_time = 1e14
+    ";
+    for from in [0, 10] {
+        let mut asked = 0;
+        let certificate = carom::verify::verify(scene(pipe), carom::verify::Stretch { from, events: 10 }, &mut |_| {
+            asked += 1;
+            if asked > 5 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+        });
+        assert_eq!(certificate.end, End::Interrupted);
+    }
+}

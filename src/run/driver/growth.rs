@@ -1,14 +1,19 @@
 //! Growing spheres: how far they grow, and the pressure that ends it.
 
+use std::ops::ControlFlow;
+
 use serde::{Deserialize, Serialize};
 
 use super::Driver;
-use crate::run::Recorder;
 use crate::run::progress::Stage;
+use crate::run::{Ending, Jam, Recorder};
 use crate::scene::{Growth, GrowthTarget, Limit};
 
 /// Growth may go this much too far, so that rounding does not leave it short of its target.
 const BEYOND: f64 = 1.0 + 1e-12;
+
+/// From this compressibility factor on growing spheres jam, unless they are nearly as large as they should be.
+const JAMMED: f64 = 1000.0;
 
 /// The pressure of growing spheres is averaged over this many contacts of each.
 const CONTACTS: u64 = 10;
@@ -56,8 +61,9 @@ impl<R: Recorder> Driver<'_, R> {
                 let duration = (largest - 1.0) / growth.rate;
                 limit.time = Some(limit.time.map_or(duration, |time| time.min(duration)));
             }
-            GrowthTarget::CompressibilityFactor(_) => self.begin_look(),
+            GrowthTarget::CompressibilityFactor(_) => {}
         }
+        self.begin_look();
     }
 
     /// Averages the pressure from now on.
@@ -108,19 +114,49 @@ impl<R: Recorder> Driver<'_, R> {
         }
     }
 
-    /// Whether growing spheres have come to the pressure that they are to reach.
-    pub(super) fn look_at_growth(&mut self) -> bool {
-        let Some(Growth { until: GrowthTarget::CompressibilityFactor(target), .. }) = self.growth() else {
-            return false;
-        };
+    /// Ends the stage where growing spheres have come to the pressure that they are to reach, or where they jam before they have come to
+    /// their size.
+    pub(super) fn look_at_growth(&mut self) -> ControlFlow<Option<Ending>> {
+        let Some(growth) = self.growth() else { return ControlFlow::Continue(()) };
         if self.course.pressure_look.is_none_or(|look| self.simulation.tally().physical() < look.next) {
-            return false;
+            return ControlFlow::Continue(());
         }
         self.end_piece();
-        let Some(look) = self.course.pressure_look else { return false };
+        let Some(look) = self.course.pressure_look else { return ControlFlow::Continue(()) };
         let factor = 1.0 + look.exchanged / (self.simulation.time() - look.since);
         self.begin_look();
-        factor >= target
+        match growth.until {
+            GrowthTarget::CompressibilityFactor(target) if factor >= target => ControlFlow::Break(None),
+            GrowthTarget::CompressibilityFactor(_) => ControlFlow::Continue(()),
+            GrowthTarget::PackingFraction(target) => match self.jam(&growth, target, factor) {
+                Some(jam) => ControlFlow::Break(Some(Ending::Jammed(jam))),
+                None => ControlFlow::Continue(()),
+            },
+        }
+    }
+
+    /// Whether spheres are so close to jamming, at `Z = D / (1 - phi / phi_J)`, that they cannot grow to a packing fraction.
+    fn jam(&self, growth: &Growth, target: f64, factor: f64) -> Option<Jam> {
+        let scene = self.simulation.scene();
+        let dimensions = scene.space.dimensions() as f64;
+        let grown = self.simulation.scale() / self.simulation.grown();
+        let packing_fraction = scene.packing_fraction() * libm::pow(grown, dimensions);
+        // Surfaces faster than particles hit them harder and more often than the temperature tells: by this much at most.
+        let species = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
+        let largest = species().map(|species| species.diameter).fold(0.0, f64::max);
+        let heaviest = species().map(|species| species.mass).fold(0.0, f64::max);
+        let speed = (self.temperature() / heaviest).sqrt();
+        let excess = libm::pow(1.0 + growth.rate * largest / speed, 2.0);
+        let least = 1.0 + (factor - 1.0) / excess;
+        // Twice as far as it says, for its error.
+        let limit = packing_fraction * (1.0 + 2.0 * dimensions / least);
+        let time = self.simulation.time();
+        (least > JAMMED && limit < target).then_some(Jam {
+            packing_fraction,
+            target,
+            compressibility_factor: factor,
+            time,
+        })
     }
 }
 
@@ -172,6 +208,48 @@ mod tests {
                 return driver.simulation.scale();
             }
         }
+    }
+
+    /// 32 disks in a square of 8 x 8 that grow to a packing fraction.
+    fn disks(packing_fraction: f64, rate: f64, thermostat: Option<Thermostat>) -> Ending {
+        let stage = StagePlan {
+            name: "compress".into(),
+            limit: Limit::default(),
+            thermostat,
+            growth: Some(Growth { rate, until: GrowthTarget::PackingFraction(packing_fraction) }),
+        };
+        let mut space = crate::space::Space::periodic_cube(8.0);
+        (space.size.z, space.boundary[2]) = (0.0, crate::space::Boundary::Flat);
+        let scene = SceneBuilder::new("disks")
+            .space(space)
+            .species("A", 1.0, 0.5)
+            .species("B", 1.0, 0.7)
+            .interaction("A", "A", Potential::hard_sphere(0.5).unwrap(), 1.0)
+            .interaction("A", "B", Potential::hard_sphere(0.6).unwrap(), 1.0)
+            .interaction("B", "B", Potential::hard_sphere(0.7).unwrap(), 1.0)
+            .add_fill(crate::scene::Fill::new(Arrangement::Random, "A").count(16))
+            .add_fill(crate::scene::Fill::new(Arrangement::Random, "B").count(16))
+            .temperature(1.0)
+            .run(RunPlan { stages: vec![stage], limit: Limit::events(1), ..RunPlan::default() })
+            .build()
+            .unwrap();
+        crate::run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap().ending
+    }
+
+    #[test]
+    fn growth_that_jams_ends_and_says_where() {
+        let cooled = Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.05 });
+        for thermostat in [None, cooled] {
+            let Ending::Jammed(jam) = disks(0.95, 0.05, thermostat) else { panic!("0.95 of the plane is filled") };
+            assert!((0.75..0.92).contains(&jam.packing_fraction), "{jam}");
+            assert_eq!(disks(0.7, 0.05, thermostat), Ending::Events);
+        }
+    }
+
+    #[test]
+    fn growth_that_is_faster_than_the_particles_is_not_taken_for_a_jam() {
+        let cooled = Some(Thermostat::Rescaling { temperature: 1e-4, interval: 1e-3 });
+        assert_eq!(disks(0.6, 1.0, cooled), Ending::Events);
     }
 
     #[test]

@@ -62,13 +62,13 @@ impl<R: Recorder> Driver<'_, R> {
         loop {
             let tick = self.course.rows.as_ref().map_or(f64::INFINITY, Ticks::next);
             match self.advance(tick.min(end_time), end_events)? {
-                Some(over @ (Ending::Interrupted | Ending::Arrested(_))) => return Ok(Some(over)),
+                Some(over) if over.is_early() => return Ok(Some(over)),
                 Some(_) => return Ok(None),
                 None if self.is_over => return Ok(None),
                 None if tick >= end_time - NEAR * (end_time - self.course.stage.time) => {
                     // To its end, from a tick that is short of it by rounding.
                     let ending = self.advance(end_time, end_events)?;
-                    return Ok(ending.filter(|over| matches!(over, Ending::Interrupted | Ending::Arrested(_))));
+                    return Ok(ending.filter(Ending::is_early));
                 }
                 None => {}
             }

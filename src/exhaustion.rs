@@ -1,0 +1,61 @@
+//! What happens when memory ends.
+//!
+//! Rust aborts then, with a signal and a core dump. A program that is used from scripts says so in one line and exits with the code of
+//! failures instead. What it has written stays, and a run can be resumed from its last checkpoint, as after a kill.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io::Write;
+
+/// The allocator of the system, which ends the program where it has nothing left.
+pub struct Reporting;
+
+// SAFETY: every call is the system's, and what it gives is handed on unless it is null.
+unsafe impl GlobalAlloc for Reporting {
+    #[inline]
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller keeps the contract.
+        given(unsafe { System.alloc(layout) }, layout.size())
+    }
+
+    #[inline]
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: the caller keeps the contract.
+        given(unsafe { System.alloc_zeroed(layout) }, layout.size())
+    }
+
+    #[inline]
+    unsafe fn realloc(&self, memory: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: the caller keeps the contract.
+        given(unsafe { System.realloc(memory, layout, size) }, size)
+    }
+
+    #[inline]
+    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract.
+        unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+#[inline]
+fn given(memory: *mut u8, size: usize) -> *mut u8 {
+    if memory.is_null() {
+        end(size);
+    }
+    memory
+}
+
+/// Says that memory has ended, without allocating any, and exits with the code of failures.
+#[cold]
+#[inline(never)]
+fn end(size: usize) -> ! {
+    let mut line = [0; 160];
+    let mut rest = &mut line[..];
+    let _ = writeln!(
+        rest,
+        "Error: out of memory, {size} bytes more were asked for; what is written is complete up to the last checkpoint"
+    );
+    let left = rest.len();
+    let length = line.len() - left;
+    let _ = std::io::stderr().write_all(&line[..length]);
+    std::process::exit(1)
+}

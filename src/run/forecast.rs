@@ -1,0 +1,229 @@
+//! What takes long in a run though nothing happens in it: said before it begins.
+
+use crate::scene::{Growth, GrowthTarget, Scene, Thermostat};
+use crate::space::Boundary;
+
+/// Steps of the event loop in a second on the clock, to the order of magnitude: an event, a new velocity, a look at a particle.
+const STEPS_PER_SECOND: f64 = 1e6;
+
+/// Others that are looked at in the time of a step.
+const OTHERS_PER_STEP: f64 = 300.0;
+
+/// Work that takes longer than this on the clock is said beforehand, if it is more than the events themselves: 10 minutes.
+const LONG: f64 = 600.0;
+
+/// Events that take longer than this on the clock are said beforehand, where the scene asks for a time: 3 hours.
+const VERY_LONG: f64 = 10_800.0;
+
+/// Work that is so many times that of the events is more than anybody means.
+const OUT_OF_PROPORTION: f64 = 10.0;
+
+/// Others near a particle, from which on every event is slow.
+const CROWD: f64 = 10_000.0;
+
+/// A reason for which a run takes far longer than its events do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Burden {
+    /// What takes the time, in words.
+    pub cause: String,
+    /// About how long it takes on the clock `[seconds]`.
+    pub seconds: f64,
+}
+
+/// What makes a run of a scene far longer than its events, by orders of magnitude.
+///
+/// Rates follow from the kinetic theory of a dilute gas at the speed of the particles. Particles at rest tell nothing.
+#[must_use]
+pub fn burdens(scene: &Scene) -> Vec<Burden> {
+    let mut burdens = Vec::new();
+    if scene.particles.iter().all(|particle| scene.species[particle.species.0 as usize].is_static()) {
+        return burdens;
+    }
+    let pace = Pace::of(scene);
+    let plan = &scene.run;
+    let stages = plan.stages.iter().map(|stage| (stage.limit, stage.thermostat, stage.growth));
+    let rest = [plan.equilibration, plan.limit].map(|limit| (limit, plan.thermostat, None));
+    for (limit, thermostat, growth) in stages.chain(rest) {
+        let by_events = limit.events.map_or(f64::INFINITY, |events| events as f64 / pace.events);
+        let grown = growth.map_or(f64::INFINITY, |growth| duration_of(scene, &growth));
+        let by_time = limit.time.unwrap_or(f64::INFINITY).min(grown);
+        let duration = by_time.min(by_events);
+        if !duration.is_finite() || (limit.time.is_none() && limit.events.is_none() && growth.is_none()) {
+            continue;
+        }
+        let seconds = pace.events * duration / STEPS_PER_SECOND;
+        // Whoever asks for a number of events knows it.
+        if seconds > VERY_LONG && by_time <= by_events {
+            let cause = format!("a time of {duration} has some {:.0e} events", pace.events * duration);
+            burdens.push(Burden { cause, seconds });
+        }
+        match thermostat {
+            Some(Thermostat::Andersen { rate, .. }) => {
+                let cause = format!("the heat bath gives some {:.0e} new velocities", rate * pace.moving * duration);
+                burdens.extend(pace.burden(cause, rate * pace.moving, duration));
+            }
+            Some(Thermostat::Rescaling { interval, .. }) => {
+                let cause =
+                    format!("velocities are scaled some {:.0e} times, those of all particles", duration / interval);
+                burdens.extend(pace.burden(cause, pace.moving / interval, duration));
+            }
+            None => {}
+        }
+        if let Some(rate) = scene.shear_rate {
+            // Images are looked at anew whenever they have slid by a quarter of the box.
+            let slides = 4.0 * rate.abs() * scene.space.size.y / scene.space.size.x;
+            let cause = format!("images slide by the box some {:.0e} times", 0.25 * slides * duration);
+            burdens.extend(pace.burden(cause, slides * pace.at_sides, duration));
+        }
+    }
+    if let Some(crowd) = crowd(scene) {
+        let per_event = crowd / OTHERS_PER_STEP / STEPS_PER_SECOND;
+        let events =
+            plan.limit.events.map_or_else(|| plan.limit.time.unwrap_or(0.0) * pace.events, |events| events as f64);
+        let cause = format!(
+            "cells are as large as the largest particle, so that some {crowd:.0} others are looked at for each, which takes some \
+             {:.1e} seconds an event",
+            per_event
+        );
+        burdens.push(Burden { cause, seconds: events * per_event });
+    }
+    burdens
+}
+
+/// How long a growth that ends at a size lasts at most `[time]`.
+fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
+    match growth.until {
+        GrowthTarget::PackingFraction(target) => {
+            let factor = libm::pow(target / scene.packing_fraction(), 1.0 / scene.space.dimensions() as f64);
+            (factor - 1.0).max(0.0) / growth.rate
+        }
+        GrowthTarget::CompressibilityFactor(_) => f64::INFINITY,
+    }
+}
+
+/// How fast things happen.
+struct Pace {
+    /// Particles that move.
+    moving: f64,
+    /// Events of all of them `[1 / time]`.
+    events: f64,
+    /// Particles next to the sides that slide.
+    at_sides: f64,
+}
+
+impl Pace {
+    /// What is done at a rate for some time, if that is out of proportion to the events.
+    fn burden(&self, cause: String, rate: f64, duration: f64) -> Option<Burden> {
+        let (steps, events) = (rate * duration, self.events * duration);
+        let seconds = steps / STEPS_PER_SECOND;
+        (seconds > LONG && steps > OUT_OF_PROPORTION * events).then_some(Burden { cause, seconds })
+    }
+
+    fn of(scene: &Scene) -> Self {
+        let species = |id: crate::scene::SpeciesId| &scene.species[id.0 as usize];
+        let moving = || scene.particles.iter().filter(|particle| !species(particle.species).is_static());
+        let count = moving().count().max(1) as f64;
+        let dimensions = scene.space.dimensions();
+        let squared = moving().map(|particle| particle.velocity.norm_squared()).sum::<f64>() / count;
+        let mass = moving().map(|particle| species(particle.species).mass).sum::<f64>() / count;
+        let diameter = moving().map(|particle| species(particle.species).diameter).sum::<f64>() / count;
+        let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
+        let temperature = thermostats.map(|it| match it {
+            Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. } => temperature,
+        });
+        let thermal = dimensions as f64 * temperature.fold(0.0, f64::max) / mass;
+        let shear = scene.shear_rate.unwrap_or(0.0) * diameter;
+        let speed = squared.max(thermal).max(shear * shear).sqrt();
+        let volume: f64 =
+            (0..3).filter(|&k| scene.space.boundary[k] != Boundary::Flat).map(|k| scene.space.size[k]).product();
+        let section = match dimensions {
+            3 => std::f64::consts::PI * diameter * diameter,
+            2 => 2.0 * diameter,
+            _ => 1.0,
+        };
+        let range = scene.longest_range();
+        Self {
+            moving: count,
+            events: 0.5 * std::f64::consts::SQRT_2 * count * count / volume * section * speed,
+            at_sides: count * (2.0 * range / scene.space.size.y).min(1.0),
+        }
+    }
+}
+
+/// Others in the cells around a particle, if they are very many: cells are as large as the longest range.
+fn crowd(scene: &Scene) -> Option<f64> {
+    let range = scene.longest_range();
+    let part = |k: usize| {
+        if scene.space.boundary[k] == Boundary::Flat { 1.0 } else { (3.0 * range / scene.space.size[k]).min(1.0) }
+    };
+    let near = scene.particles.len() as f64 * (0..3).map(part).product::<f64>();
+    (near > CROWD).then_some(near)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    const FLUID: &str = "
+        [[species]]
+        name = \"A\"
+        mass = 1.0
+        diameter = 1.0
+        [[interaction]]
+        species = [\"A\", \"A\"]
+        potential = \"hard-sphere\"
+        [[fill]]
+        species = \"A\"
+        arrangement = \"fcc\"
+        count = 500
+        packing_fraction = 0.3
+        temperature = 1.0
+        [run]
+        until_time = 100.0
+    ";
+
+    fn causes(overrides: &[(&str, &str)]) -> Vec<String> {
+        let scene = Scene::from_toml_with(FLUID, "fluid", overrides).unwrap();
+        burdens(&scene).into_iter().map(|burden| burden.cause).collect()
+    }
+
+    #[test]
+    fn what_is_out_of_proportion_is_said_and_nothing_else() {
+        let bath = |rate: &str| format!("{{ kind = \"andersen\", temperature = 1.0, rate = {rate} }}");
+        let scaling = |interval: &str| format!("{{ kind = \"rescaling\", temperature = 1.0, interval = {interval} }}");
+        assert_eq!(causes(&[]), [] as [&str; 0]);
+        assert_eq!(causes(&[("run.thermostat", &bath("1.0"))]), [] as [&str; 0]);
+        assert_eq!(causes(&[("run.thermostat", &bath("1e9"))]), ["the heat bath gives some 5e13 new velocities"]);
+        assert_eq!(causes(&[("run.thermostat", &scaling("0.1"))]), [] as [&str; 0]);
+        let found = causes(&[("run.thermostat", &scaling("1e-9"))]);
+        assert!(found[0].contains("scaled some 1e11 times"), "{found:?}");
+        assert_eq!(causes(&[("space.shear_rate", "0.5")]), [] as [&str; 0]);
+        let found = causes(&[("space.shear_rate", "1e6")]);
+        assert!(found[0].starts_with("a time of 100 has some"), "{found:?}");
+        // Also where only the number of events is given.
+        let events = [("run.until_events", "1000000"), ("run.thermostat", &bath("1e9"))];
+        assert_eq!(causes(&events).len(), 1);
+    }
+
+    #[test]
+    fn a_crowd_of_small_particles_among_large_ones_is_said() {
+        let overrides = [
+            ("fill.0.count", "32000"),
+            ("fill.0.packing_fraction", "0.01"),
+            ("interaction.0.potential", "square-well"),
+        ];
+        let range = |lambda| {
+            [
+                overrides[0],
+                overrides[1],
+                overrides[2],
+                ("interaction.0.lambda", lambda),
+                ("interaction.0.well_depth", "1.0"),
+            ]
+        };
+        assert_eq!(causes(&range("1.5")), [] as [&str; 0]);
+        let found = causes(&range("50.0"));
+        assert!(found[0].contains("others are looked at"), "{found:?}");
+    }
+}
