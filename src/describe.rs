@@ -14,6 +14,15 @@ pub fn plural(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
+/// A number of bytes for people: `25 MB`.
+#[must_use]
+pub fn size(bytes: f64) -> String {
+    let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
+    let (unit, name) = units.into_iter().find(|(unit, _)| bytes >= *unit).unwrap_or((1.0, "bytes"));
+    let number = bytes / unit;
+    format!("{number:.*} {name}", usize::from(number < 10.0 && unit > 1.0))
+}
+
 /// Numbers of particles of each species.
 #[must_use]
 pub fn counts(scene: &Scene) -> Vec<usize> {

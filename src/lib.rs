@@ -70,6 +70,7 @@ pub mod checkpoint;
 pub mod describe;
 pub mod detection;
 pub mod error;
+pub mod estimate;
 pub mod event;
 pub mod interaction;
 pub mod measure;

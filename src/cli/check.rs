@@ -1,13 +1,19 @@
 //! `carom check`.
 
-use carom::describe::{self, digits, plural};
+use std::path::PathBuf;
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use carom::describe::{self, digits, plural, size};
+use carom::estimate::{Estimate, allowance, free_disk};
 use carom::run::{self, Burden};
 use carom::scene::{Limit, Scene, Species};
-use carom::simulation::EngineChoice;
+use carom::simulation::{EngineChoice, Reason, Simulation, Until};
 use clap::Args;
 
 use super::SceneArgs;
 use super::failure::Failure;
+use super::progress::clock;
 
 /// Says in words what will be simulated, and finds what is wrong
 #[derive(Debug, Args)]
@@ -20,8 +26,13 @@ pub struct Check {
 impl Check {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
-        let warnings = warnings(&scene);
+        let pace = Pace::of(&scene);
+        let estimate = Estimate::of(&scene, pace.map(|pace| pace.rate));
+        let mut warnings = warnings(&scene);
         let mut text = description(&scene);
+        text.push_str(&needs(&estimate, pace));
+        let folder = PathBuf::from("runs").join(&scene.name);
+        warnings.extend(too_much(&estimate, free_disk(&folder)));
         for warning in &warnings {
             text.push_str(&format!("warning: {warning}\n"));
         }
@@ -71,6 +82,74 @@ fn description(scene: &Scene) -> String {
         add(format!("meanwhile {}", describe::thermostat(thermostat)));
     }
     lines.join("\n") + "\n"
+}
+
+/// How fast a scene runs, by a short try: events per simulated time `[1/time]`, and per second.
+#[derive(Debug, Clone, Copy)]
+struct Pace {
+    rate: f64,
+    per_second: f64,
+}
+
+impl Pace {
+    /// `None` where nothing happens for [`PATIENCE`], or too little to tell.
+    fn of(scene: &Scene) -> Option<Self> {
+        let (sender, receiver) = mpsc::channel();
+        let scene = scene.clone();
+        // A thread that is left behind ends with the program.
+        std::thread::spawn(move || {
+            let mut simulation = Simulation::new(scene);
+            let (begun, start) = (Instant::now(), simulation.time());
+            while begun.elapsed() < TRY {
+                let until = Until::events(simulation.tally().physical() + 1000);
+                if !matches!(simulation.advance(until), Ok(Reason::Events)) {
+                    break;
+                }
+            }
+            let (events, time) = (simulation.tally().physical() as f64, simulation.time() - start);
+            let pace = Self { rate: events / time, per_second: events / begun.elapsed().as_secs_f64() };
+            // Nobody waits any more where this came too late.
+            let _ = sender.send((events >= 10.0 && time > 0.0).then_some(pace));
+        });
+        receiver.recv_timeout(PATIENCE).ok().flatten()
+    }
+}
+
+/// How long events are tried, and how long an answer is waited for.
+const TRY: Duration = Duration::from_millis(200);
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// What the run will write and need, in two lines.
+fn needs(estimate: &Estimate, pace: Option<Pace>) -> String {
+    let count = |count: Option<f64>, noun| match count {
+        Some(1.0) => format!("1 {noun}"),
+        Some(count) => format!("{} {noun}s", about(count)),
+        None => format!("a number of {noun}s that is not known"),
+    };
+    let least = if estimate.is_complete { "some" } else { "at least" };
+    let rows = format!("{} and {}", count(estimate.rows, "row"), count(estimate.frames, "frame"));
+    let mut work = count(estimate.events, "event");
+    if let (Some(events), Some(pace)) = (estimate.events, pace) {
+        work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / pace.per_second)));
+    }
+    let (bytes, memory) = (size(estimate.bytes), size(estimate.memory));
+    format!("  writes {rows}, {least} {bytes}\n  needs some {memory} of memory, and works through {work}\n")
+}
+
+/// A number with two digits.
+fn about(count: f64) -> String {
+    if count < 1e4 { format!("{count:.0}") } else { format!("{count:.1e}") }
+}
+
+/// What a run does only when it is asked to.
+fn too_much(estimate: &Estimate, free: Option<f64>) -> Option<String> {
+    let most = allowance(free);
+    (estimate.bytes > most).then(|| {
+        let (bytes, most) = (size(estimate.bytes), size(most));
+        format!(
+            "a run would write some {bytes}; beyond {most} it asks for --force: choose longer intervals in [output]"
+        )
+    })
 }
 
 fn describe_species(species: &Species) -> String {
@@ -189,18 +268,6 @@ fn warnings(scene: &Scene) -> Vec<String> {
             "particles that fall and lose energy come to rest in ever more contacts: consider dynamics.contact_time"
                 .to_owned(),
         );
-    }
-    if let (Some(interval), Some(time)) = (scene.output.thermo_interval, scene.run.limit.time)
-        && time / interval > 1e6
-    {
-        warnings.push(format!("thermo.csv will have {:.1e} rows", time / interval));
-    }
-    if let (Some(interval), Some(time)) = (scene.output.frame_interval, scene.run.limit.time) {
-        // Some hundred characters per particle and frame.
-        let bytes = time / interval * scene.particles.len() as f64 * 100.0;
-        if bytes > 1e10 {
-            warnings.push(format!("trajectory.xyz will take some {:.0} GB", bytes / 1e9));
-        }
     }
     warnings
 }

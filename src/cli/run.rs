@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use carom::checkpoint::Checkpoint;
+use carom::describe::size;
+use carom::estimate::{Estimate, allowance, free_disk};
 use carom::output::{Folder, Summary};
 use carom::run::{self, Ending, Finished, Jam, Recorder};
-use carom::scene::Limit;
+use carom::scene::{Limit, Scene};
 use carom::simulation::Arrest;
 use clap::Args;
 
@@ -49,7 +51,7 @@ pub struct Run {
     /// Time on the clock between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
     checkpoint_every: Duration,
-    /// Replaces the run in the folder, when the new one is complete
+    /// Replaces the run in the folder, when the new one is complete; also writes more than 10 GB, or a tenth of the free disk
     #[arg(long)]
     force: bool,
     /// No progress, only the final table
@@ -100,8 +102,10 @@ impl Run {
         }
         let path = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&scene.name));
         let record = self.changes.record(&scene, file)?;
-        let mut folder =
-            Folder::create(&path, &scene, super::existing(self.force))?.checkpoint_every(self.checkpoint_every);
+        let most = self.most_bytes(&scene, &path)?;
+        let mut folder = Folder::create(&path, &scene, super::existing(self.force))?
+            .checkpoint_every(self.checkpoint_every)
+            .at_most(most);
         folder.keep_scene(&record)?;
         for burden in super::check::burdens(&scene) {
             super::warn(&format!("warning: {burden}"));
@@ -119,7 +123,8 @@ impl Run {
     /// A run from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<(), Failure> {
         let (folder, mut checkpoint) = Folder::resume(path)?;
-        let mut folder = folder.checkpoint_every(self.checkpoint_every);
+        let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
+        let mut folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
         if let Some(limit) = self.limit() {
             checkpoint.extend(limit);
             // Whatever happens next, the new end holds.
@@ -136,6 +141,22 @@ impl Run {
         });
         display.clear();
         end(&result?, folder, path)
+    }
+
+    /// What the files may take; a run that will write more is begun only if that is wanted.
+    fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
+        if self.force {
+            return Ok(f64::INFINITY);
+        }
+        let most = allowance(free_disk(path));
+        let bytes = Estimate::of(scene, None).bytes;
+        if bytes <= most {
+            return Ok(most);
+        }
+        let message =
+            format!("the run would write some {}, and writes no more than {} unasked", size(bytes), size(most));
+        let help = "choose longer intervals in [output], or another disk with --out, or --force";
+        Err(Failure::bad_input(message, None, Some(help)))
     }
 
     /// What replaces the limit of the scene.

@@ -46,6 +46,16 @@ pub enum OutputError {
     /// Another run writes to this folder.
     #[error("another run writes to {}", .0.display())]
     Busy(PathBuf),
+    /// The files of a run take more than they may.
+    #[error("the files in {} take {:.1} GB, more than the {:.1} GB that a run writes unasked", path.display(), bytes / 1e9, most / 1e9)]
+    TooMuch {
+        /// The folder.
+        path: PathBuf,
+        /// What they take `[bytes]`.
+        bytes: f64,
+        /// What they may take `[bytes]`.
+        most: f64,
+    },
     /// The folder holds a run that has ended.
     #[error("{} holds a run already", .0.display())]
     Finished(PathBuf),
@@ -75,6 +85,7 @@ impl OutputError {
             Self::Finished(_) => {
                 "choose another folder with --out, or replace it with --force; `carom run --resume DIR --until-time T` makes it longer"
             }
+            Self::TooMuch { .. } => "if that is wanted, go on with `carom run --force --resume DIR`",
             Self::Foreign(_) => "move it away, or choose another folder with --out",
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),

@@ -91,6 +91,11 @@ impl EventLog {
         self.columns.iter_mut().zip(entries).try_for_each(|(column, entry)| column.write_bytes(entry))
     }
 
+    /// How long all columns are together `[bytes]`.
+    pub fn length(&self) -> u64 {
+        self.columns.iter().map(PartialFile::length).sum()
+    }
+
     /// Makes what was written so far safe on the disk.
     pub fn keep(&mut self, run: &Path) -> Result<Vec<KeptFile>, OutputError> {
         self.columns.iter_mut().map(|column| column.keep(run)).collect()

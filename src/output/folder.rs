@@ -43,6 +43,9 @@ pub(super) const REPORT: &str = "report.txt";
 pub(super) const PAGE: &str = "report.html";
 pub(super) const PICTURE: &str = "picture.png";
 
+/// Events that are kept between two looks at how much the files take.
+const COUNTED: u64 = 1024;
+
 /// How often a table that is being written can be looked at.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
@@ -72,6 +75,9 @@ pub struct Folder {
     formats: Vec<Format>,
     flushed: Instant,
     checkpoints: Checkpoints,
+    /// What the files may take together `[bytes]`.
+    most_bytes: f64,
+    events_kept: u64,
 }
 
 impl Folder {
@@ -123,6 +129,8 @@ impl Folder {
             frame,
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
+            most_bytes: f64::INFINITY,
+            events_kept: 0,
             checkpoints: Checkpoints::begin(&path),
             target: target.to_owned(),
             path,
@@ -189,6 +197,8 @@ impl Folder {
             frame,
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
+            most_bytes: f64::INFINITY,
+            events_kept: 0,
             checkpoints: Checkpoints::go_on(path),
             target: target.to_owned(),
             path: path.to_owned(),
@@ -202,6 +212,24 @@ impl Folder {
     pub fn checkpoint_every(mut self, interval: Duration) -> Self {
         self.checkpoints.interval = interval;
         self
+    }
+
+    /// Ends the run with [`OutputError::TooMuch`] where its files would take more `[bytes]`.
+    #[must_use]
+    pub fn at_most(mut self, bytes: f64) -> Self {
+        self.most_bytes = bytes;
+        self
+    }
+
+    /// Whether the files still are within what they may take.
+    fn count(&self) -> Result<(), OutputError> {
+        let tables = [Some(&self.thermo), Some(&self.trajectory), self.contacts.as_ref()];
+        let length = tables.into_iter().flatten().map(PartialFile::length).sum::<u64>();
+        let bytes = (length + self.events.as_ref().map_or(0, EventLog::length)) as f64;
+        if bytes <= self.most_bytes {
+            return Ok(());
+        }
+        Err(OutputError::TooMuch { path: self.path.clone(), bytes, most: self.most_bytes })
     }
 
     /// Keeps the text of the scene, from which the run can be made again: [`Scene::record`].
@@ -331,7 +359,7 @@ impl Recorder for Folder {
             self.flushed = Instant::now();
             self.thermo.flush()?;
         }
-        Ok(())
+        self.count()
     }
 
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
@@ -345,7 +373,8 @@ impl Recorder for Folder {
         }
         let path = self.trajectory.path().to_owned();
         write_frame(self.trajectory.writer(), &self.frame).map_err(|source| OutputError::Frame { path, source })?;
-        self.trajectory.flush()
+        self.trajectory.flush()?;
+        self.count()
     }
 
     fn has_events(&self) -> bool {
@@ -356,7 +385,9 @@ impl Recorder for Folder {
         if let Some(file) = &mut self.contacts {
             file.write(&contacts::line(event))?;
         }
-        self.events.as_mut().map_or(Ok(()), |log| log.add(event))
+        self.events.as_mut().map_or(Ok(()), |log| log.add(event))?;
+        self.events_kept += 1;
+        if self.events_kept.is_multiple_of(COUNTED) { self.count() } else { Ok(()) }
     }
 
     fn is_checkpoint_due(&self) -> bool {

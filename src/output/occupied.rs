@@ -59,9 +59,7 @@ fn contents(path: &Path) -> Result<Contents, OutputError> {
     if !is_run(path) {
         for entry in fs::read_dir(path).map_err(folder_error)? {
             let entry = entry.map_err(folder_error)?;
-            // A list without its first line is that of a run that was killed while it began.
-            let is_begun =
-                entry.file_name() == owned::FILE && entry.metadata().is_ok_and(|metadata| metadata.len() == 0);
+            let is_begun = entry.file_name() == owned::FILE && owned::is_begun(&entry.path());
             if !is_begun {
                 return Ok(Contents::Foreign);
             }

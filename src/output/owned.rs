@@ -31,6 +31,11 @@ pub(super) fn is_run(folder: &Path) -> bool {
     has_list || Checkpoint::is_one(&checkpoints::last(folder))
 }
 
+/// Whether a list is all that a run has made that was killed while it began.
+pub(super) fn is_begun(list: &Path) -> bool {
+    fs::read(list).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
+}
+
 impl Owned {
     /// Takes a folder for a run, empty or that of a run; nobody else may until this is dropped.
     ///

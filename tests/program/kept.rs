@@ -205,3 +205,39 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
         }
     }
 }
+
+#[test]
+fn a_run_asks_before_it_fills_the_disk() {
+    let place = Place::with(FLUID);
+    let long = ["scene.toml", "--set", "output.thermo_interval=1e-3", "--set", "run.until_time=1e10"];
+    let output = place.carom(&[&["run"], &long[..]].concat());
+    assert_eq!(code(&output), 2, "{}", errors(&output));
+    assert!(line(&output).contains("TB") && errors(&output).contains("--force"), "{}", errors(&output));
+    assert!(!place.path().join("runs").exists());
+    let text = words(&place.carom(&[
+        "check",
+        "scene.toml",
+        "--set",
+        "output.thermo_interval=1e-3",
+        "--set",
+        "run.until_time=1e10",
+    ]));
+    assert!(text.contains("it asks for --force"), "{text}");
+    // Both limits hold: the events come first.
+    let text = words(&place.carom(&["check", "scene.toml"]));
+    assert!(text.contains("rows and") && text.contains("of memory") && text.contains("4500 events"), "{text}");
+    assert!(!text.contains("--force"), "{text}");
+}
+
+#[test]
+fn what_no_estimate_can_know_is_counted_and_the_run_can_go_on() {
+    let place = Place::with(FLUID);
+    let scene = carom::scene::Scene::from_file(place.path().join("scene.toml")).unwrap();
+    let folder = place.path().join("run");
+    let create = || carom::output::Folder::create(&folder, &scene, carom::output::Existing::Keep).unwrap();
+    let mut limited = create().at_most(60_000.0);
+    let result = carom::run::run(scene.clone(), &mut limited, &mut |_| std::ops::ControlFlow::Continue(()));
+    assert!(matches!(result, Err(carom::output::OutputError::TooMuch { most: 60_000.0, .. })), "{result:?}");
+    let written = fs::metadata(folder.join("trajectory.xyz.partial")).unwrap().len();
+    assert!((30_000..120_000).contains(&written), "{written}");
+}
