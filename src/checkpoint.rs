@@ -4,12 +4,13 @@
 //! |---|---|
 //! | 16 | `carom checkpoint` |
 //! | 12 | the version of carom that wrote it, padded with zeros |
-//! | 4 | the number of this layout, little endian |
+//! | 8 | the fingerprint of the sources that it was built from, little endian |
 //! | n | scene, engine and course of the run, lengths and checksums of its files (postcard, with all bits of every number) |
 //! | 8 | n, little endian |
 //! | 4 | CRC-32 of all that stands before, little endian |
 //!
-//! Only the version that wrote a checkpoint reads it: the next one may round differently, and would not go on with the same bits.
+//! Only a program of the same sources and dependencies reads a checkpoint: another one may lay the state out otherwise, or round differently, and would
+//! not go on with the same bits. The fingerprint is taken at build time, of all sources but those that only talk about runs, and of `Cargo.lock`.
 //! The files of a run belong to its checkpoint by their checksums (CRC-32): those of another run are refused.
 
 mod checked;
@@ -33,14 +34,14 @@ use crate::simulation::Simulation;
 /// What every checkpoint begins with.
 const MAGIC: &[u8; 16] = b"carom checkpoint";
 
-/// Counts the layouts of the content; every change of what is stored is a new one.
-const LAYOUT: u32 = 6;
+/// Tells what was built from other sources.
+const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
 
 /// Bytes of the version.
 const VERSION: usize = 12;
 
 /// Bytes before and behind the content.
-const HEAD: usize = 32;
+const HEAD: usize = MAGIC.len() + VERSION + FINGERPRINT.len() / 2;
 const TAIL: usize = 12;
 
 /// A run to go on with.
@@ -68,6 +69,12 @@ fn version() -> [u8; VERSION] {
         *to = from;
     }
     padded
+}
+
+/// Its bytes.
+fn fingerprint() -> [u8; FINGERPRINT.len() / 2] {
+    // The build script writes nothing but digits.
+    u64::from_str_radix(FINGERPRINT, 16).unwrap_or_default().to_le_bytes()
 }
 
 /// Keeps why something could not be written, which the serializer does not pass on.
@@ -107,7 +114,7 @@ pub(crate) fn write(file: &File, simulation: &Simulation, course: &Course, kept:
     let mut out = Checked::new(inner);
     out.write_all(MAGIC)?;
     out.write_all(&version())?;
-    out.write_all(&LAYOUT.to_le_bytes())?;
+    out.write_all(&fingerprint())?;
     let content = Content { simulation, course, kept };
     let mut told = Told { inner: &mut out, failure: None };
     if let Err(error) = postcard::to_io(&content, &mut told) {
@@ -144,10 +151,12 @@ impl Checkpoint {
         if checksum != found.finalize().to_le_bytes() {
             return Err(damaged("its checksum is wrong".to_owned()));
         }
-        let (found, layout) = content[MAGIC.len()..HEAD].split_at(VERSION);
-        if found != version() || layout != LAYOUT.to_le_bytes() {
-            let found = String::from_utf8_lossy(found).trim_end_matches('\0').to_owned();
-            return Err(CheckpointError::OtherVersion { path: path.to_owned(), found });
+        let (found, sources) = content[MAGIC.len()..HEAD].split_at(VERSION);
+        if found != version() || sources != fingerprint() {
+            let version = String::from_utf8_lossy(found).trim_end_matches('\0').to_owned();
+            let sources = sources.iter().rev().map(|byte| format!("{byte:02x}")).collect::<String>();
+            let found = format!("{version} ({sources})");
+            return Err(CheckpointError::OtherVersion { path: path.to_owned(), found, here: FINGERPRINT });
         }
         let checkpoint: Self = postcard::from_bytes(&content[HEAD..]).map_err(|error| damaged(error.to_string()))?;
         checkpoint.simulation.enlarge();

@@ -28,14 +28,16 @@ pub enum CheckpointError {
         /// How that is known.
         why: String,
     },
-    /// Another version of carom wrote it.
-    #[error("carom {found} wrote the checkpoint {}, and this is carom {} with another layout of checkpoints",
+    /// Another version of carom wrote it, or one that was built from other sources.
+    #[error("carom {found} wrote the checkpoint {}, and this is carom {} ({here}), which may go on otherwise",
         path.display(), env!("CARGO_PKG_VERSION"))]
     OtherVersion {
         /// The file.
         path: PathBuf,
-        /// Which one.
+        /// Which one, with the fingerprint of its sources.
         found: String,
+        /// The fingerprint of the sources of this one.
+        here: &'static str,
     },
     /// An output file is not what it was.
     #[error("{} has {found} bytes, but had {expected} when the checkpoint was written", path.display())]
