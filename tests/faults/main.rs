@@ -1,0 +1,45 @@
+//! Every command while the disk fails it, and while it is killed: nothing that was there is lost, and what was begun can be gone on with, to
+//! the same bits. Each call that changes the disk may be the one that fails, or the last one of a program (`shim.c`).
+//!
+//! `CAROM_FAULTS=1000 cargo test --release --test faults -- --nocapture` draws more of them than the default, and says how many.
+
+#![cfg(all(target_os = "linux", target_env = "gnu"))]
+
+mod place;
+mod scenarios;
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+use place::{Kind, Place};
+use scenarios::SCENARIOS;
+
+/// Faults that are drawn where nobody asks for more: some seconds.
+const FEW: usize = 64;
+
+#[test]
+fn no_fault_and_no_kill_loses_a_file_or_changes_a_bit() {
+    let Some(place) = Place::new() else {
+        println!("skipped, because there is no C compiler");
+        return;
+    };
+    let trials = std::env::var("CAROM_FAULTS").map_or(FEW, |text| text.parse().expect("CAROM_FAULTS is a number"));
+    let counts: Vec<u64> = SCENARIOS.iter().map(|scenario| place.calls_of(scenario)).collect();
+    let mut random = ChaCha8Rng::seed_from_u64(12);
+    let mut met = [0; Kind::ALL.len()];
+    for trial in 0..trials {
+        let which = trial % SCENARIOS.len();
+        let kind = (trial / SCENARIOS.len()) % Kind::ALL.len();
+        // Where checkpoints fall depends on the clock, and the number of calls with them.
+        let at = 1 + random.next_u64() % counts[which];
+        met[kind] += usize::from(place.meet(&SCENARIOS[which], Kind::ALL[kind], at));
+    }
+    for (scenario, calls) in SCENARIOS.iter().zip(counts) {
+        println!("{}: {calls} calls that change the disk", scenario.name);
+    }
+    for (kind, met) in Kind::ALL.iter().zip(met) {
+        println!("{kind:?}: {met} met");
+    }
+    println!("{trials} faults, 0 differences, 0 files lost");
+    assert!(met.iter().sum::<usize>() >= trials / 2, "most faults are met");
+}
