@@ -66,6 +66,7 @@ pub fn resume<R: Recorder>(
         watch,
         started: None,
         is_ahead: false,
+        patience: u64::MAX,
         is_over: false,
         steps: STEPS[0],
     };
@@ -84,6 +85,8 @@ struct Driver<'a, R> {
     is_over: bool,
     /// Whether a copy looks ahead, of which nothing is kept.
     is_ahead: bool,
+    /// Events, cell transitions and kicks after which it gives up.
+    patience: u64,
     /// Steps of the engine until it is next asked whether to go on.
     steps: u64,
 }
@@ -219,6 +222,9 @@ impl<R: Recorder> Driver<'_, R> {
             let started = Instant::now();
             let reached = self.steps(until)?;
             self.steps = steps_after(self.steps, started.elapsed());
+            if self.is_ahead && self.work() > self.patience {
+                return Ok(Err(Ending::Idle));
+            }
             match reached {
                 Ok(Some(reason)) => {
                     self.course.aim = None;
@@ -261,6 +267,12 @@ impl<R: Recorder> Driver<'_, R> {
         failure.map_or(Ok(reason), Err)
     }
 
+    /// Events, cell transitions and kicks so far.
+    fn work(&self) -> u64 {
+        let tally = self.simulation.tally();
+        tally.physical().saturating_add(tally.transition).saturating_add(tally.kick)
+    }
+
     /// Hands out what is needed to go on from here later.
     fn keep(&mut self) -> Result<(), R::Error> {
         let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
@@ -294,7 +306,7 @@ mod tests {
     use crate::Vector;
     use crate::potential::Potential;
     use crate::run::Ending;
-    use crate::scene::{Limit, RunPlan, SceneBuilder};
+    use crate::scene::{Limit, OutputPlan, RunPlan, SceneBuilder};
     use crate::space::Space;
 
     #[test]
@@ -308,6 +320,8 @@ mod tests {
             .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.3, 0.2))
             .particle("A", Vector::new(1e10, 1.5, 1.5), Vector::new(-1.0, 0.1, 0.3))
             .run(RunPlan { limit: Limit::events(100), ..RunPlan::default() })
+            // So that nothing looks ahead to choose them.
+            .output(OutputPlan { thermo_interval: Some(1e15), frame_interval: Some(1e15), ..OutputPlan::default() })
             .build()
             .unwrap();
         let mut asked = 0;

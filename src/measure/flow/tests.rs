@@ -64,9 +64,9 @@ fn a_steady_flow_has_its_rate_and_curve() {
     let rate = number(&measured, "flow_gate_rate");
     // Every 5 time units.
     assert!((rate.mean.unwrap() - 0.2).abs() < 1e-9, "{rate:?}");
-    // A row every time unit, with a passage in one of five: as if they were independent, sqrt(0.16 / 1000).
+    // A row every time unit, with a passage in each fifth one: as if they were independent, the error were sqrt(0.16 / 1000) = 0.0126.
     let error = rate.standard_error.unwrap();
-    assert!((error / 0.0126 - 1.0).abs() < 0.5, "{error}");
+    assert!(error < 0.0126 / 4.0, "{error}");
     let curve = &measured.curves[0];
     assert_eq!(curve.name, "flow_gate");
     assert_eq!(curve.series[0].values.last(), Some(&Some(200.0)));

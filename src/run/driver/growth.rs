@@ -198,6 +198,7 @@ mod tests {
             watch,
             started: None,
             is_ahead: false,
+            patience: u64::MAX,
             is_over: false,
             steps: 1,
         };

@@ -14,6 +14,10 @@ const FRAMES: u32 = 20;
 /// Growth to a pressure takes at least so much of the diameters, and there are more rows if it takes more.
 const SOME_GROWTH: f64 = 0.05;
 
+/// Events that tell a rate well enough, and what a look ahead may do besides: less than some seconds of work.
+const LONGEST: u64 = 1_000_000;
+const MOST_WORK: u64 = 20_000_000;
+
 /// When a measured stretch writes, and how long it will last, as far as is known `[time]`.
 pub(super) struct Pace {
     pub rows: Ticks,
@@ -75,13 +79,23 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// How long so many events will take, from the first thousandth of them, or of a limit in time; `None` if the caller wants no more.
     ///
+    /// Where that takes too much work, as of a gas so thin that hardly anything happens, it is the time in which a particle crosses the box:
+    /// intervals that are chosen from it grow with the run.
+    ///
     /// A copy goes ahead and is dropped, so that the run itself has its rows, frames and samples from the start of the stretch on. A checkpoint
     /// from meanwhile is none: a run that is killed now looks ahead again, from the same state to the same bits.
     fn look_ahead(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
         let present = (self.simulation.clone(), self.course.clone());
-        self.is_ahead = true;
-        let expected = self.pilot(limit, events);
-        self.is_ahead = false;
+        (self.is_ahead, self.patience) = (true, self.work().saturating_add(MOST_WORK));
+        let mut expected = self.pilot(limit, events);
+        // By what was done, not by where it gave up, which depends on the clock.
+        if self.work() > self.patience
+            && let Ok(Some(expected)) = &mut expected
+        {
+            let crossing = self.course.crossing;
+            *expected = limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 });
+        }
+        (self.is_ahead, self.patience) = (false, u64::MAX);
         (self.simulation, self.course) = present;
         self.is_over = false;
         expected
@@ -91,7 +105,7 @@ impl<R: Recorder> Driver<'_, R> {
         let start = self.course.stage;
         let (_, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
-        let mut pilot = events.div_ceil(1000);
+        let mut pilot = events.div_ceil(1000).min(LONGEST);
         loop {
             let target = start.events.saturating_add(pilot).min(end_events);
             match self.advance(soon, target)? {
