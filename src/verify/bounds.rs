@@ -43,14 +43,16 @@ impl Flight {
     /// Of a wall.
     pub const NONE: Self = Self { length: 0.0, speed: 0.0, falling: 0.0, duration: 0.0 };
 
-    /// Of a particle, from its state and the time of its last event.
-    pub fn new(world: &World, states: &States, i: u32, last_event: &Elapsed) -> Self {
+    /// Of a particle, from its state, the time of its last event and that of the start of the window.
+    pub fn new(world: &World, states: &States, i: u32, last_event: &Elapsed, window: &Elapsed) -> Self {
         let duration = states.elapsed.after(last_event).max(0.0);
         let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
         let acceleration = world.accelerations[i as usize].norm();
         let speed = velocity.norm() + acceleration * duration;
         // Times are rounded as times since the epoch: that of a prediction possibly in an earlier epoch than that of its event.
-        let times = duration + states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
+        // Here they are rounded once more, as times in the window.
+        let since_epoch = states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
+        let times = duration + since_epoch.max(states.elapsed.after(window));
         // A coordinate is rounded once more at every wrap, however far it has been extrapolated then.
         let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
         // All that the engine says to have brought forward from one epoch into the next is rounded there.

@@ -1,6 +1,5 @@
 //! Whether everybody is where his flight leads, and only the event in hand has changed a velocity.
 
-use super::bounds::Flight;
 use super::certificate::note;
 use super::contact::Contact;
 use super::verifier::Verifier;
@@ -23,7 +22,7 @@ impl Verifier {
             if jump == 0.0 && (change == 0.0 || takes_part(i)) && self.world.is_in_box(&after.positions[at]) {
                 continue;
             }
-            let flight = Flight::new(&self.world, &self.before, i, &self.last_event[at]);
+            let flight = self.flight(i);
             let bound = flight.position(&self.world);
             if !(jump <= bound && self.world.is_in_box(&after.positions[at])) {
                 return Err(Fault::Jumped { particle: ParticleId(i), by: jump, bound });

@@ -14,7 +14,7 @@ use crate::simulation::States;
 
 impl Verifier {
     pub(super) fn flight(&self, i: u32) -> Flight {
-        Flight::new(&self.world, &self.before, i, &self.last_event[i as usize])
+        Flight::new(&self.world, &self.before, i, &self.last_event[i as usize], &self.window.origin)
     }
 
     pub(super) fn flights(&self, contact: &Contact) -> [Flight; 2] {

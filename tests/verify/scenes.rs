@@ -304,3 +304,95 @@ fn a_proof_hears_its_caller_however_far_the_next_event_is() {
         assert_eq!(certificate.end, End::Interrupted);
     }
 }
+
+#[test]
+fn a_long_wait_before_quick_events_costs_digits_and_no_proof() {
+    // Two that fall for 35 units of time, and then step through each other's potential within some thousandths.
+    let text = r#"
+[space]
+size = [1204.8385830017867, 0.0, 0.0]
+x = { lower = "wall", upper = "wall", restitution = 0.37 }
+y = "flat"
+z = "flat"
+[[species]]
+name = "A"
+mass = 0.1
+diameter = 0.31
+acceleration = [-1.212397207639981, 0.0, 0.0]
+[[interaction]]
+species = ["A", "A"]
+potential = "stepped-lennard-jones"
+well_depth = 2.7
+cutoff = 0.403
+steps = 2
+core_energy = 27.0
+[[particle]]
+species = "A"
+position = [706.4552867114097, 0.0, 0.0]
+velocity = [1.8024179753845468, 0.0, 0.0]
+[[particle]]
+species = "A"
+position = [753.1873053291364, 0.0, 0.0]
+velocity = [0.6250263492416288, 0.0, 0.0]
+[run]
+until_events = 1000
+"#;
+    assert_proven("falling", &prove(scene(text), 0, 100), 100);
+}
+
+#[test]
+fn what_flies_on_for_many_epochs_of_others_is_proven() {
+    // A light one between two walls has a thousand times as many events as the heavy ones that drift out of an open line.
+    let text = r#"
+[space]
+size = [400.0, 0.0, 0.0]
+x = { lower = "wall", upper = "open", restitution = 1.0 }
+y = "flat"
+z = "flat"
+[[species]]
+name = "A"
+mass = 3.0
+diameter = 0.7
+[[species]]
+name = "B"
+mass = 1e-8
+diameter = 0.31
+[[species]]
+name = "post"
+static = true
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["A", "B"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["B", "B"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["A", "post"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["B", "post"]
+potential = "hard-sphere"
+[[particle]]
+species = "B"
+position = [1.0, 0.0, 0.0]
+velocity = [1000.0, 0.0, 0.0]
+[[particle]]
+species = "post"
+position = [3.0, 0.0, 0.0]
+[[particle]]
+species = "A"
+position = [300.0, 0.0, 0.0]
+velocity = [1.1, 0.0, 0.0]
+[[particle]]
+species = "A"
+position = [306.0, 0.0, 0.0]
+velocity = [0.3, 0.0, 0.0]
+[run]
+until_events = 100000
+"#;
+    assert_proven("drifting", &prove(scene(text), 0, 8000), 8000);
+}
