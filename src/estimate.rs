@@ -68,6 +68,7 @@ impl Estimate {
             None => Some(chosen.min(measured.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
         };
         let (rows, frames) = (count(output.thermo_interval, ROWS), count(output.frame_interval, FRAMES));
+        let rows = rows.zip(earlier_rows(scene, rate)).map(|(measured, earlier)| measured + earlier);
         let before: Option<f64> = scene
             .run
             .stages
@@ -94,6 +95,22 @@ impl Estimate {
             memory: PROGRAM + particles * PARTICLE,
         }
     }
+}
+
+/// Rows of the stages before the measured stretch; `None` where the scene does not tell.
+fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
+    let run = &scene.run;
+    let has_end = |limit: &Limit| *limit != Limit::default();
+    let stages = run.stages.iter().map(|stage| (&stage.limit, true));
+    let all = stages.chain([(&run.equilibration, run.until_stationary || has_end(&run.equilibration))]);
+    let rows = |limit: &Limit| {
+        let (time, events) = lengths(limit, rate);
+        match scene.output.thermo_interval {
+            Some(interval) => time.map(|time| (time / interval).ceil() + 1.0),
+            None => Some(ROWS.min(events.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
+        }
+    };
+    all.filter(|(_, is_simulated)| *is_simulated).map(|(limit, _)| rows(limit)).sum()
 }
 
 /// Simulated time and events until a limit, as far as is known.
@@ -197,6 +214,8 @@ mod tests {
         assert_eq!((it.rows, it.events, it.is_complete), (None, Some(1500.0), false));
         let it = estimate("[run]\nuntil_events = 1000\n[output]\nthermo_interval = 0.5", Some(10.0));
         assert_eq!((it.rows, it.is_complete), (Some(202.0), true));
+        let before = "[run]\nuntil_events = 1000\nequilibration_events = 500\n[output]\nthermo_interval = 0.5";
+        assert_eq!(estimate(before, Some(10.0)).rows, Some(202.0 + 101.0), "rows of all stages");
         let it = estimate("[run]\nuntil_time = 10.0\n[output]\nevents = true", Some(1e9));
         assert!(it.bytes > 1.9e12 && it.is_complete);
         assert!(!estimate("[run]\nuntil_time = 10.0\n[output]\nevents = true", None).is_complete);

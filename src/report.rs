@@ -32,6 +32,7 @@ mod tests;
 use std::io;
 use std::path::Path;
 
+use crate::observe::Answer;
 use crate::output::place::write_whole;
 use crate::output::{Existing, note};
 
@@ -98,13 +99,18 @@ fn document(inputs: &Inputs) -> String {
     } else {
         "<span class=\"verdict failed\">✗ audit failed</span>"
     };
+    let state = match summary.equilibrated.verdict {
+        Answer::Yes => " <span class=\"verdict sound\">✓ equilibrated</span>",
+        Answer::No => " <span class=\"verdict failed\">✗ not equilibrated</span>",
+        Answer::Unknown => "",
+    };
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
          script-src 'unsafe-inline'; img-src data:\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{name} - Carom</title>\n<style>\n{STYLE}</style>\n</head>\n\
-         <body>\n<header>\n<p class=\"kind\">Event-driven particle dynamics</p>\n<h1>{name} {verdict}</h1>\n\
+         <body>\n<header>\n<p class=\"kind\">Event-driven particle dynamics</p>\n<h1>{name} {verdict}{state}</h1>\n\
          <p class=\"facts\">seed {} · {engine} · carom {}</p>\n<nav aria-label=\"Sections\">\n{links}</nav>\n</header>\n\
          <main>\n{}{body}</main>\n</body>\n</html>\n",
         summary.seed,

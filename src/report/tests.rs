@@ -226,6 +226,29 @@ fn after_growth_the_page_tells_the_diameters_that_were_measured() {
 }
 
 #[test]
+fn the_page_tells_whether_the_run_was_in_equilibrium() {
+    let run = run_folder();
+    let path = run.path().join("summary.json");
+    let mut summary: serde_json::Value = serde_json::from_str(&fs::read_to_string(&path).unwrap()).unwrap();
+    let mut with = |equilibrated: serde_json::Value| {
+        summary["equilibrated"] = equilibrated;
+        fs::write(&path, summary.to_string()).unwrap();
+        page(run.path()).unwrap().html
+    };
+    let html = with(serde_json::json!({ "verdict": "no", "reasons": ["pressure drifts by 1.1"] }));
+    assert!(
+        html.contains("✗ not equilibrated") && html.contains("Equilibrated: no.") && html.contains("drifts by 1.1")
+    );
+    assert!(html.contains("✓ Sound."), "the audit is another question");
+    let html = with(serde_json::json!({ "verdict": "yes", "reasons": [] }));
+    assert!(html.contains("✓ equilibrated") && html.contains("Equilibrated: yes."));
+    // Of runs before there was a verdict.
+    summary.as_object_mut().unwrap().remove("equilibrated");
+    fs::write(&path, summary.to_string()).unwrap();
+    assert!(page(run.path()).unwrap().html.contains("Equilibrated: unknown"));
+}
+
+#[test]
 fn energies_that_are_plotted_add_up() {
     let run = folder_of(GROWN);
     let thermo = fs::read_to_string(run.path().join("thermo.csv")).unwrap();
