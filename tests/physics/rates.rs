@@ -30,7 +30,7 @@ fn a_ball_among_fixed_spheres_counts_each_contact_once() {
         .interaction("ball", "fixed", Potential::hard_sphere(1.2).unwrap(), 1.0)
         .particle("ball", Vector::repeat(0.1), Vector::new(1.0, 0.3, 0.2))
         .run(RunPlan { limit: Limit::events(5_000), ..RunPlan::default() });
-    for (x, y, z) in [(3.0, 3.0, 3.0), (3.0, 0.0, 1.0), (1.0, 3.0, 5.0), (5.0, 2.0, 0.5)] {
+    for (x, y, z) in [(3.01, 3.02, 3.03), (3.01, 0.02, 1.03), (1.01, 3.02, 5.03), (5.0, 2.1, 0.4)] {
         builder = builder.particle("fixed", Vector::new(x, y, z), Vector::zeros());
     }
     let finished = finish(builder.build().unwrap());
