@@ -3,5 +3,6 @@
 mod commands;
 mod endings;
 mod kept;
+mod memory;
 mod place;
 mod run;

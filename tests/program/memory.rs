@@ -1,0 +1,45 @@
+//! Where memory ends.
+
+#![cfg(target_os = "linux")]
+
+use std::process::{Command, Output};
+
+use super::place::{FLUID, Place, code, errors, words};
+
+/// The program with so much room for addresses, in KiB.
+fn within(place: &Place, room: u64, arguments: &[&str]) -> Output {
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("ulimit -v {room}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_carom")]);
+    command.args(arguments).current_dir(place.path()).env("NO_COLOR", "1").output().unwrap()
+}
+
+#[test]
+fn a_run_without_memory_says_so_and_can_be_resumed() {
+    let place = Place::with(&FLUID.replace("count = 108", "count = 13500"));
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    let before = place.read("runs/scene/thermo.csv");
+    // Ever less, until it is too little to go on with.
+    let mut room = 1 << 16;
+    let ended = loop {
+        let output = within(&place, room, &["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
+        if !output.status.success() {
+            break output;
+        }
+        room = room * 7 / 8;
+    };
+    assert_eq!(ended.status.code(), Some(1), "{room} KiB: {ended:?}");
+    let text = errors(&ended);
+    assert!(text.starts_with("Error: out of memory") && text.lines().count() == 1, "{room} KiB: {text}");
+    let output = place.carom(&["run", "--quiet", "--resume", "runs/scene", "--until-events", "4001"]);
+    assert_eq!(code(&output), 0, "{}{}", words(&output), errors(&output));
+    let rows = |text: &str| text.lines().count();
+    assert!(rows(&place.read("runs/scene/thermo.csv")) >= rows(&before));
+}
+
+#[test]
+fn a_scene_beyond_the_memory_of_the_process_is_refused() {
+    let place = Place::with(&FLUID.replace("count = 108", "count = 10_000_000"));
+    let output = within(&place, 1 << 20, &["check", "scene.toml"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(errors(&output).contains("more than there are here: 1 GiB"), "{}", errors(&output));
+}
