@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use carom::describe::{self, digits, tiny};
 use carom::observe::{Equilibrium, OBSERVABLES};
-use carom::output::rates::{rates, tell_more};
+use carom::output::rates::{rates, told_apart};
 use carom::run::{Ending, Finished, Stage};
 
 use super::progress::{clock, short};
@@ -42,7 +42,8 @@ pub fn text(finished: &Finished) -> String {
         }
     }
     let all = rates(&finished.event_counts, scene, stretch.duration);
-    if tell_more(&all) {
+    let all = told_apart(&all);
+    if !all.is_empty() {
         lines.title("events by kind and species, by time");
         for rate in all.iter().take(MOST_RATES) {
             lines.pair(&rate.title(), &rate.words());

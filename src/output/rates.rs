@@ -65,8 +65,11 @@ impl Rate {
     }
 }
 
-/// Whether rates tell more than the collision rate of a run: more than one kind of event or pair of species.
+/// The rates that tell more than the collision rate of a run: all, but that of the cores if there is one and no other species had events.
 #[must_use]
-pub fn tell_more(rates: &[Rate]) -> bool {
-    rates.len() > 1
+pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
+    let is_core = |rate: &Rate| rate.kind == "core";
+    let is_alone = rates.iter().filter(|rate| is_core(rate)).count() == 1;
+    let has_all = |one: &Rate| rates.iter().flat_map(|rate| &rate.species).all(|name| one.species.contains(name));
+    rates.iter().filter(|rate| !(is_core(rate) && is_alone && has_all(rate))).collect()
 }

@@ -4,7 +4,7 @@ use super::html::{brackets, escape, number, symbols};
 use super::inputs::Inputs;
 use crate::describe::{self, digits};
 use crate::observe::OBSERVABLES;
-use crate::output::rates::{Rate, tell_more};
+use crate::output::rates::{Rate, told_apart};
 use crate::statistics::Estimate;
 
 /// How the observables of every run are measured.
@@ -60,11 +60,11 @@ pub(super) fn section(inputs: &Inputs) -> String {
 
 /// Rates of events by kind and species; nothing where there is one only.
 fn rates(inputs: &Inputs) -> String {
-    let rates = &inputs.summary.rates;
-    if !tell_more(rates) {
+    let rates = told_apart(&inputs.summary.rates);
+    if rates.is_empty() {
         return String::new();
     }
-    let line = |rate: &Rate| {
+    let line = |rate: &&Rate| {
         format!(
             "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td class=\"how\">{}</td></tr>\n",
             escape(&rate.title()),
