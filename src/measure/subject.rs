@@ -195,13 +195,14 @@ impl<'a> Sample<'a> {
         }
     }
 
-    /// Where a particle would be if it had never been wrapped: position + image * period `[length]`.
-    ///
-    /// In a sheared box that holds for y and z only: what goes round it along y is displaced along x.
+    /// Where a particle would be if it had never been wrapped `[length]`: position + image * period, and in a sheared box along x also
+    /// the displacement of each image along y.
     #[must_use]
     pub fn unwrapped(&self, id: usize, space: &Space) -> Vector {
         let (position, image) = (self.positions[id], self.images[id]);
         // The period of an axis that is not periodic is infinite, and its image 0.
-        Vector::from_fn(|k, _| position[k] + if image[k] == 0 { 0.0 } else { f64::from(image[k]) * space.size[k] })
+        let travelled = |k: usize| if image[k] == 0 { 0.0 } else { f64::from(image[k]) * space.size[k] };
+        let slid = if self.displacement == 0.0 { 0.0 } else { f64::from(image[1]) * self.displacement };
+        position + Vector::new(travelled(0) + slid, travelled(1), travelled(2))
     }
 }

@@ -1,8 +1,9 @@
 //! A trajectory as one table: a line per particle and frame, for spreadsheets, pandas and R.
 //!
 //! The columns are `frame` (place in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`, `vz` and
-//! `radius`, then the scalars of the first frame by their names; other frames have empty cells where they have none. Numbers have the fewest digits that read back as the same; velocities that the source does not have are
-//! empty cells. A species name with a comma or a quote is quoted (RFC 4180).
+//! `radius`, then the periods travelled, `ix`, `iy`, `iz`, and the scalars, if the first frame has them; other frames have empty cells
+//! where they have none. Numbers have the fewest digits that read back as the same; velocities that the source does not have are empty
+//! cells. A species name with a comma or a quote is quoted (RFC 4180).
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -18,37 +19,35 @@ const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius";
 #[derive(Debug)]
 pub(super) struct Table {
     file: Draft,
-    /// Names of the scalars, once the header is written.
-    scalars: Option<Vec<String>>,
+    /// Whether there are images, and the names of the scalars, once the header is written.
+    columns: Option<(bool, Vec<String>)>,
 }
 
 impl Table {
     pub fn new(file: Draft) -> Self {
-        Self { file, scalars: None }
+        Self { file, columns: None }
     }
 
-    fn header(&mut self, first: &Frame) -> Result<Vec<String>, FrameError> {
-        self.file.write_all(HEADER.as_bytes())?;
+    fn header(&mut self, first: &Frame) -> Result<(bool, Vec<String>), FrameError> {
+        let has_images = !first.images.is_empty();
+        write!(self.file, "{HEADER}{}", if has_images { ",ix,iy,iz" } else { "" })?;
         for scalar in &first.scalars {
             write!(self.file, ",{}", scalar.name)?;
         }
         self.file.write_all(b"\n")?;
-        Ok(first.scalars.iter().map(|scalar| scalar.name.clone()).collect())
+        Ok((has_images, first.scalars.iter().map(|scalar| scalar.name.clone()).collect()))
     }
 }
 
 impl Writer for Table {
     fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
         let Moment { index, frame, has_velocities } = *moment;
-        if self.scalars.is_none() {
-            self.scalars = Some(self.header(frame)?);
-        }
-        let columns: Vec<Option<&Scalar>> = self
-            .scalars
-            .iter()
-            .flatten()
-            .map(|name| frame.scalars.iter().find(|scalar| scalar.name == *name))
-            .collect();
+        let (has_images, scalars) = match self.columns.take() {
+            Some(columns) => columns,
+            None => self.header(frame)?,
+        };
+        let columns: Vec<Option<&Scalar>> =
+            scalars.iter().map(|name| frame.scalars.iter().find(|scalar| scalar.name == *name)).collect();
         let names: Vec<Cow<str>> = frame.species.iter().map(|species| quoted(&species.name)).collect();
         let time = Cell(Some(frame.time));
         for (place, particle) in frame.particles.iter().enumerate() {
@@ -61,11 +60,18 @@ impl Writer for Table {
                 write!(self.file, ",{}", Cell(has_velocities.then_some(v)))?;
             }
             write!(self.file, ",{}", Cell(Some(particle.radius)))?;
+            if has_images {
+                match frame.images.get(place) {
+                    Some([x, y, z]) => write!(self.file, ",{x},{y},{z}")?,
+                    None => self.file.write_all(b",,,")?,
+                }
+            }
             for column in &columns {
                 write!(self.file, ",{}", Cell(column.map(|scalar| scalar.values[place])))?;
             }
             self.file.write_all(b"\n")?;
         }
+        self.columns = Some((has_images, scalars));
         Ok(())
     }
 

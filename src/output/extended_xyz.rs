@@ -4,9 +4,9 @@
 //!
 //! ```text
 //! 2
-//! Lattice="5 0 0 0 5 0 0 0 1" Origin="0 0 0" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 Time=0.5 pbc="T T F" flat="F F T" species_table="ball" static="F" species_mass="1"
-//! ball 0.5 0.5 0 1 0 0 0.5 0
-//! ball 2.5 0.5 0 -1 0 0 0.5 1
+//! Lattice="5 0 0 0 5 0 0 0 1" Origin="0 0 0" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1:map_shift:I:3:masses:R:1 Time=0.5 pbc="T T F" flat="F F T" species_table="ball" static="F" species_mass="1"
+//! ball 0.5 0.5 0 1 0 0 0.5 0 0 0 0 1
+//! ball 2.5 0.5 0 -1 0 0 0.5 1 -2 0 0 1
 //! ```
 //!
 //! | key | meaning |
@@ -22,7 +22,9 @@
 //! | `bonds` | the ids of the two ends of each bond, `0-1 1-2`; absent where there is none |
 //!
 //! The species is in the column `type`, because ASE takes only chemical symbols in one called `species`; the reader knows
-//! both names.
+//! both names. `map_shift` has the periods that a particle has travelled since the start, which OVITO calls *Periodic Image*: its
+//! position plus these multiples of the vectors of `Lattice` is where it would be if it had never been wrapped, also in a sheared
+//! box. `masses` has the mass of each particle where ASE looks for it, and 0 for what never moves.
 //!
 //! Numbers are written with the fewest digits that give the same `f64` back, so a frame survives the file bit for bit.
 //! The reader takes the columns in any order and needs none but the positions: without `Properties` it expects plain

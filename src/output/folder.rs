@@ -371,6 +371,7 @@ impl Recorder for Folder {
             (particle.position, particle.velocity) = (*position, *velocity);
             particle.radius = radius * snapshot.scale;
         }
+        self.frame.images.clone_from(&snapshot.images);
         let path = self.trajectory.path().to_owned();
         write_frame(self.trajectory.writer(), &self.frame).map_err(|source| OutputError::Frame { path, source })?;
         self.trajectory.flush()?;

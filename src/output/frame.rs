@@ -5,8 +5,11 @@ use crate::measure::Scalar;
 use crate::scene::{ParticleId, Scene, SpeciesId};
 use crate::space::{Boundary, nearest_image};
 
+#[cfg(test)]
+mod tests;
+
 /// Names that columns, arrays and files of the formats have already.
-const TAKEN: [&str; 38] = [
+const TAKEN: [&str; 44] = [
     "bonds",
     "box",
     "diameter",
@@ -14,6 +17,12 @@ const TAKEN: [&str; 38] = [
     "frame",
     "id",
     "ids",
+    "image",
+    "images",
+    "ix",
+    "iy",
+    "iz",
+    "map_shift",
     "mass",
     "masses",
     "numbers",
@@ -94,6 +103,10 @@ pub struct Frame {
     pub particles: Vec<FrameParticle>,
     /// The two ends of each bond.
     pub bonds: Vec<[ParticleId; 2]>,
+    /// Periods travelled by each particle along each axis, in their order; empty where a file does not say. With these
+    /// [`Frame::unwrapped`] undoes the wrapping.
+    #[doc(alias = "image flags")]
+    pub images: Vec<[i32; 3]>,
     /// What else is known of each particle, in their order.
     pub scalars: Vec<Scalar>,
 }
@@ -126,8 +139,20 @@ impl Frame {
                 .collect(),
             particles: (0..).zip(&scene.particles).map(particle).collect(),
             bonds: scene.bonds.iter().map(|bond| bond.pair).collect(),
+            images: vec![[0; 3]; scene.particles.len()],
             scalars: Vec::new(),
         }
+    }
+
+    /// Where the particle at a place of the list would be if it had never been wrapped `[length]`; its position where images are not
+    /// known. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
+    #[must_use]
+    pub fn unwrapped(&self, place: usize) -> Vector {
+        let position = self.particles[place].position;
+        self.images.get(place).map_or(position, |image| {
+            let [x, y, z] = image.map(f64::from);
+            position + Vector::new(x * self.size.x + y * self.displacement, y * self.size.y, z * self.size.z)
+        })
     }
 
     /// Whether the box has no extent along an axis, so that all particles share one coordinate.
@@ -162,6 +187,13 @@ impl Frame {
     pub(super) fn is_name_of_scalar(name: &str) -> bool {
         let is_word = name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_');
         !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())
+    }
+
+    /// The mass of each particle, if all are known; 0 for those that never move, with which sums stay finite.
+    pub(super) fn masses(&self) -> Option<Vec<f64>> {
+        let mass = |particle: &FrameParticle| self.species.get(particle.species.0 as usize)?.mass;
+        let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };
+        self.particles.iter().map(|particle| mass(particle).map(finite)).collect()
     }
 
     /// Whether a particle never moves; also false where its species is not in the table.

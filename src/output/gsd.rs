@@ -6,6 +6,7 @@
 //! | `configuration/dimensions`, `configuration/box` | the edges and tilt factors, of which `xy = d / Ly` for a displacement `d` of the next image up; a box whose only flat axis is z has 2 dimensions and no extent along it, other flat axes get the largest diameter |
 //! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | in the order of ids; velocities only where the source has them |
 //! | `particles/mass` | where the source gives the mass of every species; 0 for static particles, whose mass is infinite |
+//! | `particles/image` | periods travelled, `i32`, for the positions of the file; only where the source has them |
 //! | `bonds/N`, `types`, `group` | the ends of bonds, as places in the order of ids |
 //! | `log/carom/time` | simulated time, `f64` |
 //! | `log/particles/q6` and such | scalars of the particles, `f64` |
@@ -25,7 +26,6 @@ use std::borrow::Cow;
 
 use super::Frame;
 use super::convert::{Draft, FrameError, Moment, Writer, bond_ends};
-use super::frame::FrameParticle;
 use crate::Vector;
 use chunks::{Chunks, Kind};
 
@@ -37,11 +37,13 @@ pub(super) struct Trajectory {
     first: Vec<(&'static str, Vec<u8>)>,
     /// Whether any frame so far had velocities: without a chunk, those of the first frame would be read again.
     has_velocities: bool,
+    /// The same of images.
+    has_images: bool,
 }
 
 impl Trajectory {
     pub fn new(file: Draft) -> Self {
-        Self { chunks: Chunks::new(file), first: Vec::new(), has_velocities: false }
+        Self { chunks: Chunks::new(file), first: Vec::new(), has_velocities: false, has_images: false }
     }
 
     /// Writes a chunk unless the first frame has the same; zero rows are no chunk.
@@ -85,12 +87,21 @@ impl Trajectory {
         self.lasting("particles/typeid", Kind::Uint32, 1, species)?;
         let diameters: Vec<f64> = particles.iter().map(|particle| 2.0 * particle.radius).collect();
         self.lasting("particles/diameter", Kind::Float, 1, singles(&diameters)?)?;
-        if let Some(masses) = masses(frame) {
+        if let Some(masses) = frame.masses() {
             self.lasting("particles/mass", Kind::Float, 1, singles(&masses)?)?;
         }
-        let shifted: Vec<f64> =
-            particles.iter().flat_map(|particle| <[f64; 3]>::from(tilted(frame, particle.position - centre))).collect();
-        self.chunks.write("particles/position", Kind::Float, 3, &singles(&shifted)?)?;
+        let (shifted, periods): (Vec<Vector>, Vec<i32>) =
+            particles.iter().map(|particle| tilted(frame, particle.position - centre)).unzip();
+        let numbers = shifted.iter().flat_map(|position| position.iter());
+        self.chunks.write("particles/position", Kind::Float, 3, &singles(numbers)?)?;
+        self.has_images |= !frame.images.is_empty();
+        if self.has_images {
+            let none = [0; 3];
+            let images = (0..particles.len()).map(|place| *frame.images.get(place).unwrap_or(&none));
+            let images = images.zip(periods).flat_map(|([x, y, z], periods)| [x.wrapping_add(periods), y, z]);
+            let bytes: Vec<u8> = images.flat_map(i32::to_le_bytes).collect();
+            self.chunks.write("particles/image", Kind::Int32, 3, &bytes)?;
+        }
         self.has_velocities |= has_velocities;
         if self.has_velocities {
             let velocities = singles(particles.iter().flat_map(|particle| particle.velocity.iter()))?;
@@ -133,14 +144,15 @@ impl Writer for Trajectory {
     }
 }
 
-/// A position relative to the centre, in the box as HOOMD has it: one that is tilted where its next image up is displaced.
-fn tilted(frame: &Frame, position: Vector) -> Vector {
+/// A position relative to the centre, in the box as HOOMD has it, one that is tilted where its next image up is displaced; and by how
+/// many periods along x it is less than before.
+fn tilted(frame: &Frame, position: Vector) -> (Vector, i32) {
     if frame.displacement == 0.0 {
-        return position;
+        return (position, 0);
     }
     let middle = frame.displacement * (position.y / frame.size.y);
     let periods = ((position.x - middle) / frame.size.x).round();
-    Vector::new(position.x - periods * frame.size.x, position.y, position.z)
+    (Vector::new(position.x - periods * frame.size.x, position.y, position.z), periods as i32)
 }
 
 /// The place in the file is the only id that GSD knows.
@@ -152,17 +164,13 @@ fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
     let mut order: Vec<usize> = (0..frame.particles.len()).collect();
     order.sort_by_key(|&place| frame.particles[place].id);
     sorted.particles = order.iter().map(|&place| frame.particles[place]).collect();
+    if !frame.images.is_empty() {
+        sorted.images = order.iter().map(|&place| frame.images[place]).collect();
+    }
     for (scalar, source) in sorted.scalars.iter_mut().zip(&frame.scalars) {
         scalar.values = order.iter().map(|&place| source.values[place]).collect();
     }
     Cow::Owned(sorted)
-}
-
-/// The mass of each particle, if all are known; 0 for those that never move, with which sums stay finite.
-fn masses(frame: &Frame) -> Option<Vec<f64>> {
-    let mass = |particle: &FrameParticle| frame.species.get(particle.species.0 as usize)?.mass;
-    let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };
-    frame.particles.iter().map(|particle| mass(particle).map(finite)).collect()
 }
 
 fn count(number: usize) -> Result<u32, FrameError> {

@@ -13,13 +13,14 @@
 //! 0 5
 //! 0 5
 //! -0.5 0.5
-//! ITEM: ATOMS id type element x y z vx vy vz radius
-//! 0 1 ball 0.5 0.5 0 1 0 0 0.5
+//! ITEM: ATOMS id type element x y z vx vy vz ix iy iz radius
+//! 0 1 ball 0.5 0.5 0 1 0 0 -2 0 0 0.5
 //! ```
 //!
 //! `TIMESTEP` is the place of the frame in the trajectory, from 0: there are no steps in time. `TIME` is the simulated time.
 //! Ids are those of every other output and count from 0, types from 1 in the order of the species; `element` is the name of
-//! the species. Velocities that the source does not have are left out. Sides are `p` (periodic) or `f` (anything else). A flat
+//! the species; `ix iy iz` are the periods travelled, so that `x + ix Lx + iy xy`, `y + iy Ly`, `z + iz Lz` is the unwrapped position.
+//! Velocities and images that the source does not have are left out. Sides are `p` (periodic) or `f` (anything else). A flat
 //! axis gets the largest diameter, centred on the particles. Scalars of the particles follow in columns of their own. Numbers have the fewest digits that read back as the same.
 //!
 //! A sheared box whose next image up is displaced has the bounds of its parallelepiped, with the displacement behind those along x as
@@ -70,7 +71,8 @@ impl Dump {
             }
         }
         let velocities = if has_velocities { " vx vy vz" } else { "" };
-        write!(file, "\nITEM: ATOMS id type element x y z{velocities} radius")?;
+        let images = if frame.images.is_empty() { "" } else { " ix iy iz" };
+        write!(file, "\nITEM: ATOMS id type element x y z{velocities}{images} radius")?;
         for scalar in &frame.scalars {
             write!(file, " {}", scalar.name)?;
         }
@@ -88,7 +90,13 @@ impl Writer for Dump {
             write!(self.file, "{} {} {name}", particle.id.0, u64::from(particle.species.0) + 1)?;
             let velocity = if has_velocities { particle.velocity.as_slice() } else { &[] };
             let scalars = frame.scalars.iter().map(|scalar| &scalar.values[index]);
-            for &number in particle.position.iter().chain(velocity).chain([&particle.radius]).chain(scalars) {
+            for &number in particle.position.iter().chain(velocity) {
+                write!(self.file, " {}", Cell(Some(number)))?;
+            }
+            for image in frame.images.get(index).into_iter().flatten() {
+                write!(self.file, " {image}")?;
+            }
+            for &number in [&particle.radius].into_iter().chain(scalars) {
                 write!(self.file, " {}", Cell(Some(number)))?;
             }
             self.file.write_all(b"\n")?;

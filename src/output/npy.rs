@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `times.npy` | frames | simulated time |
 //! | `positions.npy`, `velocities.npy` | frames x N x 3 | no velocities if the source has none |
+//! | `images.npy` | frames x N x 3 | periods travelled, `i32`; no file if the source has none |
 //! | `box.npy` | frames x 2 x 3 | lower corner and edges; an edge is 0 along flat axes |
 //! | `displacements.npy` | frames | of the next image of the box up along y, along x; 0 in a box at rest |
 //! | `periodic.npy` | 3 | whether each axis is periodic |
@@ -14,7 +15,8 @@
 //! | `q6.npy` and such | frames x N | scalars of the particles |
 //! | `bonds.npy` | bonds x 2 | the ids of the ends; no file if there are none |
 //!
-//! Numbers are `f64`, ids and indices `u32`, little-endian. Every frame must have the same particles in the same order.
+//! A position plus its image times the edges of the box, and in a sheared box plus its image along y times the displacement along x, is
+//! where the particle would be if it had never been wrapped. Numbers are `f64`, ids and indices `u32`, little-endian. Every frame must have the same particles in the same order.
 
 pub(super) mod array;
 #[cfg(test)]
@@ -43,6 +45,7 @@ struct Growing {
     displacements: Array,
     positions: Array,
     velocities: Option<Array>,
+    images: Option<Array>,
     scalars: Vec<Array>,
 }
 
@@ -75,12 +78,14 @@ impl Arrays {
         }
         let scalars = |scalar: &Scalar| Array::create(&file(&format!("{}.npy", scalar.name)), "<f8", &[all.len()]);
         let vectors = |name: &str| Array::create(&file(name), "<f8", &[all.len(), 3]);
+        let has_images = !frame.images.is_empty();
         Ok(Growing {
             times: Array::create(&file("times.npy"), "<f8", &[])?,
             boxes: Array::create(&file("box.npy"), "<f8", &[2, 3])?,
             displacements: Array::create(&file("displacements.npy"), "<f8", &[])?,
             positions: vectors("positions.npy")?,
             velocities: has_velocities.then(|| vectors("velocities.npy")).transpose()?,
+            images: has_images.then(|| Array::create(&file("images.npy"), "<i4", &[all.len(), 3])).transpose()?,
             scalars: frame.scalars.iter().map(scalars).collect::<Result<_, _>>()?,
             first: frame.clone(),
         })
@@ -95,6 +100,9 @@ impl Growing {
         self.positions.add(frame.particles.iter().flat_map(|p| p.position.iter()).flat_map(|x| x.to_le_bytes()))?;
         if let Some(velocities) = &mut self.velocities {
             velocities.add(frame.particles.iter().flat_map(|p| p.velocity.iter()).flat_map(|v| v.to_le_bytes()))?;
+        }
+        if let Some(images) = &mut self.images {
+            images.add(frame.images.iter().flatten().flat_map(|image| image.to_le_bytes()))?;
         }
         for (array, scalar) in self.scalars.iter_mut().zip(&frame.scalars) {
             array.add(scalar.values.iter().flat_map(|value| value.to_le_bytes()))?;
@@ -115,6 +123,7 @@ impl Growing {
             (first.bonds != frame.bonds, "bonds"),
             (first.periodic != frame.periodic, "periodic axes"),
             (!first.scalars.iter().map(|s| &s.name).eq(frame.scalars.iter().map(|s| &s.name)), "scalars"),
+            (self.images.is_some() == frame.images.is_empty(), "columns, with or without images,"),
             (self.velocities.is_some() != has_velocities, "columns, with or without velocities,"),
         ];
         match faults.into_iter().find(|(is_fault, _)| *is_fault) {
@@ -139,8 +148,10 @@ impl Writer for Arrays {
     }
 
     fn finish(self: Box<Self>) -> Result<(), FrameError> {
-        if let Some(Growing { times, boxes, displacements, positions, velocities, scalars, .. }) = self.growing {
-            for array in [times, boxes, displacements, positions].into_iter().chain(velocities).chain(scalars) {
+        if let Some(growing) = self.growing {
+            let Growing { times, boxes, displacements, positions, velocities, images, scalars, .. } = growing;
+            let always = [times, boxes, displacements, positions];
+            for array in always.into_iter().chain(velocities).chain(images).chain(scalars) {
                 array.finish()?;
             }
         }

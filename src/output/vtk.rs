@@ -5,7 +5,8 @@
 //! - `box.vtp`, the edges of the box of the first frame as lines; also in a sheared box those of the region that holds all positions.
 //!
 //! A frame has a point and a vertex per particle, with the arrays `radius`, `velocity` (where the source has it), `species` (an
-//! index), `id`, `static` (1 for what never moves: a mesh, a pivot) and what else is known of each, and a line per bond. A bond that leaves through
+//! index), `id`, `image` (periods travelled along each axis, where the source has them: times the edges of the box, and in a sheared box the
+//! second one times the displacement along x, they unwrap the position), `static` (1 for what never moves: a mesh, a pivot) and what else is known of each, and a line per bond. A bond that leaves through
 //! a periodic side is not drawn: its line would cross the whole box. Fields of the frame: `TimeValue`, `box` (lower and upper
 //! corner), `displacement` (of the next image up along y, along x; 0 in a box at rest), `periodic`, and `species_names`.
 //!
@@ -84,6 +85,9 @@ fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
     data.scalars("radius", all.iter().map(|particle| particle.radius));
     if has_velocities {
         data.vectors("velocity", all.iter().map(|particle| &particle.velocity));
+    }
+    if !frame.images.is_empty() {
+        data.whole_vectors("image", &frame.images);
     }
     data.indices("species", all.iter().map(|particle| particle.species.0));
     data.indices("id", all.iter().map(|particle| particle.id.0));

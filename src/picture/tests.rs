@@ -27,6 +27,7 @@ fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
             })
             .collect(),
         bonds: Vec::new(),
+        images: Vec::new(),
         scalars: Vec::new(),
     }
 }

@@ -67,7 +67,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if let Some(shear) = &self.shear {
             let up = f64::from(image[GRADIENT]);
-            state.position[FLOW] -= up * shear.displacement_within(time, self.periods[FLOW]);
+            state.position[FLOW] -= up * shear.displacement_within(time, self.periods[FLOW]).0;
             state.velocity[FLOW] -= up * shear.speed;
         }
         state

@@ -2,7 +2,6 @@
 
 use super::engine::Engine;
 use super::prediction::{Contact, Prediction};
-use super::shear::FLOW;
 use super::{Arrest, Standstill};
 use serde::{Deserialize, Serialize};
 
@@ -69,9 +68,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(growing) = &mut self.growing {
             growing.start -= shift;
         }
-        if let Some(shear) = &mut self.shear {
-            shear.shift(shift, self.periods[FLOW]);
-        }
+        self.shift_shear(shift);
         self.find_interlude();
         for body in &mut self.bodies {
             body.time -= shift;

@@ -54,15 +54,19 @@ impl Shear {
         self.displacement + self.speed * time
     }
 
-    /// The same less whole periods, in `(-period / 2, period / 2]`.
-    pub fn displacement_within(&self, time: f64, period: f64) -> f64 {
-        displacement_within_period(self.displacement(time), period)
+    /// The same less whole periods, in `(-period / 2, period / 2]`, and the number of these.
+    pub fn displacement_within(&self, time: f64, period: f64) -> (f64, i32) {
+        let whole = self.displacement(time);
+        let within = displacement_within_period(whole, period);
+        (within, ((whole - within) / period).round() as i32)
     }
 
-    /// Counts times from an epoch that is later by `shift`.
-    pub fn shift(&mut self, shift: f64, period: f64) {
-        self.displacement = libm::fmod(self.displacement(shift), period);
+    /// Counts times from an epoch that is later by `shift`. Returns by how many whole periods the displacement is less than before.
+    pub fn shift(&mut self, shift: f64, period: f64) -> i32 {
+        let before = self.displacement(shift);
+        self.displacement = libm::fmod(before, period);
         self.next_look -= shift;
+        ((before - self.displacement) / period).round() as i32
     }
 }
 
@@ -134,6 +138,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         self.predict(particle, time);
         self.schedule(particle);
+    }
+
+    /// Counts images from an epoch that is later by `shift`.
+    ///
+    /// An image one period up is displaced along x by that of the box, of which whole periods are dropped now: images along x take
+    /// them over, so that `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` goes on smoothly.
+    pub(super) fn shift_shear(&mut self, shift: f64) {
+        let Some(shear) = &mut self.shear else { return };
+        let periods = shear.shift(shift, self.periods[FLOW]);
+        if periods != 0 {
+            for image in &mut self.images {
+                image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
+            }
+        }
     }
 
     /// When pairs across the sides that slide are predicted anew; infinite without any.

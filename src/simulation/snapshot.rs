@@ -1,7 +1,7 @@
 //! Looking without touching: positions, velocities and energies at one time, from delayed states.
 
 use super::engine::Engine;
-use super::shear::FLOW;
+use super::shear::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::statistics::Sum;
 
@@ -14,8 +14,8 @@ pub struct Snapshot {
     pub positions: Vec<Vector>,
     /// Velocities `[length / time]`, `N x 3`.
     pub velocities: Vec<Vector>,
-    /// Periods travelled along each axis: position + image * period is the unwrapped position; in a sheared box along y and z only,
-    /// because what goes round it along y is displaced along x.
+    /// Periods travelled along each axis since the start: `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) +
+    /// image_z (0, 0, L_z)` is where a particle would be if it had never been wrapped.
     pub images: Vec<[i32; 3]>,
     /// Displacement of the next image up, along x, less whole periods: in `(-L_x / 2, L_x / 2]`, 0 in a box at rest `[length]`.
     pub displacement: f64,
@@ -43,9 +43,15 @@ pub struct Energy {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn snapshot(&self) -> Snapshot {
         let (positions, velocities) = self.numbers.iter().map(|&particle| self.state_at(particle, self.now)).unzip();
-        let images = self.numbers.iter().map(|&particle| self.images[particle as usize]).collect();
-        let shear = self.shear.as_ref();
-        let displacement = shear.map_or(0.0, |shear| shear.displacement_within(self.now, self.periods[FLOW]));
+        let mut images: Vec<[i32; 3]> = self.numbers.iter().map(|&particle| self.images[particle as usize]).collect();
+        let mut displacement = 0.0;
+        if let Some(shear) = &self.shear {
+            let periods;
+            (displacement, periods) = shear.displacement_within(self.now, self.periods[FLOW]);
+            for image in &mut images {
+                image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
+            }
+        }
         Snapshot { time: self.time(), positions, velocities, images, displacement, scale: self.scale() }
     }
 

@@ -22,6 +22,8 @@ class Frame:
     positions: np.ndarray
     velocities: np.ndarray
     radii: np.ndarray
+    images: np.ndarray  # periods travelled, by particle
+    particle_masses: np.ndarray  # 0 for what never moves
     bonds: np.ndarray  # pairs of ids
     scalars: dict  # by name, a number of each particle
 
@@ -30,12 +32,37 @@ class Frame:
         return np.array(self.names)[self.species]
 
     @property
+    def vectors(self):
+        """The vectors of the box as rows; 0 along flat axes."""
+        rows = np.diag(self.edges)
+        rows[1, 0] = self.displacement
+        return rows
+
+    @property
+    def unwrapped(self):
+        """Where particles would be if they had never been wrapped."""
+        return self.positions + self.images @ self.vectors
+
+    @property
+    def _tilted_by(self):
+        """By how many periods along x positions are less in the box whose sides along y are tilted."""
+        x, y, _ = (self.positions - (self.lower + self.edges / 2)).T
+        if self.displacement == 0:
+            return np.zeros(len(x))
+        return np.round((x - self.displacement * y / self.edges[1]) / self.edges[0])
+
+    @property
     def in_tilted_box(self):
         """Positions relative to the centre, in the box whose sides along y are tilted."""
         x, y, z = (self.positions - (self.lower + self.edges / 2)).T
-        if self.displacement != 0:
-            x = x - np.round((x - self.displacement * y / self.edges[1]) / self.edges[0]) * self.edges[0]
-        return np.column_stack([x, y, z])
+        return np.column_stack([x - self._tilted_by * self.edges[0], y, z])
+
+    @property
+    def images_in_tilted_box(self):
+        """The images of these positions."""
+        images = self.images.copy()
+        images[:, 0] += self._tilted_by.astype(int)
+        return images
 
     @property
     def leaves_through_a_side(self):
@@ -56,9 +83,9 @@ def read(path):
 
 
 def _frame(comment, rows):
-    columns, *scalars = comment["Properties"].split(":I:1")
-    assert columns == "type:S:1:pos:R:3:velo:R:3:radius:R:1:id", comment["Properties"]
-    scalars = [name for name in scalars[0].split(":") if name not in ("", "R", "1")]
+    columns, scalars = comment["Properties"].split(":masses:R:1")
+    assert columns == "type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1:map_shift:I:3", comment["Properties"]
+    scalars = [name for name in scalars.split(":") if name not in ("", "R", "1")]
     flags = lambda key, default: np.array([flag == "T" for flag in comment.get(key, default).split()])
     names = comment["species_table"].split()
     numbers = np.array([[float(word) for word in row[1:8]] for row in rows])
@@ -81,6 +108,8 @@ def _frame(comment, rows):
         positions=numbers[:, 0:3],
         velocities=numbers[:, 3:6],
         radii=numbers[:, 6],
-        scalars={name: np.array([float(row[9 + k]) for row in rows]) for k, name in enumerate(scalars)},
+        images=np.array([[int(word) for word in row[9:12]] for row in rows]),
+        particle_masses=np.array([float(row[12]) for row in rows]),
+        scalars={name: np.array([float(row[13 + k]) for row in rows]) for k, name in enumerate(scalars)},
         bonds=np.array([pair.split("-") for pair in comment.get("bonds", "").split()], int).reshape(-1, 2),
     )

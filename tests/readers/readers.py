@@ -8,6 +8,7 @@ import pandas
 import pyvista
 from ase.calculators.lammps import convert as ase_unit
 from ovito.io import import_file
+from ovito.modifiers import UnwrapTrajectoriesModifier
 
 from compare import ROUNDED, SINGLE, Difference, same
 
@@ -31,6 +32,14 @@ def cell(frame, edges):
     return rows
 
 
+def same_unwrapped(pipeline, frames, tolerance, origin=lambda frame: 0.0):
+    """OVITO's own unwrapping, by the images of the file."""
+    pipeline.modifiers.append(UnwrapTrajectoriesModifier())
+    for index, frame in enumerate(frames):
+        positions = pipeline.compute(index).particles.positions[...]
+        same("unwrapped by OVITO", positions, frame.unwrapped - origin(frame), tolerance)
+
+
 def ovito_frames(path, frames, **options):
     pipeline = import_file(str(path), **options)
     same("number of frames", pipeline.source.num_frames, len(frames))
@@ -52,7 +61,10 @@ def ovito_xyz(path, frames):
         same("box", data.cell[:, 3], frame.lower, ROUNDED)
         same("edges", np.transpose(data.cell[:, :3]), cell(frame, thick(frame)[1]), ROUNDED)
         same("periodic", data.cell.pbc, frame.periodic)
+        same("images", data.particles["Periodic Image"][...], frame.images)
+        same("masses", data.particles["masses"][...], frame.particle_masses, ROUNDED)
         same_scalars(lambda name: data.particles[name][...], frame, ROUNDED)
+    same_unwrapped(import_file(str(path)), frames, 4 * ROUNDED)
 
 
 def ovito_lammps(path, frames):
@@ -68,7 +80,9 @@ def ovito_lammps(path, frames):
         rounded = ROUNDED * (1 + np.abs(lower).max() / edges.max())
         same("edges", np.transpose(data.cell[:, :3]), cell(frame, edges), rounded)
         same("periodic", data.cell.pbc, frame.periodic)
+        same("images", data.particles["Periodic Image"][...], frame.images)
         same_scalars(lambda name: data.particles[name][...], frame, ROUNDED)
+    same_unwrapped(import_file(str(path)), frames, 4 * ROUNDED)
 
 
 def ovito_gsd(path, frames):
@@ -81,8 +95,11 @@ def ovito_gsd(path, frames):
         same("tilt", data.cell[0, 1] / frame.edges[1], frame.displacement / frame.edges[1], SINGLE)
         same("plane", data.cell.is2D, bool(frame.edges[2] == 0))
         same_scalars(lambda name: data.particles[name][...], frame)
+        same("images", data.particles["Periodic Image"][...], frame.images_in_tilted_box)
+        same("masses", data.particles["Mass"][...], frame.particle_masses.astype(np.float32))
         bonds = data.particles.bonds
         same("bonds", bonds.topology[...] if bonds else np.empty((0, 2), int), frame.bonds)
+    same_unwrapped(import_file(str(path)), frames, 4 * SINGLE, lambda frame: frame.lower + frame.edges / 2)
 
 
 def ase_xyz(path, frames):
@@ -90,7 +107,10 @@ def ase_xyz(path, frames):
         same("time", atoms.info["Time"], frame.time)
         same("ids", atoms.arrays["id"], frame.ids)
         same("species", atoms.arrays["type"], frame.particle_names)
-        same("masses", np.nan_to_num(np.ravel(atoms.info["species_mass"])), np.nan_to_num(frame.masses))
+        same("masses of species", np.nan_to_num(np.ravel(atoms.info["species_mass"])), np.nan_to_num(frame.masses))
+        same("masses", atoms.get_masses(), frame.particle_masses)
+        unwrapped = atoms.positions + atoms.arrays["map_shift"] @ atoms.cell.array
+        same("unwrapped", unwrapped, frame.unwrapped, ROUNDED)
         same("positions", atoms.positions, frame.positions)
         same("velocities", atoms.arrays["velo"], frame.velocities)
         same("radii", atoms.arrays["radius"], frame.radii)
@@ -139,14 +159,19 @@ def gsd_hoomd(path, frames):
             same("masses", particles.mass, masses.astype(np.float32))
             same("positions", particles.position, frame.in_tilted_box.astype(np.float32))
             same("velocities", particles.velocity, frame.velocities.astype(np.float32))
+            same("images", particles.image, frame.images_in_tilted_box)
             same_scalars(lambda name: snapshot.log[f"particles/{name}"], frame)
             bonds = snapshot.bonds.group
             same("bonds", bonds if bonds is not None else np.empty((0, 2), int), frame.bonds)
 
 
 def mdanalysis_gsd(path, frames):
-    # It takes tilt factors for cosines of angles: only edges can agree.
+    # It takes tilt factors for cosines of angles: only edges can agree. It has no place for images, velocities and the time.
     universe = MDAnalysis.Universe(path)
+    same("masses", universe.atoms.masses, frames[0].particle_masses)
+    same("radii", universe.atoms.radii, frames[0].radii.astype(np.float32))
+    bonds = np.array([bond.indices for bond in universe.bonds]) if len(frames[0].bonds) else frames[0].bonds
+    same("bonds", np.sort(bonds, axis=1), np.sort(np.unique(np.sort(frames[0].bonds, axis=1), axis=0), axis=1))
     same("number of frames", len(universe.trajectory), len(frames))
     same("species", universe.atoms.types, frames[0].particle_names.astype(object))
     for _, frame in zip(universe.trajectory, frames):
@@ -177,6 +202,7 @@ def pyvista_vtk(path, frames):
         same("ids", mesh["id"], frame.ids)
         same("positions", mesh.points, frame.positions)
         same("velocities", mesh["velocity"], frame.velocities)
+        same("images", mesh["image"], frame.images)
         same("radii", mesh["radius"], frame.radii)
         same_scalars(lambda name: mesh[name], frame)
         same("vertices", mesh.verts.reshape(-1, 2)[:, 1], np.arange(len(frame.ids)))
@@ -192,6 +218,7 @@ def numpy_npy(path, frames):
     same("times", array("times"), [frame.time for frame in frames])
     same("positions", array("positions"), [frame.positions for frame in frames])
     same("velocities", array("velocities"), [frame.velocities for frame in frames])
+    same("images", array("images"), [frame.images for frame in frames])
     same("box", array("box"), [[frame.lower, frame.edges] for frame in frames])
     same("displacements", array("displacements"), [frame.displacement for frame in frames])
     same("periodic", array("periodic"), first.periodic)
@@ -216,6 +243,7 @@ def pandas_csv(path, frames):
     same("positions", table[["x", "y", "z"]], joined(lambda frame: frame.positions))
     same("velocities", table[["vx", "vy", "vz"]], joined(lambda frame: frame.velocities))
     same("radii", table["radius"], joined(lambda frame: frame.radii))
+    same("images", table[["ix", "iy", "iz"]], joined(lambda frame: frame.images))
     for name in frames[0].scalars:
         same(name, table[name], joined(lambda frame: frame.scalars[name]))
 

@@ -31,6 +31,7 @@ pub(in crate::output) fn chain() -> Frame {
         ],
         particles: vec![bead(0, 0, 0.5), bead(1, 1, 0.75), bead(2, 0, 0.5), bead(3, 0, 0.5)],
         bonds: [[0, 1], [2, 1], [2, 3], [3, 0]].map(|ends| ends.map(ParticleId)).to_vec(),
+        images: Vec::new(),
         scalars: Vec::new(),
     }
 }
@@ -279,6 +280,45 @@ fn scalars_of_particles_are_in_every_format() {
     }
     frame.scalars[0] = Scalar { name: "q6".into(), values: vec![0.5; 3] };
     assert!(matches!(write_frame(Vec::new(), &frame), Err(WriteError::Scalar(_))));
+}
+
+#[test]
+fn images_are_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let source = folder.path().join("a.xyz");
+    let mut frame = chain();
+    frame.particles.reverse();
+    frame.images = vec![[1, 0, -2], [0; 3], [3, 0, 0], [0, 0, 70_000]];
+    trajectory(&source, &[frame.clone()]);
+    let target = |format: Format| {
+        convert(&source, format, &format.target_beside(&source), &Options::default()).unwrap();
+        format.target_beside(&source)
+    };
+    let text = |format| fs::read_to_string(target(format)).unwrap();
+    for (format, head, first) in [
+        (Format::Xyz, "id:I:1:map_shift:I:3:masses:R:1 ", "0.5 3 1 0 -2 2.5\n"),
+        (Format::Lammps, "vx vy vz ix iy iz radius\n", "0 0 0 1 0 -2 0.5\n"),
+        (Format::Csv, "radius,ix,iy,iz\n", ",0.5,1,0,-2\n"),
+    ] {
+        let text = text(format);
+        assert!(text.contains(head) && text.contains(first), "{text}");
+    }
+    let bytes = |images: &[[i32; 3]]| images.iter().flatten().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    let has = |file: &Path, images: &[[i32; 3]]| {
+        let bytes = bytes(images);
+        fs::read(file).unwrap().windows(bytes.len()).any(|window| window == bytes)
+    };
+    assert!(has(&target(Format::Npy).join("images.npy"), &frame.images));
+    assert!(has(&target(Format::Vtk).join("frame_000000.vtp"), &frame.images));
+    // By id.
+    assert!(has(&target(Format::Gsd), &frame.images.iter().rev().copied().collect::<Vec<_>>()));
+    // A later frame without them has empty cells, and no place in arrays.
+    trajectory(&source, &[frame.clone(), Frame { images: Vec::new(), ..frame }]);
+    let table = folder.path().join("b.csv");
+    convert(&source, Format::Csv, &table, &Options::default()).unwrap();
+    assert!(fs::read_to_string(table).unwrap().ends_with(",0.5,,,\n"));
+    let error = convert(&source, Format::Npy, &folder.path().join("b"), &Options::default()).unwrap_err();
+    assert!(matches!(error, ConvertError::Frame { index: 1, .. }), "{error}");
 }
 
 #[test]

@@ -19,6 +19,7 @@ pub(super) struct Columns {
     pub velocity: Option<usize>,
     pub radius: Option<usize>,
     pub id: Option<usize>,
+    pub image: Option<usize>,
     /// Names of scalars, and where they are.
     pub scalars: Vec<(String, usize)>,
 }
@@ -214,6 +215,7 @@ impl<'a> Value<'a> {
             velocity: find(&["velo", "vel", "velocity", "velocities"], 3),
             radius: find(&["radius"], 1),
             id: find(&["id"], 1),
+            image: find(&["map_shift", "images", "image"], 3),
             scalars,
         })
     }

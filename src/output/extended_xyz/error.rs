@@ -113,6 +113,9 @@ pub enum WriteError {
         "scalar `{0}` cannot be written: expected a word that no other column has, and a finite number of each particle"
     )]
     Scalar(String),
+    /// Images are known of some particles only.
+    #[error("the images cannot be written: expected those of all particles or of none")]
+    Images,
     /// A mass is zero, negative or NaN.
     #[error("the mass of species `{0}` cannot be written: expected a positive one, infinite for what never moves")]
     Mass(String),

@@ -21,7 +21,7 @@ const TRUSTED_COUNT: usize = 1 << 16;
 /// The frames of a trajectory, one after the other. Ends after the first error.
 ///
 /// Where a file does not say: velocities are zero, radii 1/2, ids count from 0 in the order of the lines, the time is
-/// 0, and the box is the smallest that holds the spheres, not periodic. Columns of one real number that mean nothing here are kept
+/// 0, images are not known, and the box is the smallest that holds the spheres, not periodic. Columns of one real number that mean nothing here are kept
 /// as scalars, if all their numbers are finite.
 #[derive(Debug)]
 pub struct FrameReader<R> {
@@ -81,15 +81,18 @@ impl<R: BufRead> FrameReader<R> {
         let comment = comment?;
         let mut table = SpeciesTable::new(comment.species);
         let mut particles = Vec::with_capacity(count.min(TRUSTED_COUNT));
+        let mut images = Vec::new();
         let scalars = comment.columns.scalars.iter();
         let mut scalars: Vec<_> = scalars.map(|(name, _)| Scalar { name: name.clone(), values: Vec::new() }).collect();
         for index in 0..count {
             let line = first + 2 + index;
             let Some(text) = self.next_line()? else { return Err(truncated(index)) };
             let particle = parse_particle(text, line, index, &comment.columns, &mut table);
-            match particle {
-                Ok(particle) => {
+            let image = comment.columns.image.map(|first| parse_image(text, line, first)).transpose();
+            match particle.and_then(|particle| Ok((particle, image?))) {
+                Ok((particle, image)) => {
                     particles.push(particle);
+                    images.extend(image);
                     read_scalars(text, &comment.columns.scalars, &mut scalars);
                 }
                 // What was cut in the middle of a line is not malformed.
@@ -102,7 +105,7 @@ impl<R: BufRead> FrameReader<R> {
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
         let Comment { time, periodic, displacement, bonds, .. } = comment;
         let species = table.species;
-        Ok(Some(Frame { time, lower, size, periodic, displacement, species, particles, bonds, scalars }))
+        Ok(Some(Frame { time, lower, size, periodic, displacement, species, particles, bonds, images, scalars }))
     }
 }
 
@@ -192,6 +195,22 @@ fn parse_particle(
         })?,
         species: table.id(columns.species.map_or("X", word)),
     })
+}
+
+/// The periods that a particle has travelled.
+fn parse_image(text: &str, line: usize, first: usize) -> Result<[i32; 3], ReadError> {
+    let mut words = text.split_ascii_whitespace().skip(first);
+    let mut image = [0; 3];
+    for periods in &mut image {
+        let word = words.next().unwrap_or_default();
+        *periods = word.parse().map_err(|_| ReadError::Value {
+            line,
+            column: "map_shift",
+            text: shorten(word),
+            expected: "a whole number of periods",
+        })?;
+    }
+    Ok(image)
 }
 
 /// Adds the scalars of a line that are finite.

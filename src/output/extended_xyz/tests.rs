@@ -32,6 +32,7 @@ fn two_discs() -> Frame {
         species: vec![FrameSpecies { name: "ball".into(), is_static: false, mass: Some(1.0) }],
         particles: vec![disc(0, 0.5, 1.0), disc(1, 2.5, -1.0)],
         bonds: Vec::new(),
+        images: vec![[0; 3], [-2, 0, 0]],
         scalars: Vec::new(),
     }
 }
@@ -39,12 +40,27 @@ fn two_discs() -> Frame {
 #[test]
 fn frame_of_the_documentation() {
     let expected = "2\n\
-        Lattice=\"5 0 0 0 5 0 0 0 1\" Origin=\"0 0 0\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1 \
+        Lattice=\"5 0 0 0 5 0 0 0 1\" Origin=\"0 0 0\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1:map_shift:I:3:masses:R:1 \
         Time=0.5 pbc=\"T T F\" flat=\"F F T\" species_table=\"ball\" static=\"F\" \
         species_mass=\"1\"\n\
-        ball 0.5 0.5 0 1 0 0 0.5 0\n\
-        ball 2.5 0.5 0 -1 0 0 0.5 1\n";
+        ball 0.5 0.5 0 1 0 0 0.5 0 0 0 0 1\n\
+        ball 2.5 0.5 0 -1 0 0 0.5 1 -2 0 0 1\n";
     assert_eq!(written(&two_discs()), expected);
+}
+
+#[test]
+fn images_of_other_names_are_read_and_those_of_old_files_are_not_known() {
+    let text = |columns: &str, rest: &str| format!("1\nProperties=pos:R:3:{columns}\n1 2 3 {rest}\n");
+    for name in ["map_shift", "images", "image"] {
+        let frame = read(text(&format!("{name}:I:3"), "-4 0 5").as_bytes()).pop().unwrap().unwrap();
+        assert_eq!(frame.images, [[-4, 0, 5]]);
+    }
+    let old = read(text("id:I:1", "7").as_bytes()).pop().unwrap().unwrap();
+    assert!(old.images.is_empty() && !written(&old).contains("map_shift"));
+    let error = read(text("map_shift:I:3", "1 2.5 3").as_bytes()).pop().unwrap().unwrap_err();
+    assert_eq!(error.to_string(), "line 3: map_shift is `2.5`, expected a whole number of periods");
+    let some = Frame { images: vec![[0; 3]], ..two_discs() };
+    assert!(matches!(write_frame(Vec::new(), &some), Err(WriteError::Images)));
 }
 
 #[test]
@@ -202,17 +218,17 @@ fn vector() -> impl Strategy<Value = Vector> {
 }
 
 fn frame() -> impl Strategy<Value = Frame> {
-    let particle = (any::<u32>(), 0..3_u32, vector(), vector(), number());
+    let particle = (any::<u32>(), 0..3_u32, vector(), vector(), number(), any::<[i32; 3]>());
     let flags = any::<[bool; 6]>();
     (
         number(),
         vector(),
         vector(),
-        (flags, any::<bool>()),
+        (flags, any::<bool>(), any::<bool>()),
         prop::collection::vec(particle, 0..8),
         prop::collection::vec(any::<[u32; 2]>(), 0..4),
     )
-        .prop_map(|(time, lower, size, (flags, has_masses), particles, bonds)| Frame {
+        .prop_map(|(time, lower, size, (flags, has_masses, has_images), particles, bonds)| Frame {
             time,
             lower,
             size: size.map(f64::abs),
@@ -227,9 +243,10 @@ fn frame() -> impl Strategy<Value = Frame> {
                     mass: has_masses.then_some(if is_static { f64::INFINITY } else { time.abs() + 0.1 }),
                 })
                 .collect(),
+            images: particles.iter().filter(|_| has_images).map(|particle| particle.5).collect(),
             particles: particles
                 .into_iter()
-                .map(|(id, species, position, velocity, radius)| FrameParticle {
+                .map(|(id, species, position, velocity, radius, _)| FrameParticle {
                     id: ParticleId(id),
                     species: SpeciesId(species),
                     position,

@@ -18,10 +18,14 @@ const PIECE: usize = 1 << 16;
 /// # Errors
 /// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species
 /// name that is not one word or used twice, a mass that is not positive, a particle without species, a scalar that is not one
-/// number of each particle, or something not finite. Nothing is written of a frame whose table, box or scalars are refused.
+/// number of each particle, images of some particles only, or something not finite. Nothing is written of a frame whose table, box or scalars are refused.
 pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteError> {
     refuse_species(frame)?;
     refuse_scalars(frame)?;
+    if !frame.images.is_empty() && frame.images.len() != frame.particles.len() {
+        return Err(WriteError::Images);
+    }
+    let masses = frame.masses();
     let is_box_finite = frame.time.is_finite() && is_finite(&frame.lower) && is_finite(&frame.size);
     let is_displaced = frame.displacement != 0.0;
     let can_be_displaced = (0..2).all(|axis| frame.periodic[axis] && frame.size[axis] > 0.0)
@@ -30,7 +34,7 @@ pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteEr
         return Err(WriteError::Frame);
     }
     let mut text = Vec::with_capacity(PIECE + 1024);
-    write_comment(&mut text, frame)?;
+    write_comment(&mut text, frame, masses.is_some())?;
     for (index, particle) in frame.particles.iter().enumerate() {
         let species = frame.species.get(particle.species.0 as usize).ok_or(WriteError::NoSpecies(particle.id))?;
         let is_radius = particle.radius.is_finite() && particle.radius >= 0.0;
@@ -43,6 +47,13 @@ pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteEr
             write_number(&mut text, number)?;
         }
         write!(text, " {}", particle.id.0)?;
+        if let Some([x, y, z]) = frame.images.get(index) {
+            write!(text, " {x} {y} {z}")?;
+        }
+        if let Some(masses) = &masses {
+            text.push(b' ');
+            write_number(&mut text, masses[index])?;
+        }
         for scalar in &frame.scalars {
             text.push(b' ');
             write_number(&mut text, scalar.values[index])?;
@@ -58,7 +69,7 @@ pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteEr
 }
 
 /// The number of particles and the comment line.
-fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
+fn write_comment(text: &mut Vec<u8>, frame: &Frame, has_masses: bool) -> io::Result<()> {
     let thickness = frame.thickness();
     write!(text, "{}\nLattice=\"", frame.particles.len())?;
     for entry in 0..9 {
@@ -78,6 +89,12 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
         write_number(text, frame.lower[axis])?;
     }
     text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1");
+    if !frame.images.is_empty() {
+        text.extend_from_slice(b":map_shift:I:3");
+    }
+    if has_masses {
+        text.extend_from_slice(b":masses:R:1");
+    }
     for scalar in &frame.scalars {
         write!(text, ":{}:R:1", scalar.name)?;
     }

@@ -22,6 +22,7 @@ pub(super) enum Kind {
     Uint32 = 3,
     Uint64 = 4,
     Int8 = 5,
+    Int32 = 7,
     Float = 9,
     Double = 10,
 }
@@ -30,7 +31,7 @@ impl Kind {
     fn size(self) -> u64 {
         match self {
             Self::Uint8 | Self::Int8 => 1,
-            Self::Uint32 | Self::Float => 4,
+            Self::Uint32 | Self::Int32 | Self::Float => 4,
             Self::Uint64 | Self::Double => 8,
         }
     }

@@ -45,7 +45,7 @@ fn parse(bytes: &[u8]) -> HashMap<(u64, String), Chunk> {
         assert_eq!(entry[31], 0);
         let size = match entry[30] {
             1 | 5 => 1,
-            3 | 9 => 4,
+            3 | 7 | 9 => 4,
             4 | 10 => 8,
             kind => panic!("type {kind}"),
         };
@@ -104,11 +104,16 @@ fn a_sheared_box_is_tilted_and_holds_its_particles() {
     for (particle, x) in frame.particles.iter_mut().zip([-1.9, 1.2, 1.3, 1.9]) {
         particle.position = Vector::new(x, 4.9, 5.0);
     }
+    frame.images = vec![[0, 1, 0], [3, 0, 0], [3, 0, 0], [-1, 0, 2]];
     let chunks = parse(&converted(&[frame], Format::Gsd));
     let get = |name: &str| floats(&chunks[&(0, name.to_owned())]);
     assert_eq!(get("configuration/box"), [4.0, 6.0, 10.0, -0.25, 0.0, 0.0]);
     let x: Vec<f32> = get("particles/position").into_iter().step_by(3).collect();
     assert_eq!(x, [-1.9, 1.2, -2.7, -2.1]);
+    // Those that were moved by a period have travelled one more.
+    let image = &chunks[&(0, "particles/image".to_owned())];
+    let expected: Vec<u8> = [0, 1, 0, 3, 0, 0, 4, 0, 0, 0, 0, 2_i32].into_iter().flat_map(i32::to_le_bytes).collect();
+    assert_eq!(image, &(7, 4, 3, expected));
 }
 
 #[test]

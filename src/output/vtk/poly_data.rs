@@ -82,6 +82,12 @@ impl PolyData {
         self.point_data += &append(&mut self.appended, "Float64", name, 3, None, &vector_bytes(vectors));
     }
 
+    /// Three whole numbers of either sign per point.
+    pub fn whole_vectors(&mut self, name: &str, vectors: &[[i32; 3]]) {
+        let bytes: Vec<u8> = vectors.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+        self.point_data += &append(&mut self.appended, "Int32", name, 3, None, &bytes);
+    }
+
     /// A whole number per point.
     pub fn indices(&mut self, name: &str, numbers: impl Iterator<Item = u32>) {
         let bytes: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
