@@ -18,7 +18,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use carom::output::Existing;
+use carom::output::{Existing, Folder};
 use carom::scene::{Scene, SceneError};
 use clap::{Args, Parser, Subcommand};
 
@@ -168,6 +168,13 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
 /// What becomes of what is there already.
 fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
+}
+
+/// A trajectory, and the files of the run that it may belong to: what is made from it must replace none of them.
+fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
+    let mut files = trajectory.parent().map(Folder::files_of).unwrap_or_default();
+    files.push(trajectory.to_owned());
+    files
 }
 
 /// Writes to standard output. Whoever closes it early, as `head` does, has read enough.

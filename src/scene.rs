@@ -18,6 +18,7 @@ mod draft;
 mod file;
 mod filling;
 mod groups;
+mod input;
 mod interactions;
 mod lattice;
 mod limits;
@@ -46,6 +47,7 @@ use std::path::Path;
 pub use builder::SceneBuilder;
 pub use diagnostic::{SceneError, SceneErrorKind};
 pub use draft::{Amount, Arrangement, Chain, Fill, Lattice, MeshDraft, Model, Region, Surface};
+pub use input::InputFile;
 pub use mesh::{Gap, Leak, Mesh};
 pub use momentum::Influence;
 pub use pairs::SpeciesPairs;
@@ -116,6 +118,8 @@ pub struct Interaction {
     pub potential: Potential,
     /// Ratio of the normal speeds after and before a contact with an infinite barrier, in `[0, 1]`.
     pub restitution: f64,
+    /// Name, for bonds; several have the same where it stands for pairs of different diameters.
+    pub name: Option<String>,
 }
 
 /// A pair with an interaction of its own, which replaces the one of its species.
@@ -212,6 +216,8 @@ pub struct Scene {
     pub wall_temperatures: [Option<f64>; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
     pub shear_rate: Option<f64>,
+    /// Displacement at the start of the next image up along y, along x; 0 unless the box is sheared `[length]`.
+    pub displacement: f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
     pub contact_time: Option<f64>,
     /// Whether overlaps at the start are left to the stable rule instead of being an error.
@@ -224,6 +230,8 @@ pub struct Scene {
     pub output: OutputPlan,
     /// What to measure.
     pub measure: crate::measure::Plan,
+    /// The files that the particles come from, in the order of the tables that name them.
+    pub inputs: Vec<InputFile>,
 }
 
 impl Scene {

@@ -70,6 +70,18 @@ pub enum CheckpointError {
         /// CRC-32 of what it held.
         expected: u32,
     },
+    /// A file that the scene read is not what it was.
+    #[error(
+        "{path}, which the run started from, is not the file that it was: its checksum is {found}, expected {expected}"
+    )]
+    Input {
+        /// The file.
+        path: String,
+        /// The checksum of what it holds.
+        found: String,
+        /// That of what was read.
+        expected: String,
+    },
     /// The text of the scene is not that of the run.
     #[error("{} is not the scene of the checkpoint: without its limit its checksum is {found:08x}, expected {expected:08x}",
         path.display())]
@@ -102,6 +114,7 @@ impl CheckpointError {
             }
             Self::OtherVersion { .. } => "resume with the version that wrote it, or start the run again",
             Self::File { .. } | Self::FileUnreadable { .. } => "bring the file back, or start the run again",
+            Self::Input { .. } => "bring the file back, or remove it: the checkpoint does not need it",
             Self::Content { .. } | Self::Scene { .. } => {
                 "is it the file, or the checkpoint, of another run? bring back what belongs together, or start the run again"
             }

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use carom::output::Format;
 use carom::output::convert::{Options, convert};
+use carom::output::{Format, refuse_input};
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
@@ -80,6 +80,7 @@ impl Convert {
         let source = super::trajectory_of(&self.run)?;
         let format = Format::from(self.to);
         let target = self.out.clone().unwrap_or_else(|| format.target_beside(&source));
+        refuse_input(&target, super::files_beside(&source))?;
         let (first, last) = self.frames.unwrap_or((0, None));
         let done = convert(&source, format, &target, &Options { first, last, replace: self.force })?;
         let cut = if done.is_truncated { "; the trajectory ends within the next one, which is left out" } else { "" };

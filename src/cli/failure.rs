@@ -71,6 +71,7 @@ impl From<OutputError> for Failure {
     fn from(error: OutputError) -> Self {
         let code = match error {
             OutputError::Occupied(_)
+            | OutputError::Input { .. }
             | OutputError::NotFolder(_)
             | OutputError::Folder { .. }
             | OutputError::Busy(_)

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use carom::output::refuse_input;
 use carom::picture::{self, ColourBy, Style};
 use clap::{Args, ValueEnum};
 
@@ -57,6 +58,7 @@ impl Picture {
         let out = self.out.clone().unwrap_or_else(|| {
             trajectory.parent().map_or_else(|| PathBuf::from("picture.png"), |folder| folder.join("picture.png"))
         });
+        refuse_input(&out, super::files_beside(&trajectory))?;
         let style = Style {
             width: self.size.0,
             height: self.size.1,

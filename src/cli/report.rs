@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use carom::output::{Folder, refuse_input};
 use carom::report;
 use clap::Args;
 
@@ -28,6 +29,7 @@ pub struct Report {
 impl Report {
     pub fn execute(&self) -> Result<(), Failure> {
         let out = self.out.clone().unwrap_or_else(|| self.run.join("report.html"));
+        refuse_input(&out, Folder::files_of(&self.run))?;
         let page = report::page(&self.run)?;
         report::write(&page, &out, super::existing(self.force))?;
         for note in &page.notes {

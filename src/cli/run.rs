@@ -6,7 +6,7 @@ use std::time::Duration;
 use carom::checkpoint::Checkpoint;
 use carom::describe::size;
 use carom::estimate::{Estimate, allowance, free_disk};
-use carom::output::{Folder, Summary};
+use carom::output::{Folder, Summary, refuse_input};
 use carom::run::{self, Ending, Finished, Jam, Recorder};
 use carom::scene::{Limit, Scene};
 use carom::simulation::Arrest;
@@ -101,6 +101,8 @@ impl Run {
             scene.run.limit = limit;
         }
         let path = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&scene.name));
+        let inputs = scene.inputs.iter().map(|input| Path::new(&input.path));
+        refuse_input(&path, inputs.chain([file]))?;
         let record = self.changes.record(&scene, file)?;
         let most = self.most_bytes(&scene, &path)?;
         let mut folder = Folder::create(&path, &scene, super::existing(self.force))?

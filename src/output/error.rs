@@ -16,6 +16,14 @@ pub enum OutputError {
     /// The folder holds something that is not a run.
     #[error("{} exists and holds something that is not a run of carom", .0.display())]
     Occupied(PathBuf),
+    /// What would be written is read, or holds what is read.
+    #[error("{} would take the place of {}, which is read", target.display(), input.display())]
+    Input {
+        /// What would be written.
+        target: PathBuf,
+        /// What is read.
+        input: PathBuf,
+    },
     /// A file stands where the folder should be.
     #[error("{} is not a folder", .0.display())]
     NotFolder(PathBuf),
@@ -90,6 +98,7 @@ impl OutputError {
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
             Self::Convert(error) => return error.cure(),
+            Self::Input { .. } => "choose another place with --out",
             Self::NotFolder(_) => "choose another folder with --out",
             Self::Folder { source, .. }
             | Self::Write { source, .. }

@@ -20,6 +20,8 @@
 //! | `species_table`, `static` | the names of the species in the order of the scene, and whether each never moves |
 //! | `species_mass` | the mass of each species, `inf` for those that never move; absent where one is not known |
 //! | `bonds` | the ids of the two ends of each bond, `0-1 1-2`; absent where there is none |
+//! | `bond_table` | the names of the interactions that hold the bonds |
+//! | `bond_kind` | which of them holds each bond, counted from 0; absent where there is one |
 //!
 //! The species is in the column `type`, because ASE takes only chemical symbols in one called `species`; the reader knows
 //! both names. `map_shift` has the periods that a particle has travelled since the start, which OVITO calls *Periodic Image*: its

@@ -12,6 +12,7 @@ use super::error::OutputError;
 use super::event_log::{self, EventLog};
 use super::extended_xyz::write_frame;
 use super::frame::Frame;
+use super::inputs;
 use super::kept_scene::KeptScene;
 use super::measurements;
 use super::occupied::{active, spot};
@@ -160,6 +161,7 @@ impl Folder {
         }
         let checkpoint = Checkpoint::read(&checkpoints::last(path))?;
         let scene = checkpoint.simulation.scene();
+        inputs::refuse_changed(&scene.inputs)?;
         let kept = &checkpoint.kept;
         if let Some(checksum) = kept.scene {
             KeptScene::check(&path.join(SCENE), checksum)?;
@@ -253,6 +255,13 @@ impl Folder {
     #[must_use]
     pub fn scene_of(run: &Path) -> PathBuf {
         run.join(SCENE)
+    }
+
+    /// The files of a run that other files are made from, whether they are there or not.
+    #[must_use]
+    pub fn files_of(run: &Path) -> Vec<PathBuf> {
+        let names = [SUMMARY, SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, measurements::FILE];
+        names.iter().map(|name| run.join(name)).chain([checkpoints::last(run)]).collect()
     }
 
     /// Gives the files their names, and adds the measurements, the summary and a report for people; then takes the place of the run that is to be

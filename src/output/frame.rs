@@ -1,5 +1,7 @@
 //! All particles at one instant.
 
+use std::collections::HashMap;
+
 use crate::Vector;
 use crate::measure::Scalar;
 use crate::scene::{ParticleId, Scene, SpeciesId};
@@ -9,7 +11,9 @@ use crate::space::{Boundary, nearest_image};
 mod tests;
 
 /// Names that columns, arrays and files of the formats have already.
-const TAKEN: [&str; 44] = [
+const TAKEN: [&str; 46] = [
+    "bond_kinds",
+    "bond_names",
     "bonds",
     "box",
     "diameter",
@@ -103,6 +107,10 @@ pub struct Frame {
     pub particles: Vec<FrameParticle>,
     /// The two ends of each bond.
     pub bonds: Vec<[ParticleId; 2]>,
+    /// The names of the interactions that hold them.
+    pub bond_names: Vec<String>,
+    /// Of each bond, an index into these; empty where a file does not say.
+    pub bond_kinds: Vec<u32>,
     /// Periods travelled by each particle along each axis, in their order; empty where a file does not say. With these
     /// [`Frame::unwrapped`] undoes the wrapping.
     #[doc(alias = "image flags")]
@@ -122,12 +130,13 @@ impl Frame {
             velocity: particle.velocity,
             radius: 0.5 * scene.species_of(ParticleId(id)).diameter,
         };
+        let (bond_names, bond_kinds) = kinds_of_bonds(scene);
         Self {
             time: scene.start_time,
             lower: scene.space.lower,
             size: scene.space.size,
             periodic: scene.space.boundary.map(|boundary| boundary == Boundary::Periodic),
-            displacement: 0.0,
+            displacement: scene.displacement,
             species: scene
                 .species
                 .iter()
@@ -139,6 +148,8 @@ impl Frame {
                 .collect(),
             particles: (0..).zip(&scene.particles).map(particle).collect(),
             bonds: scene.bonds.iter().map(|bond| bond.pair).collect(),
+            bond_names,
+            bond_kinds,
             images: vec![[0; 3]; scene.particles.len()],
             scalars: Vec::new(),
         }
@@ -201,4 +212,22 @@ impl Frame {
     pub fn is_static(&self, particle: &FrameParticle) -> bool {
         self.species.get(particle.species.0 as usize).is_some_and(|species| species.is_static)
     }
+}
+
+/// The names of the interactions that hold the bonds of a scene, and which of them holds each; nothing if one has no name.
+fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
+    let mut names: Vec<String> = Vec::new();
+    let mut index_of = HashMap::new();
+    let kinds: Option<Vec<u32>> = scene
+        .bonds
+        .iter()
+        .map(|bond| {
+            let name = scene.interactions.get(bond.interaction.0 as usize)?.name.as_deref()?;
+            Some(*index_of.entry(name).or_insert_with(|| {
+                names.push(name.to_owned());
+                names.len() as u32 - 1
+            }))
+        })
+        .collect();
+    kinds.map_or_else(Default::default, |kinds| (names, kinds))
 }

@@ -7,7 +7,7 @@
 //! | `particles/N`, `types`, `typeid`, `diameter`, `position`, `velocity` | in the order of ids; velocities only where the source has them |
 //! | `particles/mass` | where the source gives the mass of every species; 0 for static particles, whose mass is infinite |
 //! | `particles/image` | periods travelled, `i32`, for the positions of the file; only where the source has them |
-//! | `bonds/N`, `types`, `group` | the ends of bonds, as places in the order of ids |
+//! | `bonds/N`, `types`, `typeid`, `group` | the interactions that hold bonds, `bond` where their names are not known; the ends, as places in the order of ids |
 //! | `log/carom/time` | simulated time, `f64` |
 //! | `log/particles/q6` and such | scalars of the particles, `f64` |
 //! | `log/carom/centre`, `log/carom/periodic` | centre of the box, `f64`, and whether each axis is periodic |
@@ -121,8 +121,13 @@ impl Trajectory {
             return Ok(());
         }
         self.lasting("bonds/N", Kind::Uint32, 1, count(ends.len())?.to_le_bytes().to_vec())?;
-        let (types, width) = names_of_types(&["bond"])?;
+        let names: Vec<&str> = frame.bond_names.iter().map(String::as_str).collect();
+        let (types, width) = names_of_types(if frame.bond_kinds.is_empty() { &["bond"] } else { &names })?;
         self.lasting("bonds/types", Kind::Int8, width, types)?;
+        if !frame.bond_kinds.is_empty() {
+            let kinds = frame.bond_kinds.iter().flat_map(|kind| kind.to_le_bytes()).collect();
+            self.lasting("bonds/typeid", Kind::Uint32, 1, kinds)?;
+        }
         let group = ends.iter().flatten().flat_map(|end| end.to_le_bytes()).collect();
         self.lasting("bonds/group", Kind::Uint32, 2, group)
     }

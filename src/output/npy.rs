@@ -14,6 +14,7 @@
 //! | `species_mass.npy` | species | infinite for those that never move; no file if one is not known |
 //! | `q6.npy` and such | frames x N | scalars of the particles |
 //! | `bonds.npy` | bonds x 2 | the ids of the ends; no file if there are none |
+//! | `bond_names.npy`, `bond_kinds.npy` | interactions, bonds | the names of the interactions that hold bonds, and an index into them |
 //!
 //! A position plus its image times the edges of the box, and in a sheared box plus its image along y times the displacement along x, is
 //! where the particle would be if it had never been wrapped. Numbers are `f64`, ids and indices `u32`, little-endian. Every frame must have the same particles in the same order.
@@ -76,6 +77,12 @@ impl Arrays {
             let ends = frame.bonds.iter().flatten().flat_map(|id| id.0.to_le_bytes());
             Array::whole(&file("bonds.npy"), "<u4", frame.bonds.len(), &[2], ends)?;
         }
+        if !frame.bond_kinds.is_empty() {
+            let names: Vec<&str> = frame.bond_names.iter().map(String::as_str).collect();
+            Array::words(&file("bond_names.npy"), &names)?;
+            let kinds = frame.bond_kinds.iter().flat_map(|kind| kind.to_le_bytes());
+            Array::whole(&file("bond_kinds.npy"), "<u4", frame.bond_kinds.len(), &[], kinds)?;
+        }
         let scalars = |scalar: &Scalar| Array::create(&file(&format!("{}.npy", scalar.name)), "<f8", &[all.len()]);
         let vectors = |name: &str| Array::create(&file(name), "<f8", &[all.len(), 3]);
         let has_images = !frame.images.is_empty();
@@ -120,7 +127,7 @@ impl Growing {
             (!is_same(|a, b| a.id == b.id), "ids"),
             (first.species != frame.species || !is_same(|a, b| a.species == b.species), "species"),
             (!is_same(|a, b| a.radius == b.radius), "radii"),
-            (first.bonds != frame.bonds, "bonds"),
+            (first.bonds != frame.bonds || first.bond_kinds != frame.bond_kinds, "bonds"),
             (first.periodic != frame.periodic, "periodic axes"),
             (!first.scalars.iter().map(|s| &s.name).eq(frame.scalars.iter().map(|s| &s.name)), "scalars"),
             (self.images.is_some() == frame.images.is_empty(), "columns, with or without images,"),

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::rates::{Rate, rates};
 use crate::observe::Equilibrium;
 use crate::run::Finished;
+use crate::scene::InputFile;
 use crate::statistics::Stationarity;
 
 /// What `summary.json` contains.
@@ -19,6 +20,9 @@ pub struct Summary {
     pub version: String,
     pub scene: String,
     pub seed: u64,
+    /// The files that the scene read, with their checksums.
+    #[serde(default)]
+    pub inputs: Vec<InputFile>,
     /// The engine that ran, in words.
     pub engine: String,
     /// Number of particles, static ones included.
@@ -147,6 +151,7 @@ impl Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: scene.name.clone(),
             seed: scene.seed,
+            inputs: scene.inputs.clone(),
             engine: simulation.engine().to_string(),
             particles: scene.particles.len(),
             time: simulation.time(),

@@ -27,6 +27,8 @@ fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
             })
             .collect(),
         bonds: Vec::new(),
+        bond_names: Vec::new(),
+        bond_kinds: Vec::new(),
         images: Vec::new(),
         scalars: Vec::new(),
     }

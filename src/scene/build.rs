@@ -10,7 +10,7 @@ use crate::scene::interactions::{Interactions, MOST_KINDS};
 use crate::scene::limits::{AXES, affordable_species, finite, finite_vector, on_flat_axes, positive, restitution};
 use crate::scene::place::Place;
 use crate::scene::{AuditPlan, CountRegion, Scene, Species, plans, start, velocity};
-use crate::space::{Boundary, Face, Space};
+use crate::space::{Boundary, Face, Space, displacement_within_period};
 
 impl SceneBuilder {
     /// Checks the parts and places the particles.
@@ -34,11 +34,15 @@ impl SceneBuilder {
         start::check_ranges(&space, &species, &interactions, &groups)?;
         self.check_drive(&space, &species, &interactions, interactions.longest_range(|_, _| true))?;
         self.check_measure(&space, &species)?;
+        self.check_displacement()?;
+        // A flat x has no period, and nothing slides along it.
+        let displacement =
+            if self.displacement == 0.0 { 0.0 } else { displacement_within_period(self.displacement, space.size.x) };
         let contacts = interactions.contacts();
         if !self.allow_invalid_start {
             start::check_walls(&groups, &species, &space)?;
-            start::check_bonds(&groups, &space, &interactions)?;
-            start::check_overlaps(&groups, &contacts, &space)?;
+            start::check_bonds(&groups, &space, displacement, &interactions)?;
+            start::check_overlaps(&groups, &contacts, &space, displacement)?;
         }
         let (interactions, table) = interactions.finish();
         let ids = groups.ids();
@@ -55,16 +59,29 @@ impl SceneBuilder {
             meshes: groups.meshes,
             wall_temperatures: self.wall_temperatures,
             shear_rate: self.shear_rate,
+            displacement,
             contact_time: self.contact_time,
             allow_invalid_start: self.allow_invalid_start,
             audit: self.audit,
             run: self.run.clone(),
             output: self.output.clone(),
             measure: self.measure.clone(),
+            inputs: self.inputs.clone(),
         };
         velocity::set_velocities(self, &ids, &mut scene);
         plans::check_growth_fits(&scene)?;
         Ok(scene)
+    }
+
+    fn check_displacement(&self) -> Result<(), SceneError> {
+        finite(self.displacement, Place::root().key("space").key("shear_rate"))?;
+        if self.displacement != 0.0 && self.shear_rate.is_none() {
+            let why =
+                format!("images of this start are displaced by {} along x, as in a sheared box", self.displacement);
+            let kind = SceneErrorKind::Missing { key: "shear_rate", why };
+            return Err(SceneError::new(Place::root().key("space"), kind));
+        }
+        Ok(())
     }
 
     fn check_header(&self) -> Result<(), SceneError> {

@@ -9,7 +9,7 @@ use crate::scene::draft::{
     SpeciesDraft,
 };
 use crate::scene::place::Place;
-use crate::scene::{AuditPlan, OutputPlan, RunPlan};
+use crate::scene::{AuditPlan, InputFile, OutputPlan, RunPlan};
 use crate::space::{Boundary, Space};
 
 /// Collects the parts of a scene; [`SceneBuilder::build`] checks them and places the particles.
@@ -43,6 +43,7 @@ pub struct SceneBuilder {
     pub(crate) wall_temperatures: [Option<f64>; 3],
     pub(crate) gravity: Vector,
     pub(crate) shear_rate: Option<f64>,
+    pub(crate) displacement: f64,
     pub(crate) contact_time: Option<f64>,
     pub(crate) species: Vec<SpeciesDraft>,
     pub(crate) interactions: Vec<InteractionDraft>,
@@ -52,6 +53,7 @@ pub struct SceneBuilder {
     pub(crate) run: RunPlan,
     pub(crate) output: OutputPlan,
     pub(crate) measure: Plan,
+    pub(crate) inputs: Vec<InputFile>,
     pub(crate) origins: Origins,
 }
 
@@ -69,6 +71,7 @@ impl SceneBuilder {
             wall_temperatures: [None; 3],
             gravity: Vector::zeros(),
             shear_rate: None,
+            displacement: 0.0,
             contact_time: None,
             species: Vec::new(),
             interactions: Vec::new(),
@@ -78,6 +81,7 @@ impl SceneBuilder {
             run: RunPlan::default(),
             output: OutputPlan::default(),
             measure: Plan::default(),
+            inputs: Vec::new(),
             origins: Origins::default(),
         }
     }
@@ -131,6 +135,12 @@ impl SceneBuilder {
     /// Shears the box: `v_x = rate (y - y_middle)` streams, and images above and below slide along x `[1 / time]`.
     pub fn shear(mut self, rate: f64) -> Self {
         self.shear_rate = Some(rate);
+        self
+    }
+
+    /// How far the next image up of a sheared box is displaced along x at the start `[length]`.
+    pub fn displacement(mut self, displacement: f64) -> Self {
+        self.displacement = displacement;
         self
     }
 
@@ -243,7 +253,8 @@ impl SceneBuilder {
 
     /// A bond between two particles, by a named interaction.
     pub fn bond(mut self, first: u32, second: u32, interaction: &str) -> Self {
-        self.bonds.push(BondDraft { pair: [first, second], interaction: interaction.to_owned() });
+        let place = Place::entry("bond", self.bonds.len());
+        self.bonds.push(BondDraft { pair: [first, second], interaction: interaction.to_owned(), place });
         self
     }
 

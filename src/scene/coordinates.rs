@@ -1,155 +1,180 @@
-//! Coordinates from a file: the extended XYZ format, which every viewer of particles reads and writes.
-//!
-//! A frame is a line with the number of particles, a line that names the columns
-//! (`Properties=species:S:1:pos:R:3:velo:R:3`), and a line per particle. Without `Properties` the columns are species,
-//! x, y and z.
+//! A start from a file: a frame of extended XYZ, with its bonds and its box.
 
+use std::collections::HashMap;
 use std::path::Path;
 
-use crate::Vector;
-use crate::scene::diagnostic::SceneErrorKind;
-use crate::scene::draft::Listed;
+use crate::output::Frame;
+use crate::output::extended_xyz::{FrameReader, ReadError};
+use crate::scene::builder::SceneBuilder;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::draft::{BondDraft, Group, Listed, PlacedGroup};
+use crate::scene::file::{CoordinatesFile, SpaceFile};
+use crate::scene::input::{InputFile, is_checksum};
+use crate::scene::place::Place;
+use crate::space::{AXES, Boundary};
 
-/// Which columns hold what, from 0.
-struct Columns {
-    species: usize,
-    position: usize,
-    velocity: Option<usize>,
+/// A frame, and what its file says about it.
+#[derive(Debug)]
+struct Start {
+    frame: Frame,
+    has_box: bool,
+    /// The line with the box and the bonds.
+    comment: usize,
 }
 
-/// The particles of one frame, the first being 0.
-pub(crate) fn read(path: &Path, frame: u64) -> Result<Vec<Listed>, SceneErrorKind> {
-    let unreadable = |source| SceneErrorKind::Unreadable { path: path.to_owned(), source };
-    let bytes = std::fs::read(path).map_err(unreadable)?;
-    let wrong = |line: usize, problem: String| SceneErrorKind::Coordinates { path: path.to_owned(), line, problem };
-    let text = std::str::from_utf8(&bytes).map_err(|error| {
-        let line = 1 + bytes[..error.valid_up_to()].iter().filter(|&&byte| byte == b'\n').count();
-        wrong(line, "not UTF-8 text".to_owned())
-    })?;
-    parse(text, frame).map_err(|(line, problem)| wrong(line, problem))
+/// Adds the particles and the bonds of coordinate files to a scene, and their box if nothing else says how large it is.
+pub(super) fn add(
+    files: &[CoordinatesFile],
+    directory: &Path,
+    space: &SpaceFile,
+    may_give_box: bool,
+    scene: &mut SceneBuilder,
+) -> Result<(), SceneError> {
+    for (index, file) in files.iter().enumerate() {
+        let place = Place::entry("file", index);
+        let path = directory.join(&file.path);
+        let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
+        let text = std::fs::read(&path).map_err(|source| SceneError::new(place.key("path"), unreadable(source)))?;
+        scene.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &place)?);
+        let start = parse(&text, file.frame).map_err(|(line, problem)| {
+            SceneError::new(place.key("path"), SceneErrorKind::Coordinates { path: path.clone(), line, problem })
+        })?;
+        if may_give_box && start.has_box && scene.size.is_none() {
+            take_box(&start.frame, space, scene)?;
+        }
+        if start.frame.displacement != 0.0 {
+            scene.displacement = start.frame.displacement;
+        }
+        add_bonds(&start, file, &path, &place, scene)?;
+        let listed = start.frame.particles.iter().map(|particle| Listed {
+            species: start.frame.species[particle.species.0 as usize].name.clone(),
+            position: particle.position,
+            velocity: particle.velocity,
+        });
+        let group = Group::Listed(listed.collect());
+        scene.groups.push(PlacedGroup { place, group });
+    }
+    Ok(())
 }
 
-/// The particles, or the line and what is wrong with it.
-fn parse(text: &str, frame: u64) -> Result<Vec<Listed>, (usize, String)> {
-    let mut lines = text.lines().enumerate().map(|(index, line)| (index + 1, line));
-    for current in 0.. {
-        let Some((number, line)) = lines.find(|(_, line)| !line.trim().is_empty()) else {
-            let frames = if current == 1 { "1 frame".to_owned() } else { format!("{current} frames") };
-            return Err((text.lines().count().max(1), format!("the file ends after {frames}, expected frame {frame}")));
-        };
-        let count: usize = line
-            .trim()
-            .parse()
-            .map_err(|_| (number, format!("`{}` is not the number of particles", shortened(line.trim()))))?;
-        let (number, comment) =
-            lines.next().ok_or_else(|| (number, "the file ends before the line of columns".into()))?;
-        if current < frame {
-            if count > 0 {
-                lines.nth(count - 1);
+/// Makes the box that of a frame. Sides that the scene does not mention are those of the frame, but for walls, which it cannot tell
+/// from open sides.
+fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
+    scene.size = Some(frame.size);
+    if space.lower.is_none() {
+        scene.lower = frame.lower;
+    }
+    for (k, _) in [&space.x, &space.y, &space.z].into_iter().enumerate().filter(|(_, given)| given.is_none()) {
+        scene.boundary[k] = match (frame.is_flat(k), frame.periodic[k]) {
+            (true, _) => Boundary::Flat,
+            (false, true) => Boundary::Periodic,
+            (false, false) => {
+                let (key, why) = (AXES[k], "the box of the file is not periodic along it".to_owned());
+                return Err(SceneError::new(Place::root().key("space"), SceneErrorKind::Missing { key, why }));
             }
-            continue;
-        }
-        let columns = columns(comment).map_err(|problem| (number, problem))?;
-        let mut particles = Vec::new();
-        for read in 0..count {
-            let (number, line) =
-                lines.next().ok_or_else(|| (number, format!("the file ends after {read} of {count} particles")))?;
-            particles.push(particle(line, &columns).map_err(|problem| (number, problem))?);
-        }
-        return Ok(particles);
-    }
-    Err((1, "too many frames".to_owned()))
-}
-
-fn columns(comment: &str) -> Result<Columns, String> {
-    let Some(start) = comment.find("Properties=") else {
-        return Ok(Columns { species: 0, position: 1, velocity: None });
-    };
-    let list = comment[start + "Properties=".len()..].split_whitespace().next().unwrap_or_default();
-    let words: Vec<&str> = list.trim_matches('"').split(':').collect();
-    let (mut species, mut position, mut velocity, mut column) = (None, None, None, 0_usize);
-    for triple in words.chunks(3) {
-        let [name, _, width] = triple else {
-            return Err(format!("`Properties={}` is not a list of name:type:columns", shortened(list)));
         };
-        let width: usize = width.parse().map_err(|_| format!("`{}` is not a number of columns", shortened(width)))?;
-        match (*name, width) {
-            // The trajectories of this program call it type, after the convention of other readers.
-            ("species" | "type", 1) => species = Some(column),
-            ("pos", 3) => position = Some(column),
-            ("velo" | "vel", 3) => velocity = Some(column),
-            _ => {}
-        }
-        column = column.saturating_add(width);
     }
-    match (species, position) {
-        (Some(species), Some(position)) => Ok(Columns { species, position, velocity }),
-        (None, _) => Err("Properties has no species:S:1".to_owned()),
-        (_, None) => Err("Properties has no pos:R:3".to_owned()),
-    }
+    Ok(())
 }
 
-fn particle(line: &str, columns: &Columns) -> Result<Listed, String> {
-    let words: Vec<&str> = line.split_whitespace().collect();
-    let word = |column: usize| {
-        words.get(column).copied().ok_or_else(|| format!("{} columns, expected at least {}", words.len(), column + 1))
+/// Adds the bonds of a frame: each is held by an interaction of the scene that has the name in the file, or the one that the scene
+/// names for all of them.
+fn add_bonds(
+    start: &Start,
+    file: &CoordinatesFile,
+    path: &Path,
+    place: &Place,
+    scene: &mut SceneBuilder,
+) -> Result<(), SceneError> {
+    let frame = &start.frame;
+    if frame.bonds.is_empty() {
+        return Ok(());
+    }
+    let wrong = |problem: String| {
+        let kind = SceneErrorKind::Coordinates { path: path.to_owned(), line: start.comment, problem };
+        Err(SceneError::new(place.key("path"), kind))
     };
-    let vector = |first: usize| {
-        let mut vector = Vector::zeros();
-        for k in 0..3 {
-            let word = word(first.saturating_add(k))?;
-            let value = word.parse::<f64>().ok().filter(|value| value.is_finite());
-            vector[k] = value.ok_or_else(|| format!("`{}` is not a finite number", shortened(word)))?;
+    let known: Vec<&str> = scene.interactions.iter().filter_map(|draft| draft.name.as_deref()).collect();
+    let names: Vec<&str> = match &file.bond {
+        Some(name) if known.contains(&name.as_str()) => vec![name],
+        Some(name) => {
+            let kind = SceneErrorKind::unknown_word("interaction", name, known);
+            return Err(SceneError::new(place.key("bond"), kind));
         }
-        Ok::<_, String>(vector)
+        None if frame.bond_kinds.is_empty() => {
+            return wrong(
+                "`bonds` do not say which interaction holds them: name one of the scene with `bond` in [[file]]".into(),
+            );
+        }
+        None => frame.bond_names.iter().map(String::as_str).collect(),
     };
-    Ok(Listed {
-        species: word(columns.species)?.to_owned(),
-        position: vector(columns.position)?,
-        velocity: columns.velocity.map_or(Ok(Vector::zeros()), vector)?,
-    })
+    if let Some(name) = names.iter().find(|name| !known.contains(name)) {
+        return wrong(format!(
+            "bonds are held by `{name}`, expected the name of an [[interaction]] of the scene{}; `bond` in [[file]] names another",
+            if known.is_empty() { ", which has none".to_owned() } else { format!(", {}", known.join(", ")) },
+        ));
+    }
+    let first: usize =
+        scene.groups.iter().map(|placed| if let Group::Listed(it) = &placed.group { it.len() } else { 0 }).sum();
+    let mut id_of = HashMap::with_capacity(frame.particles.len());
+    for (place, particle) in frame.particles.iter().enumerate() {
+        if id_of.insert(particle.id, (first + place) as u32).is_some() {
+            return wrong(format!("bonds refer to ids, but two particles have the id {}", particle.id.0));
+        }
+    }
+    let mut bonds = Vec::with_capacity(frame.bonds.len());
+    for (index, ends) in frame.bonds.iter().enumerate() {
+        let kind = if file.bond.is_some() { 0 } else { frame.bond_kinds[index] as usize };
+        let mut pair = [0; 2];
+        for (end, id) in ends.iter().zip(&mut pair) {
+            let Some(found) = id_of.get(end) else {
+                return wrong(format!("bond {}-{} ends at a particle that is not in the frame", ends[0].0, ends[1].0));
+            };
+            *id = *found;
+        }
+        if pair[0] == pair[1] {
+            return wrong(format!("bond {}-{} holds a particle to itself", ends[0].0, ends[1].0));
+        }
+        bonds.push(BondDraft { pair, interaction: names[kind].to_owned(), place: place.key("path") });
+    }
+    scene.bonds.extend(bonds);
+    Ok(())
 }
 
-/// The beginning of a word, so that a wrong file does not fill the screen.
-fn shortened(word: &str) -> String {
-    const MOST: usize = 40;
-    if word.chars().count() <= MOST {
-        word.to_owned()
+/// What is remembered of a file, which must have the checksum that the scene has for it.
+fn unchanged(path: &Path, text: &[u8], expected: Option<&str>, place: &Place) -> Result<InputFile, SceneError> {
+    let input = InputFile::new(path, text);
+    let Some(expected) = expected.filter(|expected| *expected != input.checksum) else { return Ok(input) };
+    let kind = if is_checksum(expected) {
+        let (found, expected) = (input.checksum, expected.to_owned());
+        SceneErrorKind::InputChanged { path: path.to_owned(), found, expected }
     } else {
-        word.chars().take(MOST).chain(['.', '.', '.']).collect()
+        SceneErrorKind::value(format!("{expected:?}"), "`crc32:` and eight hexadecimal digits")
+    };
+    Err(SceneError::new(place.key("checksum"), kind))
+}
+
+/// A frame, or the line and what is wrong with it.
+fn parse(text: &[u8], frame: u64) -> Result<Start, (usize, String)> {
+    let lines = || text.iter().filter(|&&byte| byte == b'\n').count().max(1);
+    let wrong = |error: ReadError| match error.line() {
+        Some(line) => (line, error.problem()),
+        None => (lines(), error.to_string()),
+    };
+    let mut reader = FrameReader::new(text);
+    for passed in 0..frame {
+        if !reader.skip_frame().map_err(wrong)? {
+            let frames = if passed == 1 { "1 frame".to_owned() } else { format!("{passed} frames") };
+            return Err((lines(), format!("the file ends after {frames}, expected frame {frame}")));
+        }
+    }
+    match reader.next() {
+        None => Err((lines(), format!("the file ends after {frame} frames, expected frame {frame}"))),
+        Some(Err(error)) => Err(wrong(error)),
+        Some(Ok(_)) if !reader.has_species() => Err((reader.frame_line() + 1, "Properties has no type:S:1".to_owned())),
+        Some(Ok(frame)) => Ok(Start { frame, has_box: reader.has_box(), comment: reader.frame_line() + 1 }),
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn columns_are_found_by_name() {
-        let text = "2\nLattice=\"1 0 0 0 1 0 0 0 1\" Properties=id:I:1:species:S:1:velo:R:3:pos:R:3 Time=0\n\
-                    0 A 1 2 3 4 5 6\n1 B 0 0 0 7 8 9\n";
-        let particles = parse(text, 0).unwrap();
-        assert_eq!(particles[0].species, "A");
-        assert_eq!(particles[0].position, Vector::new(4.0, 5.0, 6.0));
-        assert_eq!(particles[0].velocity, Vector::new(1.0, 2.0, 3.0));
-        assert_eq!(particles[1].position, Vector::new(7.0, 8.0, 9.0));
-    }
-
-    #[test]
-    fn a_plain_file_has_species_and_coordinates_and_frames_are_counted() {
-        let text = "1\n\nA 1 2 3\n1\n\nA 4 5 6\n";
-        assert_eq!(parse(text, 1).unwrap()[0].position, Vector::new(4.0, 5.0, 6.0));
-        assert_eq!(parse(text, 2).unwrap_err().0, 6);
-    }
-
-    #[test]
-    fn wrong_files_name_the_line() {
-        assert_eq!(parse("", 0).unwrap_err().0, 1);
-        assert_eq!(parse("x\n\n", 0).unwrap_err(), (1, "`x` is not the number of particles".to_owned()));
-        assert_eq!(parse("2\n\nA 1 2 3\n", 0).unwrap_err().1, "the file ends after 1 of 2 particles");
-        assert_eq!(parse("1\n\nA 1 2\n", 0).unwrap_err(), (3, "3 columns, expected at least 4".to_owned()));
-        assert_eq!(parse("1\n\nA 1 nan 3\n", 0).unwrap_err().1, "`nan` is not a finite number");
-        assert!(parse("1\nProperties=pos:R:3\n1 2 3\n", 0).unwrap_err().1.contains("species"));
-        assert!(parse("99999999999999999\n\nA 1 2 3\n", 0).is_err(), "the announced number is not allocated");
-    }
-}
+mod tests;

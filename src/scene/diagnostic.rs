@@ -95,6 +95,9 @@ pub enum SceneErrorKind {
     /// A coordinate file that cannot be understood.
     #[error("{}, line {line}: {problem}", path.display())]
     Coordinates { path: PathBuf, line: usize, problem: String },
+    /// A coordinate file whose content is not the one that the scene was meant for.
+    #[error("{} is not the file that it was: its checksum is {found}, expected {expected}", path.display())]
+    InputChanged { path: PathBuf, found: String, expected: String },
     /// An override that leads nowhere.
     #[error("cannot set `{key}`: {problem}")]
     Override { key: String, problem: String },
@@ -136,6 +139,10 @@ impl SceneErrorKind {
             Self::Jammed { .. } => Some(
                 "equal spheres reach about 0.64 at random (random close packing), mixtures of sizes more, disks about 0.84: use a \
                  lower density or a lattice"
+                    .to_owned(),
+            ),
+            Self::InputChanged { .. } => Some(
+                "bring the file back that the run started from, or start a new run from this one; without `checksum` any file will do"
                     .to_owned(),
             ),
             Self::Empty => Some("a scene needs [space], [[species]], particles and [run]; `carom new` prints one".to_owned()),

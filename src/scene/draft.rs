@@ -213,11 +213,12 @@ pub(crate) struct Listed {
     pub velocity: Vector,
 }
 
-/// One `[[bond]]`.
+/// One `[[bond]]`, or one of a coordinate file.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BondDraft {
     pub pair: [u32; 2],
     pub interaction: String,
+    pub place: Place,
 }
 
 /// Particles that start together.

@@ -97,7 +97,7 @@ pub(crate) struct SceneFile {
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpaceFile {
     /// Edges of the box `[length]`; 0 along flat axes. If not given, they follow from the one fill with a count and a
-    /// density.
+    /// density, or without a fill from the box of a file.
     #[schemars(inner(range(min = 0)))]
     pub size: Option<[f64; 3]>,
     /// Lower corner of the box `[length]`.
@@ -267,6 +267,11 @@ pub(crate) struct CoordinatesFile {
     /// Which frame of the file, from 0.
     #[serde(default)]
     pub frame: u64,
+    /// Name of the interaction that holds the bonds of the file; if not given, each is held by the one whose name the file has.
+    pub bond: Option<String>,
+    /// What the content of the file must be: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
+    #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
+    pub checksum: Option<String>,
 }
 
 /// `[[chain]]`: chains of bonded particles, grown at random, or a straight one from `start` along `direction`.

@@ -106,7 +106,7 @@ impl<'a> Interactions<'a> {
             return Err(SceneError::new(place, SceneErrorKind::value(steps, expected)));
         }
         let id = potential.map(|potential| {
-            self.list.push(Interaction { potential, restitution: draft.restitution });
+            self.list.push(Interaction { potential, restitution: draft.restitution, name: draft.name.clone() });
             InteractionId(self.list.len() as u32 - 1)
         });
         self.made.insert((index, key), id);

@@ -144,15 +144,18 @@ pub(crate) fn wrapped(mut position: Vector, space: &Space) -> Vector {
     position
 }
 
-/// The first particle that overlaps an earlier one, with that one, in the order of ids.
+/// The first particle that overlaps an earlier one, with that one, in the order of ids. It is looked at where it is moved by each of
+/// `images`.
 pub(crate) fn first_overlap<'p>(
     particles: impl Iterator<Item = (&'p Vector, u32)>,
+    images: &[Vector],
     mut occupancy: Occupancy<'_>,
     is_bonded: impl Fn(u32, u32) -> bool,
 ) -> Option<(u32, Overlapping)> {
     for (id, (position, species)) in particles.enumerate() {
         let id = id as u32;
-        if let Some(overlapping) = occupancy.overlap(position, species, |other| !is_bonded(other, id)) {
+        let overlap = |image| occupancy.overlap(&(position + image), species, |other| !is_bonded(other, id));
+        if let Some(overlapping) = images.iter().find_map(overlap) {
             return Some((id, overlapping));
         }
         occupancy.take(*position, species);

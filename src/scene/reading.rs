@@ -93,13 +93,8 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
         let group = Group::Listed(vec![Listed { species: particle.species, position, velocity }]);
         scene.groups.push(PlacedGroup { place: Place::entry("particle", index), group });
     }
-    for (index, coordinates) in file.file.iter().enumerate() {
-        let place = Place::entry("file", index);
-        let path = directory.join(&coordinates.path);
-        let listed =
-            coordinates::read(&path, coordinates.frame).map_err(|kind| SceneError::new(place.key("path"), kind))?;
-        scene.groups.push(PlacedGroup { place, group: Group::Listed(listed) });
-    }
+    // With a fill, the box follows from that.
+    coordinates::add(&file.file, directory, &file.space, file.fill.is_empty(), &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
         let place = Place::entry("chain", index);
         let group = Group::Chain(read_chain(chain, &place)?);
@@ -115,8 +110,9 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
         let group = Group::Mesh(read_mesh(mesh, &place)?);
         scene.groups.push(PlacedGroup { place, group });
     }
-    for bond in file.bond {
-        scene.bonds.push(BondDraft { pair: bond.particles, interaction: bond.interaction });
+    for (index, bond) in file.bond.into_iter().enumerate() {
+        let place = Place::entry("bond", index);
+        scene.bonds.push(BondDraft { pair: bond.particles, interaction: bond.interaction, place });
     }
     scene.run = planning::read_run(file.run, file.stage)?;
     scene.measure = planning::read_measure(file.measure);

@@ -12,14 +12,15 @@ use crate::scene::source::Source;
 use crate::scene::{Limit, Scene, read_text};
 
 const HEADER: &str = "\
-# The scene of this run as it was run: with the values of the command line, and with absolute paths.
+# The scene of this run as it was run: with the values of the command line, with absolute paths, and with the checksums of the files that it reads.
 ";
 
 impl Scene {
     /// The TOML from which this scene can be made again, wherever it is kept.
     ///
     /// `path` and `overrides` are those that the scene was read from. The overrides are applied, the name and the limits of the
-    /// run are the scene's, and relative paths of coordinate files become absolute. Comments are lost.
+    /// run are the scene's, relative paths of coordinate files become absolute, and these have the checksums of what was read. Comments are
+    /// lost.
     ///
     /// # Errors
     /// As [`Scene::from_file_with`], if the file is no longer what it was.
@@ -32,7 +33,10 @@ impl Scene {
         table.insert("name".to_owned(), Value::String(self.name.clone()));
         record_limit(self.run.limit, &mut table);
         let directory = path.parent().unwrap_or(Path::new(""));
-        for file in table.get_mut("file").and_then(Value::as_array_mut).into_iter().flatten() {
+        for (index, file) in table.get_mut("file").and_then(Value::as_array_mut).into_iter().flatten().enumerate() {
+            if let (Some(file), Some(input)) = (file.as_table_mut(), self.inputs.get(index)) {
+                file.insert("checksum".to_owned(), Value::String(input.checksum.clone()));
+            }
             if let Some(Value::String(name)) = file.get_mut("path")
                 && let Ok(absolute) = std::path::absolute(directory.join(&*name))
                 && let Some(absolute) = absolute.to_str()
@@ -96,7 +100,16 @@ mod tests {
         let coordinates = "2\nProperties=species:S:1:pos:R:3:velo:R:3\nA 1 1 1 0 0 0\nA 4 4 4 1 0 0\n";
         std::fs::write(directory.path().join("start.xyz"), coordinates).unwrap();
         let built = Scene::from_file(&scene).unwrap();
-        let again = Scene::from_toml(built.record(&scene, &[]).unwrap(), "elsewhere/scene.toml").unwrap();
+        let record = built.record(&scene, &[]).unwrap();
+        let again = Scene::from_toml(record.clone(), "elsewhere/scene.toml").unwrap();
         assert_eq!(again, built);
+        // A file that is replaced is not the one of the record, though the scene alone takes it.
+        std::fs::write(directory.path().join("start.xyz"), coordinates.replace("4 4 4 1", "4 4 4 2")).unwrap();
+        let error = Scene::from_toml(record, "elsewhere/scene.toml").unwrap_err().to_string();
+        assert!(error.contains("start.xyz is not the file that it was: its checksum is crc32:"), "{error}");
+        assert_ne!(Scene::from_file(&scene).unwrap().inputs, built.inputs);
+        assert!(built.inputs[0].changed().unwrap().is_some());
+        std::fs::write(directory.path().join("start.xyz"), coordinates).unwrap();
+        assert_eq!(built.inputs[0].changed().unwrap(), None);
     }
 }

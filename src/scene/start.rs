@@ -2,16 +2,17 @@
 
 use std::collections::{HashMap, HashSet};
 
+use crate::Vector;
 use crate::scene::Species;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
 use crate::scene::occupancy::{Contacts, Occupancy};
-use crate::scene::place::Place;
+use crate::scene::place::{Place, Step};
 use crate::scene::placement::first_overlap;
 use crate::scene::{ParticleId, SpeciesId};
-use crate::space::{Boundary, Face, Space, minimum_image};
+use crate::space::{Boundary, Face, Space, nearest_image};
 
 /// A wall or the end of a bond may be passed by the rounding of the coordinates that put the particle there.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -63,11 +64,16 @@ pub(crate) fn check_walls(groups: &Groups, species: &[Species], space: &Space) -
 }
 
 /// Every bonded pair starts where its bond allows.
-pub(crate) fn check_bonds(groups: &Groups, space: &Space, interactions: &Interactions<'_>) -> Result<(), SceneError> {
+pub(crate) fn check_bonds(
+    groups: &Groups,
+    space: &Space,
+    displacement: f64,
+    interactions: &Interactions<'_>,
+) -> Result<(), SceneError> {
     let periods = space.periods();
     for (bond, place) in &groups.bonds {
         let [first, second] = bond.pair.map(|id| groups.particles[id.0 as usize].position);
-        let distance = minimum_image(first - second, &periods).norm();
+        let distance = nearest_image(first - second, &periods, displacement).norm();
         let potential = &interactions.get(bond.interaction).potential;
         let rounding = ROUNDING * (first.amax() + second.amax() + potential.range());
         if potential.violation_at(distance) * potential.range() > rounding {
@@ -86,15 +92,27 @@ pub(crate) fn check_bonds(groups: &Groups, space: &Space, interactions: &Interac
 }
 
 /// No two particles are inside of each other's core, but for bonded pairs, which have a core of their own.
-pub(crate) fn check_overlaps(groups: &Groups, contacts: &Contacts, space: &Space) -> Result<(), SceneError> {
+pub(crate) fn check_overlaps(
+    groups: &Groups,
+    contacts: &Contacts,
+    space: &Space,
+    displacement: f64,
+) -> Result<(), SceneError> {
     if contacts.largest() == 0.0 {
         return Ok(());
     }
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
-    let occupancy = Occupancy::new(space, contacts, groups.particles.len());
+    // Where images above and below are displaced, they are looked for at their own places.
+    let mut unstacked = space.clone();
+    if displacement != 0.0 {
+        unstacked.boundary[1] = Boundary::OPEN;
+    }
+    let up = Vector::new(displacement, space.size.y, 0.0);
+    let images: &[Vector] = if displacement == 0.0 { &[Vector::zeros()] } else { &[Vector::zeros(), up, -up] };
+    let occupancy = Occupancy::new(&unstacked, contacts, groups.particles.len());
     let particles = groups.particles.iter().map(|particle| (&particle.position, particle.species.0));
     let is_bonded = |a: u32, b: u32| bonded.contains(&[ParticleId(a), ParticleId(b)]);
-    match first_overlap(particles, occupancy, is_bonded) {
+    match first_overlap(particles, images, occupancy, is_bonded) {
         None => Ok(()),
         Some((second, overlapping)) => {
             let kind = SceneErrorKind::Overlap {
@@ -115,28 +133,31 @@ pub(crate) fn list_bonds(
     drafts: &[crate::scene::draft::BondDraft],
     interactions: &mut Interactions<'_>,
 ) -> Result<(), SceneError> {
-    for (index, draft) in drafts.iter().enumerate() {
-        let place = Place::entry("bond", index);
+    for draft in drafts {
+        let place = &draft.place;
+        // One of a coordinate file has no keys of its own.
+        let is_listed = matches!(place.steps().first(), Some(Step::Key(table)) if table == "bond");
+        let at = |key: &'static str| if is_listed { place.key(key) } else { place.clone() };
         let particles = groups.particles.len();
         for (k, &id) in draft.pair.iter().enumerate() {
             if id as usize >= particles {
                 let kind = SceneErrorKind::NoParticle { id, particles };
-                return Err(SceneError::new(place.key("particles").index(k), kind));
+                return Err(SceneError::new(if is_listed { at("particles").index(k) } else { at("particles") }, kind));
             }
         }
         let [a, b] = draft.pair;
         if a == b {
             let kind = SceneErrorKind::value(format!("[{a}, {b}]"), "two different particles");
-            return Err(SceneError::new(place.key("particles"), kind));
+            return Err(SceneError::new(at("particles"), kind));
         }
         let kinds: [SpeciesId; 2] = draft.pair.map(|id| groups.particles[id as usize].species);
         if kinds.iter().all(|kind| species[kind.0 as usize].is_static()) {
             let kind = SceneErrorKind::value("static", "at least one particle that moves");
-            return Err(SceneError::new(place.key("particles"), kind));
+            return Err(SceneError::new(at("particles"), kind));
         }
-        let interaction = interactions.bond(&draft.interaction, kinds[0], kinds[1], &place.key("interaction"))?;
+        let interaction = interactions.bond(&draft.interaction, kinds[0], kinds[1], &at("interaction"))?;
         let pair = [ParticleId(a.min(b)), ParticleId(a.max(b))];
-        groups.bonds.push((crate::scene::Bond { pair, interaction }, place.key("particles")));
+        groups.bonds.push((crate::scene::Bond { pair, interaction }, at("particles")));
     }
     let mut seen = HashMap::new();
     for (bond, place) in &groups.bonds {

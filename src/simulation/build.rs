@@ -89,7 +89,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 .iter()
                 .any(|bond| !scene.interactions[bond.interaction.0 as usize].potential.is_bond()),
             growing: None,
-            shear: scene.shear_rate.map(|rate| Shear::new(rate, &scene.space)),
+            shear: scene.shear_rate.map(|rate| Shear::new(rate, scene.displacement, &scene.space)),
             interlude: f64::INFINITY,
             lost_speed: None,
             clock: Clock {
@@ -141,7 +141,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.neighbours.find_near(a, &mut near);
             let all = 0..if holds_all_pairs { count } else { 0 };
             let found = if holds_all_pairs { &[] } else { near.found() };
-            for b in all.chain(found.iter().copied()) {
+            let mut across = Vec::new();
+            self.for_each_across(a, |b| across.push(b));
+            for b in all.chain(found.iter().copied()).chain(across) {
                 // Pairs of two moving particles come up twice; the first time decides.
                 if b == a || (b < a && !self.is_static(b)) || self.memory.get(a, b).is_some() {
                     continue;
@@ -157,7 +159,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sets one pair's state; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
         let apart = self.bodies[a as usize].position - self.bodies[b as usize].position;
-        let distance = crate::space::minimum_image(apart, &self.periods).norm();
+        let distance = self.nearest(apart, Vector::zeros(), 0.0).0.position.norm();
         let state = scene.interactions[usize::from(interaction)].potential.state_at(distance);
         // A scene's potentials have some thousands of steps at the most.
         let state = u16::try_from(state).unwrap_or(u16::MAX);

@@ -41,11 +41,12 @@ pub(super) struct Shear {
 }
 
 impl Shear {
-    pub fn new(rate: f64, space: &crate::space::Space) -> Self {
+    /// `displacement` is that of the next image up, at the start.
+    pub fn new(rate: f64, displacement: f64, space: &crate::space::Space) -> Self {
         let speed = rate * space.size[GRADIENT];
         let between_looks = SLIDE * space.size[FLOW] / speed.abs();
         let middle = space.lower[GRADIENT] + 0.5 * space.size[GRADIENT];
-        Self { rate, speed, displacement: 0.0, middle, next_look: between_looks, between_looks }
+        Self { rate, speed, displacement, middle, next_look: between_looks, between_looks }
     }
 
     /// Displacement of the next image up, at a time since the epoch.

@@ -2,6 +2,7 @@
 
 mod commands;
 mod endings;
+mod inputs;
 mod kept;
 mod memory;
 mod place;

@@ -40,7 +40,7 @@ fn the_keys_of_the_summary_are_the_contract() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "9"])), 0);
     let summary = place.summary("runs/scene");
-    let top = "version scene seed engine particles diameter_factor time events energy momentum overlap faults equilibrated observables rates speed";
+    let top = "version scene seed inputs engine particles diameter_factor time events energy momentum overlap faults equilibrated observables rates speed";
     assert_eq!(keys(&summary), sorted(top.split(' ').collect()));
     for (key, contents) in [
         (

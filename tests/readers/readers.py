@@ -170,8 +170,9 @@ def mdanalysis_gsd(path, frames):
     universe = MDAnalysis.Universe(path)
     same("masses", universe.atoms.masses, frames[0].particle_masses)
     same("radii", universe.atoms.radii, frames[0].radii.astype(np.float32))
-    bonds = np.array([bond.indices for bond in universe.bonds]) if len(frames[0].bonds) else frames[0].bonds
-    same("bonds", np.sort(bonds, axis=1), np.sort(np.unique(np.sort(frames[0].bonds, axis=1), axis=0), axis=1))
+    pairs = lambda bonds: np.unique(np.sort(bonds, axis=1), axis=0)
+    if len(frames[0].bonds):
+        same("bonds", pairs(universe.bonds.indices), pairs(frames[0].bonds))
     same("number of frames", len(universe.trajectory), len(frames))
     same("species", universe.atoms.types, frames[0].particle_names.astype(object))
     for _, frame in zip(universe.trajectory, frames):

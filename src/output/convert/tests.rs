@@ -31,6 +31,8 @@ pub(in crate::output) fn chain() -> Frame {
         ],
         particles: vec![bead(0, 0, 0.5), bead(1, 1, 0.75), bead(2, 0, 0.5), bead(3, 0, 0.5)],
         bonds: [[0, 1], [2, 1], [2, 3], [3, 0]].map(|ends| ends.map(ParticleId)).to_vec(),
+        bond_names: Vec::new(),
+        bond_kinds: Vec::new(),
         images: Vec::new(),
         scalars: Vec::new(),
     }

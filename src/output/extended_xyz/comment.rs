@@ -39,6 +39,8 @@ pub(super) struct Comment {
     pub displacement: f64,
     pub species: Vec<FrameSpecies>,
     pub bonds: Vec<[ParticleId; 2]>,
+    pub bond_names: Vec<String>,
+    pub bond_kinds: Vec<u32>,
     pub columns: Columns,
 }
 
@@ -74,11 +76,15 @@ impl Comment {
             species = value.species(value_of("static"), value_of("species_mass"))?;
         }
         let bonds = value_of("bonds").map(|value| value.bonds()).transpose()?.unwrap_or_default();
+        let (bond_names, bond_kinds) = match value_of("bond_table") {
+            Some(table) => table.kinds_of_bonds(value_of("bond_kind"), bonds.len())?,
+            None => Default::default(),
+        };
         let columns = match value_of("Properties") {
             Some(value) => value.columns()?,
             None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
         };
-        Ok(Self { time, region, periodic, displacement, species, bonds, columns })
+        Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, columns })
     }
 }
 
@@ -185,6 +191,25 @@ impl<'a> Value<'a> {
         let bond = |word: &str| word.split_once('-').and_then(|(a, b)| Some([id(a)?, id(b)?]));
         let bonds: Option<_> = self.words().map(bond).collect();
         bonds.ok_or_else(|| self.expected("pairs of ids such as `0-1 1-2`"))
+    }
+
+    /// The names of a table, and an index into it for each of so many bonds.
+    fn kinds_of_bonds(&self, kinds: Option<Value>, bonds: usize) -> Result<(Vec<String>, Vec<u32>), ReadError> {
+        let names: Vec<String> = self.value.split_whitespace().map(str::to_owned).collect();
+        if bonds == 0 {
+            return Ok(Default::default());
+        }
+        let kinds = match kinds {
+            None if names.len() == 1 => vec![0; bonds],
+            None => return Err(self.expected("one name, or `bond_kind` as well")),
+            Some(value) => {
+                let is_known = |kind: &u32| (*kind as usize) < names.len();
+                let kinds: Option<Vec<u32>> = value.words().map(|word| word.parse().ok().filter(is_known)).collect();
+                let kinds = kinds.filter(|kinds| kinds.len() == bonds);
+                kinds.ok_or_else(|| value.expected("a place in `bond_table`, from 0, of each bond"))?
+            }
+        };
+        Ok((names, kinds))
     }
 
     fn columns(&self) -> Result<Columns, ReadError> {

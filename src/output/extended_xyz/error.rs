@@ -98,6 +98,33 @@ pub enum ReadError {
     },
 }
 
+impl ReadError {
+    /// The line with the mistake, if there is one.
+    #[must_use]
+    pub fn line(&self) -> Option<usize> {
+        match *self {
+            Self::Open { .. } | Self::NoFrame => None,
+            Self::Io { line, .. }
+            | Self::NotText { line }
+            | Self::LineTooLong { line }
+            | Self::Count { line, .. }
+            | Self::Truncated { line, .. }
+            | Self::Comment { line, .. }
+            | Self::Columns { line, .. }
+            | Self::Value { line, .. } => Some(line),
+        }
+    }
+
+    /// The message without the line, for those who say it themselves.
+    #[must_use]
+    pub fn problem(&self) -> String {
+        let message = self.to_string();
+        let place = self.line().map(|line| format!("line {line}"));
+        let rest = place.and_then(|place| message.strip_prefix(&place)).map(|rest| rest.trim_start_matches([':', ' ']));
+        rest.map_or_else(|| message.clone(), str::to_owned)
+    }
+}
+
 /// Why a frame could not be written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -113,6 +140,11 @@ pub enum WriteError {
         "scalar `{0}` cannot be written: expected a word that no other column has, and a finite number of each particle"
     )]
     Scalar(String),
+    /// The interactions of bonds are known of some bonds only, or not by names.
+    #[error(
+        "the bonds cannot be written: expected an interaction of each or of none, whose name is one word without quotes or backslashes"
+    )]
+    Bonds,
     /// Images are known of some particles only.
     #[error("the images cannot be written: expected those of all particles or of none")]
     Images,

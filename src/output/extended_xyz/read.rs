@@ -28,20 +28,66 @@ pub struct FrameReader<R> {
     input: R,
     line: usize,
     text: Vec<u8>,
+    /// Where the frame read last begins.
+    frame_line: usize,
     has_velocities: bool,
+    has_species: bool,
+    has_box: bool,
     is_finished: bool,
 }
 
 impl<R: BufRead> FrameReader<R> {
     /// Reads from the beginning of a frame.
     pub fn new(input: R) -> Self {
-        Self { input, line: 0, text: Vec::new(), has_velocities: false, is_finished: false }
+        Self {
+            input,
+            line: 0,
+            text: Vec::new(),
+            frame_line: 0,
+            has_velocities: false,
+            has_species: false,
+            has_box: false,
+            is_finished: false,
+        }
     }
 
     /// Whether the frame read last came with velocities.
     #[must_use]
     pub fn has_velocities(&self) -> bool {
         self.has_velocities
+    }
+
+    /// Whether the frame read last came with the species of its particles.
+    #[must_use]
+    pub fn has_species(&self) -> bool {
+        self.has_species
+    }
+
+    /// Whether the frame read last came with its box.
+    #[must_use]
+    pub fn has_box(&self) -> bool {
+        self.has_box
+    }
+
+    /// The line on which the frame read last begins, from 1; its comment is on the next one.
+    #[must_use]
+    pub fn frame_line(&self) -> usize {
+        self.frame_line
+    }
+
+    /// Passes over the next frame without reading its numbers; false where nothing but blank lines is left.
+    ///
+    /// # Errors
+    /// As for frames that are read, but for what their lines say.
+    pub fn skip_frame(&mut self) -> Result<bool, ReadError> {
+        let Some(count) = self.next_count()? else { return Ok(false) };
+        let first = self.line;
+        for found in 0..=count {
+            if self.next_line()?.is_none() {
+                return Err(ReadError::Truncated { line: first, expected: count, found: found.saturating_sub(1) });
+            }
+        }
+        Ok(true)
     }
 
     /// The next line without its end, or `None` at the end of the file.
@@ -58,22 +104,28 @@ impl<R: BufRead> FrameReader<R> {
         Ok(if length == 0 { None } else { Some(text.trim_end_matches(['\n', '\r'])) })
     }
 
-    /// The next frame, or `None` where nothing but blank lines is left.
-    fn next_frame(&mut self) -> Result<Option<Frame>, ReadError> {
-        let count = loop {
+    /// The number of particles of the next frame, or `None` where nothing but blank lines is left.
+    fn next_count(&mut self) -> Result<Option<usize>, ReadError> {
+        loop {
             match self.next_line()?.map(str::trim) {
                 None => return Ok(None),
                 Some("") => {}
                 Some(text) => match text.parse::<usize>() {
-                    Ok(count) => break count,
+                    Ok(count) => return Ok(Some(count)),
                     Err(_) => {
                         let text = shorten(text);
                         return Err(ReadError::Count { line: self.line, text });
                     }
                 },
             }
-        };
+        }
+    }
+
+    /// The next frame, or `None` where nothing but blank lines is left.
+    fn next_frame(&mut self) -> Result<Option<Frame>, ReadError> {
+        let Some(count) = self.next_count()? else { return Ok(None) };
         let first = self.line;
+        self.frame_line = first;
         let truncated = |found| ReadError::Truncated { line: first, expected: count, found };
         let comment = self.next_line()?.map(|text| Comment::parse(text, first + 1));
         let is_whole = self.text.last() == Some(&b'\n') || count == 0;
@@ -102,10 +154,24 @@ impl<R: BufRead> FrameReader<R> {
         }
         scalars.retain(|scalar| scalar.values.len() == count);
         self.has_velocities = comment.columns.velocity.is_some();
+        self.has_species = comment.columns.species.is_some();
+        self.has_box = comment.region.is_some();
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
-        let Comment { time, periodic, displacement, bonds, .. } = comment;
-        let species = table.species;
-        Ok(Some(Frame { time, lower, size, periodic, displacement, species, particles, bonds, images, scalars }))
+        let Comment { time, periodic, displacement, bonds, bond_names, bond_kinds, .. } = comment;
+        Ok(Some(Frame {
+            time,
+            lower,
+            size,
+            periodic,
+            displacement,
+            species: table.species,
+            particles,
+            bonds,
+            bond_names,
+            bond_kinds,
+            images,
+            scalars,
+        }))
     }
 }
 

@@ -32,6 +32,8 @@ fn two_discs() -> Frame {
         species: vec![FrameSpecies { name: "ball".into(), is_static: false, mass: Some(1.0) }],
         particles: vec![disc(0, 0.5, 1.0), disc(1, 2.5, -1.0)],
         bonds: Vec::new(),
+        bond_names: Vec::new(),
+        bond_kinds: Vec::new(),
         images: vec![[0; 3], [-2, 0, 0]],
         scalars: Vec::new(),
     }
@@ -255,6 +257,8 @@ fn frame() -> impl Strategy<Value = Frame> {
                 })
                 .collect(),
             bonds: bonds.into_iter().map(|ends| ends.map(ParticleId)).collect(),
+            bond_names: Vec::new(),
+            bond_kinds: Vec::new(),
             scalars: Vec::new(),
         })
 }

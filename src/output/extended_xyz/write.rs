@@ -22,6 +22,7 @@ const PIECE: usize = 1 << 16;
 pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteError> {
     refuse_species(frame)?;
     refuse_scalars(frame)?;
+    refuse_bonds(frame)?;
     if !frame.images.is_empty() && frame.images.len() != frame.particles.len() {
         return Err(WriteError::Images);
     }
@@ -115,7 +116,26 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, has_masses: bool) -> io::Res
     for (index, [a, b]) in frame.bonds.iter().enumerate() {
         write!(text, "{}{}-{}", if index == 0 { " bonds=\"" } else { " " }, a.0, b.0)?;
     }
-    text.extend_from_slice(if frame.bonds.is_empty() { b"\n" } else { b"\"\n" });
+    if !frame.bonds.is_empty() {
+        text.push(b'"');
+        write_kinds_of_bonds(text, frame)?;
+    }
+    text.push(b'\n');
+    Ok(())
+}
+
+/// The names of the interactions that hold the bonds, and which of them holds each if there are several.
+fn write_kinds_of_bonds(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
+    if frame.bond_kinds.is_empty() {
+        return Ok(());
+    }
+    write!(text, " bond_table=\"{}\"", frame.bond_names.join(" "))?;
+    if frame.bond_names.len() > 1 {
+        for (index, kind) in frame.bond_kinds.iter().enumerate() {
+            write!(text, "{}{kind}", if index == 0 { " bond_kind=\"" } else { " " })?;
+        }
+        text.push(b'"');
+    }
     Ok(())
 }
 
@@ -160,12 +180,23 @@ fn refuse_scalars(frame: &Frame) -> Result<(), WriteError> {
     Ok(())
 }
 
+/// Whether a name can stand in a list of names.
+fn is_word(name: &str) -> bool {
+    !name.is_empty() && !name.chars().any(|c| c.is_whitespace() || c.is_control() || matches!(c, '"' | '\\'))
+}
+
+fn refuse_bonds(frame: &Frame) -> Result<(), WriteError> {
+    let (names, kinds) = (&frame.bond_names, &frame.bond_kinds);
+    let is_known = kinds.len() == frame.bonds.len() && kinds.iter().all(|kind| (*kind as usize) < names.len());
+    if !(kinds.is_empty() || is_known) || !names.iter().all(|name| is_word(name)) {
+        return Err(WriteError::Bonds);
+    }
+    Ok(())
+}
+
 fn refuse_species(frame: &Frame) -> Result<(), WriteError> {
     let mut names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
-    let is_bad = |name: &&&str| {
-        name.is_empty() || name.chars().any(|c| c.is_whitespace() || c.is_control() || matches!(c, '"' | '\\'))
-    };
-    if let Some(name) = names.iter().find(is_bad) {
+    if let Some(name) = names.iter().find(|name| !is_word(name)) {
         return Err(WriteError::SpeciesName((*name).to_owned()));
     }
     if let Some(species) = frame.species.iter().find(|species| species.mass.is_some_and(|mass| !is_mass(&mass))) {

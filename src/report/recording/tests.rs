@@ -39,6 +39,8 @@ fn frame(time: f64, count: u32) -> Frame {
         species: vec![species("grain", false), species("pivot", true)],
         particles: (0..count).map(grain).chain([pivot]).collect(),
         bonds: vec![[ParticleId(0), ParticleId(count)]],
+        bond_names: Vec::new(),
+        bond_kinds: Vec::new(),
         images: Vec::new(),
         scalars: Vec::new(),
     }

@@ -1,0 +1,219 @@
+use super::*;
+use crate::Vector;
+use crate::output::extended_xyz::write_frame;
+use crate::potential::Potential;
+use crate::scene::{Chain, Fill, Lattice, Scene};
+use crate::simulation::{Simulation, Until};
+use crate::space::Space;
+
+#[test]
+fn columns_are_found_by_name() {
+    let text = "2\nLattice=\"1 0 0 0 1 0 0 0 1\" Properties=id:I:1:species:S:1:velo:R:3:pos:R:3 Time=0\n\
+                0 A 1 2 3 4 5 6\n1 B 0 0 0 7 8 9\n";
+    let Start { frame, has_box, comment } = parse(text.as_bytes(), 0).unwrap();
+    assert_eq!(frame.species[0].name, "A");
+    assert_eq!(frame.particles[0].position, Vector::new(4.0, 5.0, 6.0));
+    assert_eq!(frame.particles[0].velocity, Vector::new(1.0, 2.0, 3.0));
+    assert_eq!(frame.particles[1].position, Vector::new(7.0, 8.0, 9.0));
+    assert!(has_box && comment == 2);
+}
+
+#[test]
+fn a_plain_file_has_species_and_coordinates_and_frames_are_counted() {
+    let text = b"1\n\nA 1 2 3\n1\n\nA 4 5 6\n";
+    let Start { frame, has_box, comment } = parse(text, 1).unwrap();
+    assert_eq!(frame.particles[0].position, Vector::new(4.0, 5.0, 6.0));
+    assert!(!has_box && comment == 5);
+    assert_eq!(parse(text, 2).unwrap_err(), (6, "the file ends after 2 frames, expected frame 2".to_owned()));
+    assert_eq!(parse(text, 3).unwrap_err(), (6, "the file ends after 2 frames, expected frame 3".to_owned()));
+}
+
+#[test]
+fn wrong_files_name_the_line() {
+    assert_eq!(parse(b"", 0).unwrap_err().0, 1);
+    let error = parse(b"x\n\n", 0).unwrap_err();
+    assert_eq!(error, (1, "expected the number of particles of a frame, found `x`".to_owned()));
+    assert!(parse(b"2\n\nA 1 2 3\n", 0).unwrap_err().1.contains("expected 2 particles, the file ends after 1"));
+    assert_eq!(parse(b"1\n\nA 1 2\n", 0).unwrap_err(), (3, "expected 4 columns, found 3".to_owned()));
+    assert_eq!(parse(b"1\n\nA 1 nan 3\n", 0).unwrap_err().1, "position is `nan`, expected a finite number");
+    assert!(parse(b"1\nProperties=pos:R:3\n1 2 3\n", 0).unwrap_err().1.contains("type:S:1"));
+    assert!(parse(b"99999999999999999\n\nA 1 2 3\n", 0).is_err(), "the announced number is not allocated");
+}
+
+/// A scene that starts from `start.xyz`, which holds a frame.
+fn started(frame: &Frame, scene: &str) -> Result<Scene, SceneError> {
+    let folder = tempfile::tempdir().unwrap();
+    write_frame(std::fs::File::create(folder.path().join("start.xyz")).unwrap(), frame).unwrap();
+    let text = format!("{scene}\n[run]\nuntil_events = 10\n");
+    Scene::from_toml(text, folder.path().join("scene.toml"))
+}
+
+const BEADS: &str = r#"
+[[species]]
+name = "bead"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["bead", "bead"]
+potential = "hard-sphere"
+[[interaction]]
+name = "slack"
+potential = "bond"
+shortest = 0.5
+longest = 1.5
+[[interaction]]
+name = "link"
+potential = "bond"
+shortest = 0.5
+longest = 0.9
+"#;
+
+/// Two chains whose neighbours are closer than their species' cores, held by two interactions, with ids in reverse.
+fn chains() -> Frame {
+    let straight = |y, bond: &str| Chain {
+        species: "bead".into(),
+        length: 3,
+        count: 1,
+        bond: bond.into(),
+        spacing: Some(0.8),
+        straight: Some((Vector::new(1.0, y, 2.0), Vector::x())),
+        temperature: None,
+    };
+    let scene = SceneBuilder::new("chains")
+        .species("bead", 1.0, 1.0)
+        .interaction("bead", "bead", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .bond_interaction("slack", Potential::bond(0.5, 1.5).unwrap(), 1.0)
+        .bond_interaction("link", Potential::bond(0.5, 0.9).unwrap(), 1.0)
+        .space(Space {
+            lower: Vector::new(0.5, -1.0, 0.0),
+            size: Vector::new(8.0, 9.0, 10.0),
+            ..Space::periodic_cube(1.0)
+        })
+        .chain(straight(1.0, "link"))
+        .chain(straight(4.0, "slack"))
+        .build()
+        .unwrap();
+    let mut frame = Frame::start_of(&scene);
+    frame.particles.reverse();
+    frame.images.clear();
+    frame
+}
+
+#[test]
+fn bonds_and_box_of_a_frame_are_those_of_the_scene() {
+    let scene = started(
+        &chains(),
+        &format!(
+            "{BEADS}[[particle]]\nspecies = \"bead\"\nposition = [6.0, 6.0, 6.0]\n[[file]]\npath = \"start.xyz\"\n"
+        ),
+    )
+    .unwrap();
+    assert_eq!((scene.space.lower, scene.space.size), (Vector::new(0.5, -1.0, 0.0), Vector::new(8.0, 9.0, 10.0)));
+    // The particle has id 0, the last of the frame 1.
+    let bonds: Vec<_> = scene
+        .bonds
+        .iter()
+        .map(|bond| {
+            let name = scene.interactions[bond.interaction.0 as usize].name.as_deref().unwrap();
+            (bond.pair.map(|id| id.0), name)
+        })
+        .collect();
+    assert_eq!(bonds, [([5, 6], "link"), ([4, 5], "link"), ([2, 3], "slack"), ([1, 2], "slack")]);
+    // Its bonds do not fit into another interaction's range.
+    let all = started(&chains(), &format!("{BEADS}[[file]]\npath = \"start.xyz\"\nbond = \"slack\"\n")).unwrap();
+    assert!(all.bonds.iter().all(|bond| bond.interaction == all.bonds[0].interaction));
+    let sized =
+        started(&chains(), &format!("{BEADS}[space]\nsize = [20.0, 20.0, 20.0]\n[[file]]\npath = \"start.xyz\"\n"));
+    assert_eq!(sized.unwrap().space.size, Vector::repeat(20.0));
+}
+
+#[test]
+fn bonds_that_nothing_holds_are_told_with_their_file_and_line() {
+    let file = "[[file]]\npath = \"start.xyz\"\n";
+    let without_link = BEADS[..BEADS.rfind("[[interaction]]").unwrap()].to_owned();
+    let error = |frame: &Frame, scene: String| started(frame, &scene).unwrap_err().to_string();
+    let found = error(&chains(), format!("{without_link}{file}"));
+    assert!(found.contains("start.xyz, line 2: bonds are held by `link`") && found.contains("slack"), "{found}");
+    let nameless = Frame { bond_kinds: Vec::new(), bond_names: Vec::new(), ..chains() };
+    let found = error(&nameless, format!("{BEADS}{file}"));
+    assert!(found.contains("start.xyz, line 2: `bonds` do not say which interaction"), "{found}");
+    let found = error(&nameless, format!("{BEADS}{file}bond = \"lnk\"\n"));
+    assert!(found.contains("file[0].bond: unknown interaction `lnk`"), "{found}");
+    let mut lost = chains();
+    lost.bonds[1][1].0 = 77;
+    let found = error(&lost, format!("{BEADS}{file}"));
+    assert!(found.contains("line 2: bond 1-77 ends at a particle that is not in the frame"), "{found}");
+}
+
+#[test]
+fn sides_of_a_box_that_a_frame_cannot_tell_are_asked_for() {
+    let mut frame = chains();
+    frame.periodic[2] = false;
+    let file = "[[file]]\npath = \"start.xyz\"\n";
+    let found = started(&frame, &format!("{BEADS}{file}")).unwrap_err().to_string();
+    assert!(found.contains("`z` is missing"), "{found}");
+    let walls = started(&frame, &format!("{BEADS}[space]\nz = \"walls\"\n{file}")).unwrap();
+    assert_eq!(walls.space.boundary, [Boundary::Periodic, Boundary::Periodic, Boundary::walls(1.0)]);
+}
+
+const BALLS: &str = r#"
+[[species]]
+name = "ball"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["ball", "ball"]
+potential = "hard-sphere"
+restitution = 0.7
+[[file]]
+path = "start.xyz"
+"#;
+
+#[test]
+fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
+    let sheared = SceneBuilder::new("sheared")
+        .species("ball", 1.0, 1.0)
+        .interaction("ball", "ball", Potential::hard_sphere(1.0).unwrap(), 0.7)
+        .space(Space::periodic_cube(5.0))
+        .add_fill(Fill::new(Lattice::SimpleCubic, "ball").count(64))
+        .temperature(1.0)
+        .shear(0.7)
+        .build()
+        .unwrap();
+    let mut frame = Frame::start_of(&sheared);
+    let mut simulation = Simulation::new(sheared);
+    simulation.advance(Until::time(3.1)).unwrap();
+    let snapshot = simulation.snapshot();
+    frame.displacement = snapshot.displacement;
+    for (particle, (position, velocity)) in
+        frame.particles.iter_mut().zip(snapshot.positions.iter().zip(&snapshot.velocities))
+    {
+        (particle.position, particle.velocity) = (*position, *velocity);
+    }
+    assert!(frame.displacement.abs() > 0.5, "{}", frame.displacement);
+    let scene = started(&frame, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap();
+    assert_eq!(scene.displacement, frame.displacement);
+    // Both go on alike: the same contacts, but for rounding that a few of them enlarge.
+    let mut again = Simulation::new(scene);
+    assert!((again.snapshot().displacement - frame.displacement).abs() < 1e-12);
+    simulation.advance(Until::time(3.3)).unwrap();
+    again.advance(Until::time(0.2)).unwrap();
+    let (one, other) = (simulation.snapshot(), again.snapshot());
+    assert!(again.tally().physical() > 5, "{}", again.tally().physical());
+    for (a, b) in one.positions.iter().zip(&other.positions) {
+        assert!(frame_of(&one).nearest_image(a - b).norm() < 1e-9, "{a} {b}");
+    }
+    // Images at other places overlap.
+    let elsewhere = Frame { displacement: 0.0, ..frame.clone() };
+    let found = started(&elsewhere, &format!("{BALLS}[space]\nshear_rate = 0.7\n")).unwrap_err().to_string();
+    assert!(found.contains("overlap at the start"), "{found}");
+    let found = started(&frame, BALLS).unwrap_err().to_string();
+    assert!(found.contains("`shear_rate` is missing: images of this start are displaced"), "{found}");
+}
+
+/// A frame without particles in the box of a snapshot.
+fn frame_of(snapshot: &crate::simulation::Snapshot) -> Frame {
+    let mut frame = chains();
+    (frame.lower, frame.size, frame.displacement) = (Vector::zeros(), Vector::repeat(5.0), snapshot.displacement);
+    frame
+}
