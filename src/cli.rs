@@ -18,6 +18,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use carom::describe::printable;
 use carom::output::{Existing, Folder};
 use carom::scene::{Scene, SceneError};
 use clap::{Args, Parser, Subcommand};
@@ -130,7 +131,11 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => {
             // Also help and version, which are no mistakes; a closed pipe is none either.
-            let _ = error.print();
+            if std::env::args_os().any(|word| word.to_string_lossy().contains(char::is_control)) {
+                warn(&error.render().to_string());
+            } else {
+                let _ = error.print();
+            }
             return ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2));
         }
     };
@@ -180,7 +185,7 @@ fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
 /// Writes to standard output. Whoever closes it early, as `head` does, has read enough.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+    match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::failed("cannot write to the standard output", Some(Box::new(error)), None))
         }
@@ -190,5 +195,5 @@ fn print(text: &str) -> Result<(), Failure> {
 
 /// Says something beside the results, on standard error. Where nobody reads it, the results are still complete.
 fn warn(text: &str) {
-    let _ = writeln!(io::stderr().lock(), "{text}");
+    let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }

@@ -1,5 +1,7 @@
 //! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
 
+use std::borrow::Cow;
+
 use crate::potential::Potential;
 use crate::scene::{
     GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
@@ -51,22 +53,46 @@ pub fn population(scene: &Scene) -> String {
 pub fn space(scene: &Scene) -> String {
     let axes = ["x", "y", "z"].iter().enumerate().map(|(k, name)| {
         let (lower, upper) = (scene.space.lower[k], scene.space.upper()[k]);
+        let temperature = scene.wall_temperatures[k];
         let what = match &scene.space.boundary[k] {
             Boundary::Flat => return format!("{name} flat"),
             Boundary::Periodic => "periodic".to_owned(),
-            Boundary::Bounded { lower, upper } if lower == upper => face(lower),
-            Boundary::Bounded { lower, upper } => format!("{} below, {} above", face(lower), face(upper)),
+            Boundary::Bounded { lower, upper } if lower == upper => face(lower, temperature),
+            Boundary::Bounded { lower, upper } => {
+                format!("{} below, {} above", face(lower, temperature), face(upper, temperature))
+            }
         };
         format!("{name} from {} to {} {what}", digits(lower), digits(upper))
     });
     axes.collect::<Vec<_>>().join("; ")
 }
 
-fn face(face: &Face) -> String {
-    match face {
-        Face::Open => "open".to_owned(),
-        Face::Wall { restitution } => format!("wall (restitution {restitution})"),
+fn face(face: &Face, temperature: Option<f64>) -> String {
+    match (face, temperature) {
+        (Face::Open, _) => "open".to_owned(),
+        (Face::Wall { .. }, Some(temperature)) => format!("wall (temperature {temperature})"),
+        (Face::Wall { restitution }, None) => format!("wall (restitution {restitution})"),
     }
+}
+
+/// Text as a terminal may have it: control characters, which could move the cursor or change colours, are replaced, but for ends of
+/// lines and tabs. Each takes as many bytes as what stands for it.
+#[must_use]
+pub fn printable(text: &str) -> Cow<'_, str> {
+    if !text.contains(|c: char| c.is_control() && !matches!(c, '\n' | '\t')) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text.chars();
+    while let Some(c) = rest.next() {
+        let is_end_of_line = c == '\n' || (c == '\r' && rest.as_str().starts_with('\n'));
+        shown.push(match c {
+            c if !c.is_control() || is_end_of_line || c == '\t' => c,
+            c if c.len_utf8() == 1 => '?',
+            _ => '\u{bf}',
+        });
+    }
+    Cow::Owned(shown)
 }
 
 /// Why an engine was chosen.

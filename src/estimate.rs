@@ -134,7 +134,7 @@ fn frame_bytes(scene: &Scene) -> f64 {
         .map(|particle| {
             let species = frame.species.get(particle.species.0 as usize);
             let numbers = if species.is_some_and(|species| species.is_static) { 3.0 } else { 6.0 };
-            species.map_or(0.0, |species| species.name.len() as f64) + numbers * DIGITS + 10.0
+            species.map_or(0.0, |species| species.name.len() as f64) + numbers * DIGITS + 20.0
         })
         .sum();
     let scalars = if scene.measure.bond_order.is_some() { 2.0 * DIGITS * frame.particles.len() as f64 } else { 0.0 };

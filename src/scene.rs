@@ -24,6 +24,7 @@ mod lattice;
 mod limits;
 mod mesh;
 mod momentum;
+pub(crate) mod names;
 mod occupancy;
 mod pairs;
 mod place;

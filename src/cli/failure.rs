@@ -5,6 +5,7 @@ use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
 
+use carom::describe::printable;
 use carom::output::OutputError;
 use carom::output::convert::ConvertError;
 use carom::picture::PictureError;
@@ -49,7 +50,9 @@ impl Failure {
         help: Option<&str>,
         code: u8,
     ) -> Self {
-        let problem = Problem { message: message.into(), source, help: help.map(str::to_owned) };
+        // What the user typed, and what files say, is part of them.
+        let message = printable(&message.into()).into_owned();
+        let problem = Problem { message, source, help: help.map(str::to_owned) };
         Self { report: Report::new(problem), code }
     }
 

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::profiles::MOST_CELLS;
 use super::radial_distribution::MOST_BINS;
 use super::{Sample, Scalar, Subject, bond_order, chains, radial_distribution};
+use crate::scene::names::FILE;
 use crate::space::AXES;
 
 /// Everything that is to be measured; nothing by default.
@@ -149,7 +150,7 @@ pub struct BondOrder {
 #[serde(deny_unknown_fields)]
 pub struct Profile {
     /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
-    #[schemars(length(min = 1, max = 50))]
+    #[schemars(regex(pattern = FILE))]
     pub name: String,
     /// Number of bins along x, y and z; 1 for an axis that is averaged over.
     #[schemars(inner(range(min = 1, max = MOST_CELLS)))]
@@ -170,7 +171,7 @@ pub struct Profile {
 #[serde(deny_unknown_fields)]
 pub struct Flow {
     /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
-    #[schemars(length(min = 1, max = 50))]
+    #[schemars(regex(pattern = FILE))]
     pub name: String,
     /// The axis that the plane is normal to: `x`, `y` or `z`.
     #[schemars(extend("enum" = AXES))]

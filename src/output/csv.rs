@@ -3,7 +3,8 @@
 //! The columns are `frame` (place in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`, `vz` and
 //! `radius`, then the periods travelled, `ix`, `iy`, `iz`, and the scalars, if the first frame has them; other frames have empty cells
 //! where they have none. Numbers have the fewest digits that read back as the same; velocities that the source does not have are empty
-//! cells. A species name with a comma or a quote is quoted (RFC 4180).
+//! cells. A species name with a comma or a quote is quoted (RFC 4180); one that a spreadsheet would take for a formula
+//! gets an apostrophe before it. Names of scenes are neither: they begin with a letter or a digit.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -80,8 +81,11 @@ impl Writer for Table {
     }
 }
 
+/// As a cell. A name that a spreadsheet would take for a formula, which only files of other programs can have, gets an apostrophe.
 fn quoted(name: &str) -> Cow<'_, str> {
-    if name.contains([',', '"']) {
+    if name.starts_with(['=', '+', '-', '@']) {
+        Cow::Owned(quoted(&format!("'{name}")).into_owned())
+    } else if name.contains([',', '"']) {
         Cow::Owned(format!("\"{}\"", name.replace('"', "\"\"")))
     } else {
         Cow::Borrowed(name)
@@ -106,6 +110,7 @@ mod tests {
             0,0.25,1,\"a,b\",-0.5,0.1,2,0,0,0,0.75\n";
         assert_eq!(text, expected);
         assert_eq!([quoted("ab"), quoted("a\"b")], ["ab", "\"a\"\"b\""]);
+        assert_eq!([quoted("=1+cmd"), quoted("-1,x"), quoted("1-x")], ["'=1+cmd", "\"'-1,x\"", "1-x"]);
     }
 
     #[test]

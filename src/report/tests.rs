@@ -13,16 +13,16 @@ seed = 3
 [space]
 size = [6.0, 6.0, 6.0]
 [[species]]
-name = "A&B"
+name = "AB"
 mass = 1.0
 diameter = 1.0
 [[interaction]]
-species = ["A&B", "A&B"]
+species = ["AB", "AB"]
 potential = "square-well"
 lambda = 1.5
 well_depth = 1.0
 [[fill]]
-species = "A&B"
+species = "AB"
 arrangement = "sc"
 count = 27
 temperature = 1.0
@@ -196,7 +196,7 @@ fn a_page_tells_what_was_simulated_and_what_came_out() {
     for expected in [
         "<h1>scene ",
         "seed 3",
-        "27 A&amp;B",
+        "27 AB",
         "hard core 1 with a square well of 1 up to 1.5",
         "✓ Sound.",
         "energy ledger",
@@ -281,7 +281,7 @@ fn nothing_from_a_file_becomes_markup() {
         .replace("\"scene\": \"scene\"", &format!("\"scene\": {hostile}"))
         .replace("\"faults\": []", &format!("\"faults\": [{hostile}]"));
     fs::write(run.path().join("summary.json"), summary).unwrap();
-    let trajectory = fs::read_to_string(run.path().join("trajectory.xyz")).unwrap().replace("A&B", "</script>");
+    let trajectory = fs::read_to_string(run.path().join("trajectory.xyz")).unwrap().replace("AB", "</script>");
     fs::write(run.path().join("trajectory.xyz"), trajectory).unwrap();
     let scene = format!("{SCENE}# {HOSTILE}\n");
     fs::write(run.path().join("scene.toml"), scene).unwrap();

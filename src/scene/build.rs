@@ -5,9 +5,11 @@ use std::collections::HashMap;
 use crate::Vector;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::draft::{Group, MeshDraft};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::{Interactions, MOST_KINDS};
 use crate::scene::limits::{AXES, affordable_species, finite, finite_vector, on_flat_axes, positive, restitution};
+use crate::scene::names;
 use crate::scene::place::Place;
 use crate::scene::{AuditPlan, CountRegion, Scene, Species, plans, start, velocity};
 use crate::space::{Boundary, Face, Space, displacement_within_period};
@@ -73,6 +75,19 @@ impl SceneBuilder {
         Ok(scene)
     }
 
+    /// Names besides those of the scene, the species and the regions.
+    fn check_names(&self) -> Result<(), SceneError> {
+        for (index, stage) in self.run.stages.iter().enumerate() {
+            names::words(&stage.name, &Place::entry("stage", index).key("name"))?;
+        }
+        for placed in &self.groups {
+            if let Group::Mesh(MeshDraft { name: Some(name), .. }) = &placed.group {
+                names::words(name, &placed.place.key("name"))?;
+            }
+        }
+        Ok(())
+    }
+
     fn check_displacement(&self) -> Result<(), SceneError> {
         finite(self.displacement, Place::root().key("space").key("shear_rate"))?;
         if self.displacement != 0.0 && self.shear_rate.is_none() {
@@ -102,6 +117,7 @@ impl SceneBuilder {
                 positive(limit, audit.key(key))?;
             }
         }
+        self.check_names()?;
         self.check_run()?;
         let output = Place::root().key("output");
         for (interval, key) in
@@ -124,16 +140,12 @@ impl SceneBuilder {
             let kind = SceneErrorKind::value(self.species.len(), format!("at most {MOST_KINDS} species"));
             return Err(SceneError::new(Place::entry("species", MOST_KINDS), kind));
         }
-        let mut names = HashMap::new();
+        let mut taken = HashMap::new();
         let mut species = Vec::with_capacity(self.species.len());
         for (index, draft) in self.species.iter().enumerate() {
             let place = Place::entry("species", index);
-            // Names are columns of trajectory files.
-            if draft.name.is_empty() || draft.name.chars().any(char::is_whitespace) {
-                let kind = SceneErrorKind::value(format!("{:?}", draft.name), "a name without blanks");
-                return Err(SceneError::new(place.key("name"), kind));
-            }
-            if let Some(first) = names.insert(&draft.name, index) {
+            names::word(&draft.name, &place.key("name"))?;
+            if let Some(first) = taken.insert(&draft.name, index) {
                 let kind =
                     SceneErrorKind::Duplicate { name: draft.name.clone(), first: Place::entry("species", first) };
                 return Err(SceneError::new(place.key("name"), kind));
@@ -205,14 +217,11 @@ impl SceneBuilder {
 
 /// Boxes with an inside, whose names can stand at the head of a column.
 fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
-    let mut names = HashMap::new();
+    let mut taken = HashMap::new();
     for (index, CountRegion { name, region }) in regions.iter().enumerate() {
         let place = Place::root().key("output").key("count").index(index);
-        if name.is_empty() || name.len() > 100 || name.chars().any(|c| c.is_control() || matches!(c, ',' | '"')) {
-            let kind = SceneErrorKind::value(format!("{name:?}"), "a short name without commas and quotes");
-            return Err(SceneError::new(place.key("name"), kind));
-        }
-        if let Some(first) = names.insert(name, index) {
+        names::words(name, &place.key("name"))?;
+        if let Some(first) = taken.insert(name, index) {
             let first = Place::root().key("output").key("count").index(first);
             return Err(SceneError::new(place.key("name"), SceneErrorKind::Duplicate { name: name.clone(), first }));
         }

@@ -1,5 +1,6 @@
 //! What is wrong with a scene, where, and what was expected instead.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -8,6 +9,7 @@ use std::sync::Arc;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
 use thiserror::Error;
 
+use crate::describe::printable;
 use crate::error::PotentialError;
 use crate::scene::place::Place;
 
@@ -229,7 +231,12 @@ impl SceneError {
 
     /// The same mistake, with the text that contains it.
     pub(crate) fn in_source(mut self, name: &str, text: Arc<String>, span: std::ops::Range<usize>) -> Self {
-        let source = NamedSource::new(name, text).with_language("TOML");
+        // Of the same length, so that the span stays where it is.
+        let text = match printable(&text) {
+            Cow::Borrowed(_) => text,
+            Cow::Owned(safe) => Arc::new(safe),
+        };
+        let source = NamedSource::new(printable(name), text).with_language("TOML");
         self.0.source = Some((source, SourceSpan::new(span.start.into(), span.len())));
         self
     }
@@ -242,11 +249,12 @@ impl SceneError {
 
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = String::new();
         if !self.0.place.steps().is_empty() {
             let separator = if matches!(self.0.kind, SceneErrorKind::Value { .. }) { "" } else { ":" };
-            write!(f, "{}{separator} ", self.0.place)?;
+            text = format!("{}{separator} ", self.0.place);
         }
-        self.0.kind.fmt(f)
+        f.write_str(&printable(&(text + &self.0.kind.to_string())))
     }
 }
 
@@ -258,7 +266,7 @@ impl std::error::Error for SceneError {
 
 impl Diagnostic for SceneError {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.0.kind.help().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+        self.0.kind.help().map(|help| Box::new(printable(&help).into_owned()) as Box<dyn fmt::Display>)
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {

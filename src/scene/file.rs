@@ -22,6 +22,7 @@ use serde_json::json;
 
 use crate::output::Format;
 use crate::scene::interactions::MOST_STEPS;
+use crate::scene::names::{SCENE, WORD, WORDS};
 use crate::scene::planning::AUTOMATIC;
 use crate::scene::reading::{ARRANGEMENTS, BOUNDARIES, POTENTIALS, SIDES, SURFACES};
 use crate::scene::schema::{keys_by_kind, words};
@@ -34,7 +35,7 @@ use crate::scene::surface::Side;
 #[schemars(title = "Carom scene", extend("$id" = "urn:carom:scene", "required" = ["species", "run"]))]
 pub(crate) struct SceneFile {
     /// Name of the folder of a run: up to 100 letters, digits, `-` and `_`. The name of the file if not given.
-    #[schemars(length(min = 1, max = 100))]
+    #[schemars(regex(pattern = SCENE))]
     pub name: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]
@@ -180,8 +181,8 @@ pub(crate) struct DynamicsFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpeciesFile {
-    /// Name without blanks, unique in the scene.
-    #[schemars(length(min = 1))]
+    /// Name, unique in the scene: up to 64 letters, digits and any of `_ - + . ( )`, beginning with a letter or a digit.
+    #[schemars(regex(pattern = WORD))]
     pub name: String,
     /// Diameter `[length]`, or how the diameters are distributed.
     pub diameter: DiameterFile,
@@ -200,7 +201,8 @@ pub(crate) struct SpeciesFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("potential", &POTENTIALS)))]
 pub(crate) struct InteractionFile {
-    /// Name for bonds and chains, unique among interactions.
+    /// Name for bonds and chains, unique among interactions; as those of species.
+    #[schemars(regex(pattern = WORD))]
     pub name: Option<String>,
     /// The two species that interact like this.
     pub species: Option<[String; 2]>,
@@ -346,7 +348,8 @@ pub(crate) struct RegionFile {
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("surface", &SURFACES)))]
 pub(crate) struct MeshFile {
-    /// Name in messages.
+    /// Name in messages: up to 100 letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
+    #[schemars(regex(pattern = WORDS))]
     pub name: Option<String>,
     /// Name of a static species.
     pub species: String,
@@ -467,8 +470,8 @@ pub(crate) struct OutputFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CountFile {
-    /// Name of the column, unique: up to 100 characters, no commas or quotes.
-    #[schemars(length(min = 1, max = 100))]
+    /// Name of the column, unique: up to 100 letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
+    #[schemars(regex(pattern = WORDS))]
     pub name: String,
     /// Lower corner `[length]`.
     pub lower: [f64; 3],

@@ -6,6 +6,7 @@ use crate::error::PotentialError;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{InteractionDraft, Model};
 use crate::scene::limits::{above_one, finite, positive, restitution};
+use crate::scene::names;
 use crate::scene::occupancy::Contacts;
 use crate::scene::pairs::SpeciesPairs;
 use crate::scene::place::Place;
@@ -38,6 +39,9 @@ impl<'a> Interactions<'a> {
         for (index, draft) in drafts.iter().enumerate() {
             let place = Place::entry("interaction", index);
             check(draft, &place)?;
+            if let Some(name) = &draft.name {
+                names::word(name, &place.key("name"))?;
+            }
             if let Some(name) = &draft.name
                 && let Some(first) = names.insert(name, index)
             {

@@ -70,7 +70,7 @@ fn no_command_replaces_anything_unasked() {
         (&["run", "scene.toml", "--out", "."], &["--out"]),
         (&["run", "scene.toml", "--out", ".", "--force"], &["--out"]),
         (&["report", "runs/scene", "--out", "thesis.tex"], &["--out", "--force"]),
-        (&["report", "runs/scene", "--out", "runs/scene/trajectory.xyz"], &["--out", "--force"]),
+        (&["report", "runs/scene", "--out", "runs/scene/trajectory.xyz"], &["--out"]),
         (&["picture", "runs/scene", "--out", "thesis.tex"], &["--out", "--force"]),
         (&["picture", "runs/scene", "--size", "40x40"], &["--out", "--force"]),
         (&["convert", "runs/scene", "--to", "csv"], &["--out", "--force"]),

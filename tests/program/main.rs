@@ -5,5 +5,6 @@ mod endings;
 mod inputs;
 mod kept;
 mod memory;
+mod names;
 mod place;
 mod run;

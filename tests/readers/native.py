@@ -25,6 +25,7 @@ class Frame:
     images: np.ndarray  # periods travelled, by particle
     particle_masses: np.ndarray  # 0 for what never moves
     bonds: np.ndarray  # pairs of ids
+    bond_names: list  # of the interactions that hold them; all by the first
     scalars: dict  # by name, a number of each particle
 
     @property
@@ -111,5 +112,6 @@ def _frame(comment, rows):
         images=np.array([[int(word) for word in row[9:12]] for row in rows]),
         particle_masses=np.array([float(row[12]) for row in rows]),
         scalars={name: np.array([float(row[13 + k]) for row in rows]) for k, name in enumerate(scalars)},
+        bond_names=comment.get("bond_table", "").split(),
         bonds=np.array([pair.split("-") for pair in comment.get("bonds", "").split()], int).reshape(-1, 2),
     )

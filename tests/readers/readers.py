@@ -161,6 +161,9 @@ def gsd_hoomd(path, frames):
             same("velocities", particles.velocity, frame.velocities.astype(np.float32))
             same("images", particles.image, frame.images_in_tilted_box)
             same_scalars(lambda name: snapshot.log[f"particles/{name}"], frame)
+            if len(frame.bonds):
+                same("interactions of bonds", [snapshot.bonds.types[kind] for kind in snapshot.bonds.typeid],
+                     frame.bond_names * len(frame.bonds))
             bonds = snapshot.bonds.group
             same("bonds", bonds if bonds is not None else np.empty((0, 2), int), frame.bonds)
 
@@ -231,6 +234,8 @@ def numpy_npy(path, frames):
     for name in first.scalars:
         same(name, array(name), [frame.scalars[name] for frame in frames])
     same("bonds", array("bonds") if len(first.bonds) else first.bonds, first.bonds)
+    if len(first.bonds):
+        same("interactions of bonds", array("bond_names")[array("bond_kinds")], first.bond_names * len(first.bonds))
 
 
 def pandas_csv(path, frames):

@@ -100,7 +100,7 @@ fn it_accepts_every_scene_of_configs_and_of_carom_new() {
 }
 
 /// The scenes of `tests/bad_scenes` whose mistake can be seen without knowing the rest of the scene.
-const REFUSED: [&str; 30] = [
+const REFUSED: [&str; 38] = [
     "bond_id_too_large",
     "fractional_count",
     "infinite_diameter",
@@ -108,6 +108,14 @@ const REFUSED: [&str; 30] = [
     "lambda_of_one",
     "missing_key",
     "missing_run",
+    "name_of_a_bond",
+    "name_of_a_formula",
+    "name_of_a_region",
+    "name_too_long",
+    "name_with_a_backslash",
+    "name_with_a_quote",
+    "name_with_a_slash",
+    "name_with_an_escape",
     "nan_mass",
     "negative_audit_limit",
     "negative_count",

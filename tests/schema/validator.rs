@@ -60,6 +60,7 @@ fn holds(
         "exclusiveMaximum" => number(|value, limit| value < limit),
         "minItems" | "minLength" => length(|length, limit| length >= limit),
         "maxItems" | "maxLength" => length(|length, limit| length <= limit),
+        "pattern" => value.as_str().is_none_or(|text| fits(rule.as_str().unwrap(), text)),
         "anyOf" => rule.as_array().unwrap().iter().any(|one| is_valid(one, value)),
         "allOf" => {
             rule.as_array().unwrap().iter().for_each(|one| check(one, value, place, found));
@@ -105,5 +106,29 @@ fn is_of(name: &str, value: &Value) -> bool {
         "integer" => value.as_f64().is_some_and(|number| number.fract() == 0.0),
         "null" => value.is_null(),
         other => panic!("{other} is no type"),
+    }
+}
+
+/// Whether a text is one of the patterns of the schema: classes of characters, each with the numbers of times that it may occur.
+fn fits(pattern: &str, text: &str) -> bool {
+    let letters = |c: char| c.is_alphanumeric();
+    let marks = |c: char| letters(c) || "_.+()-".contains(c);
+    let ascii = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
+    let count = text.chars().count();
+    match pattern {
+        r"^[\p{Alphabetic}\p{N}][\p{Alphabetic}\p{N}_.+()-]{0,63}$" => {
+            text.starts_with(letters) && text.chars().all(marks) && count <= 64
+        }
+        r"^[\p{Alphabetic}\p{N}]([\p{Alphabetic}\p{N}_.+() -]{0,98}[\p{Alphabetic}\p{N}_.+()-])?$" => {
+            let is_inner = text.chars().all(|c| marks(c) || c == ' ');
+            text.starts_with(letters) && is_inner && !text.ends_with(' ') && count <= 100
+        }
+        "^[A-Za-z0-9_-]{1,100}$" => text.chars().all(ascii) && (1..=100).contains(&count),
+        "^[A-Za-z0-9_-]{1,50}$" => text.chars().all(ascii) && (1..=50).contains(&count),
+        "^crc32:[0-9a-f]{8}$" => {
+            let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
+            text.strip_prefix("crc32:").is_some_and(|digits| digits.len() == 8 && digits.chars().all(is_digit))
+        }
+        other => panic!("{other} is a pattern unknown to this validator"),
     }
 }

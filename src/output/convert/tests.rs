@@ -256,9 +256,11 @@ fn scalars_of_particles_are_in_every_format() {
     };
     let text = |format| fs::read_to_string(target(format)).unwrap();
     let columns = ["0.5", "0.30000000000000004", "0", "-2.5"];
-    for (format, head, separator) in
-        [(Format::Xyz, "id:I:1:q6:R:1 ", ' '), (Format::Lammps, "radius q6\n", ' '), (Format::Csv, "radius,q6\n", ',')]
-    {
+    for (format, head, separator) in [
+        (Format::Xyz, "id:I:1:masses:R:1:q6:R:1 ", ' '),
+        (Format::Lammps, "radius q6\n", ' '),
+        (Format::Csv, "radius,q6\n", ','),
+    ] {
         let text = text(format);
         assert!(text.contains(head), "{text}");
         let last: Vec<&str> = text.lines().rev().take(4).map(|line| line.rsplit(separator).next().unwrap()).collect();

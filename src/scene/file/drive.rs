@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::scene::names::WORDS;
 use crate::scene::planning::THERMOSTATS;
 use crate::scene::schema::{keys_by_kind, words};
 use crate::space::AXES;
@@ -12,7 +13,9 @@ use crate::space::AXES;
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StageFile {
-    /// Name of the stage in reports and in the column `stage` of `thermo.csv`; neither `equilibration` nor `measurement`.
+    /// Name of the stage in reports and in the column `stage` of `thermo.csv`; neither `equilibration` nor `measurement`. Up to 100
+    /// letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
+    #[schemars(regex(pattern = WORDS))]
     pub name: String,
     /// Longest duration of the stage `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]

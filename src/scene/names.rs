@@ -1,0 +1,87 @@
+//! What can be a name: it stands in files, tables, pages and on terminals, and must mean nothing else there.
+
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::place::Place;
+
+/// The longest name of one word, and the longest of several, in characters.
+const LONGEST_WORD: usize = 64;
+const LONGEST_WORDS: usize = 100;
+
+/// The same rules for the JSON Schema of scenes.
+pub(crate) const WORD: &str = r"^[\p{Alphabetic}\p{N}][\p{Alphabetic}\p{N}_.+()-]{0,63}$";
+pub(crate) const WORDS: &str =
+    r"^[\p{Alphabetic}\p{N}]([\p{Alphabetic}\p{N}_.+() -]{0,98}[\p{Alphabetic}\p{N}_.+()-])?$";
+pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
+pub(crate) const FILE: &str = "^[A-Za-z0-9_-]{1,50}$";
+
+/// A name that stands in columns of trajectories, in lists with blanks between, and in tables: no formula of a spreadsheet begins with
+/// a letter or a digit.
+pub(crate) fn word(name: &str, place: &Place) -> Result<(), SceneError> {
+    let expected = format!(
+        "a name of up to {LONGEST_WORD} letters, digits and any of `_ - + . ( )` that begins with a letter or a digit"
+    );
+    check(is_name(name, LONGEST_WORD, |_| false), name, expected, place)
+}
+
+/// A name that stands in messages and at the head of a column, also of several words.
+pub(crate) fn words(name: &str, place: &Place) -> Result<(), SceneError> {
+    let expected = format!(
+        "a name of up to {LONGEST_WORDS} letters, digits, blanks and any of `_ - + . ( )` that begins with a letter or a digit"
+    );
+    check(is_name(name, LONGEST_WORDS, |c| c == ' ') && !name.ends_with(' '), name, expected, place)
+}
+
+fn is_name(name: &str, longest: usize, is_allowed: impl Fn(char) -> bool) -> bool {
+    let is_good = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '+' | '.' | '(' | ')') || is_allowed(c);
+    name.starts_with(char::is_alphanumeric) && name.chars().all(is_good) && name.chars().count() <= longest
+}
+
+fn check(is_good: bool, name: &str, expected: String, place: &Place) -> Result<(), SceneError> {
+    if is_good {
+        return Ok(());
+    }
+    // What is too long, or cannot be shown, is not shown as it is.
+    let mut shown: String = name.chars().take(40).flat_map(char::escape_debug).collect();
+    if name.chars().nth(40).is_some() {
+        shown += "...";
+    }
+    Err(SceneError::new(place.clone(), SceneErrorKind::value(format!("\"{shown}\""), expected)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_mean_nothing_else_anywhere() {
+        let place = Place::root().key("name");
+        for good in ["A", "bead-12", "Na+", "\u{e9}t\u{e9}", "(x)".trim_start_matches('('), "2.5", &"a".repeat(64)] {
+            assert!(word(good, &place).is_ok(), "{good}");
+        }
+        let long = "a".repeat(65);
+        for bad in [
+            "",
+            "a b",
+            "a\"b",
+            "a\\b",
+            "a\u{1b}[31mb",
+            "=1+cmd",
+            "+x",
+            "-x",
+            "@x",
+            "a,b",
+            "a/b",
+            "a\tb",
+            "\u{202e}a",
+            &long,
+        ] {
+            let error = word(bad, &place).unwrap_err().to_string();
+            assert!(error.contains("expected a name of up to 64 letters"), "{error}");
+            assert!(!error.chars().any(char::is_control) && error.len() < 400, "{error:?}");
+        }
+        assert!(words("front side", &place).is_ok());
+        for bad in ["", " a", "a ", "a,b", "a\"b", "=a b", &"a".repeat(101)] {
+            assert!(words(bad, &place).is_err(), "{bad}");
+        }
+    }
+}
