@@ -113,16 +113,15 @@ fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
     all.filter(|(_, is_simulated)| *is_simulated).map(|(limit, _)| rows(limit)).sum()
 }
 
-/// Simulated time and events until a limit, as far as is known.
+/// Simulated time and events until a limit, as far as is known: of two limits, only the rate tells which one comes first.
 fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     let rate = rate.filter(|rate| *rate > 0.0);
-    let least = |given: Option<f64>, other: Option<f64>| match (given, other) {
-        (Some(given), Some(other)) => Some(given.min(other)),
-        (given, other) => given.or(other),
-    };
-    let events = limit.events.map(|events| events as f64);
-    let time = least(limit.time, events.zip(rate).map(|(events, rate)| events / rate));
-    (time, least(events, time.zip(rate).map(|(time, rate)| time * rate)))
+    match (limit.time, limit.events.map(|events| events as f64), rate) {
+        (Some(time), Some(events), Some(rate)) => (Some(time.min(events / rate)), Some(events.min(time * rate))),
+        (Some(time), None, rate) => (Some(time), rate.map(|rate| time * rate)),
+        (None, Some(events), rate) => (rate.map(|rate| events / rate), Some(events)),
+        (Some(_), Some(_), None) | (None, None, _) => (None, None),
+    }
 }
 
 /// Bytes of a frame in all formats that the scene asks for.
@@ -219,6 +218,8 @@ mod tests {
         let it = estimate("[run]\nuntil_time = 10.0\n[output]\nevents = true", Some(1e9));
         assert!(it.bytes > 1.9e12 && it.is_complete);
         assert!(!estimate("[run]\nuntil_time = 10.0\n[output]\nevents = true", None).is_complete);
+        let both = "[run]\nuntil_events = 1000\nuntil_time = 1e9\n[output]\nthermo_interval = 1e-3";
+        assert_eq!((estimate(both, None).rows, estimate(both, Some(1e3)).rows), (None, Some(1002.0)));
         let plain = estimate("[run]\nuntil_time = 10.0", None);
         assert!(plain.bytes < 1e7 && plain.rows == Some(ROWS) && plain.memory < 2e7);
     }

@@ -208,23 +208,20 @@ fn a_run_killed_between_its_last_renamings_is_a_run_and_goes_on() {
 
 #[test]
 fn a_run_asks_before_it_fills_the_disk() {
-    let place = Place::with(FLUID);
-    let long = ["scene.toml", "--set", "output.thermo_interval=1e-3", "--set", "run.until_time=1e10"];
-    let output = place.carom(&[&["run"], &long[..]].concat());
+    let interval = ["scene.toml", "--set", "output.thermo_interval=1e-3"];
+    let place = Place::with(&FLUID.replace("until_events = 4000", "until_time = 1e10"));
+    let output = place.carom(&[&["run"], &interval[..]].concat());
     assert_eq!(code(&output), 2, "{}", errors(&output));
     assert!(line(&output).contains("TB") && errors(&output).contains("--force"), "{}", errors(&output));
     assert!(!place.path().join("runs").exists());
-    let text = words(&place.carom(&[
-        "check",
-        "scene.toml",
-        "--set",
-        "output.thermo_interval=1e-3",
-        "--set",
-        "run.until_time=1e10",
-    ]));
+    let text = words(&place.carom(&[&["check"], &interval[..]].concat()));
     assert!(text.contains("it asks for --force"), "{text}");
-    // Both limits hold: the events come first.
-    let text = words(&place.carom(&["check", "scene.toml"]));
+    // Of two limits the first one counts.
+    let place = Place::with(FLUID);
+    let both = [&interval[..], &["--set", "run.until_time=1e10"]].concat();
+    let output = place.carom(&[&["run"], &both[..]].concat());
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let text = words(&place.carom(&[&["check"], &both[..]].concat()));
     assert!(text.contains("rows and") && text.contains("of memory") && text.contains("4500 events"), "{text}");
     assert!(!text.contains("--force"), "{text}");
 }
