@@ -169,7 +169,7 @@ pub fn free_disk(folder: &std::path::Path) -> Option<f64> {
     let result = unsafe { libc::statvfs(path.as_ptr(), status.as_mut_ptr()) };
     // SAFETY: zeros are a valid value, and the call has written another one.
     let status = unsafe { status.assume_init() };
-    (result == 0).then(|| status.f_bavail as f64 * status.f_frsize as f64)
+    (result == 0).then_some(status.f_bavail as f64 * status.f_frsize as f64)
 }
 
 /// What is free on the disk of a folder; not known on this system.
@@ -200,7 +200,7 @@ mod tests {
         ";
 
     fn estimate(more: &str, rate: Option<f64>) -> Estimate {
-        Estimate::of(&Scene::from_toml(&format!("{SCENE}{more}"), "scene.toml").unwrap(), rate)
+        Estimate::of(&Scene::from_toml(format!("{SCENE}{more}"), "scene.toml").unwrap(), rate)
     }
 
     #[test]

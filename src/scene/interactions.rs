@@ -104,8 +104,9 @@ impl<'a> Interactions<'a> {
             return Err(SceneError::new(Place::entry("interaction", index), kind));
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
-        if steps > MOST_STEPS {
-            let expected = format!("a number of radii from 1 to {MOST_STEPS}");
+        // A stepped Lennard-Jones potential has its core besides.
+        if steps > MOST_STEPS + 1 {
+            let expected = format!("a number of radii from 1 to {}", MOST_STEPS + 1);
             let place = Place::entry("interaction", index).key("radii");
             return Err(SceneError::new(place, SceneErrorKind::value(steps, expected)));
         }

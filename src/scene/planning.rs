@@ -41,8 +41,7 @@ fn read_automatic(word: &str, place: &Place) -> Result<(), SceneError> {
     if AUTOMATIC.contains(&word) {
         return Ok(());
     }
-    let expected = "\"auto\", or equilibration_time or equilibration_events";
-    Err(SceneError::new(place.clone(), SceneErrorKind::value(format!("{word:?}"), expected)))
+    Err(SceneError::new(place.clone(), SceneErrorKind::unknown_word("equilibration", word, AUTOMATIC)))
 }
 
 fn read_stage(stage: StageFile, place: &Place) -> Result<StagePlan, SceneError> {

@@ -124,6 +124,7 @@ fn balls_that_part_end_their_rows() {
         thermo_interval = 0.01
         [[species]]
         name = 'ball'
+        mass = 0.3
         diameter = 1.0
         [[interaction]]
         species = ['ball', 'ball']

@@ -205,6 +205,7 @@ fn the_reader_knows_the_same_words() {
         ("mesh.0.surface", "'?'"),
         ("mesh.0.open", "['?']"),
         ("run.thermostat.kind", "'?'"),
+        ("run.equilibration", "'?'"),
         ("stage.0.thermostat.axes", "['?']"),
         ("measure.flow.0.axis", "'?'"),
         ("output.formats", "['?']"),
