@@ -28,7 +28,7 @@ pub struct Grid {
 }
 
 /// With this many cells along a periodic axis, particles in neighbouring cells are less than half a period apart, so that
-/// their minimum image is the one that they can meet in before either changes its cell.
+/// their minimum image is the one that they can meet in before either changes its cell; with four at half a period at the most.
 const UNAMBIGUOUS: u32 = 4;
 
 /// Cells are this much wider than the interaction's range, so that round-off of positions (which stays below some
@@ -166,15 +166,19 @@ impl Grid {
     /// Separations, besides the minimum image, at which a pair can meet before either particle changes its cell.
     ///
     /// Empty unless a periodic axis is shorter than four cells. Between two predictions of a pair each of the two travels one
-    /// cell at most, so their separation changes by up to two cells: one period for two or three cells, two for a single one.
+    /// cell at most, so their separation changes by up to two cells: one period for two or three cells, two for a single one. Then axes of four cells
+    /// count, too: see [`Self::tied_axes`].
     #[must_use]
     pub fn further_images(&self, periods: &Vector) -> Vec<Vector> {
         let mut images = vec![Vector::zeros()];
+        if (0..3).all(|axis| !self.is_periodic[axis] || self.counts[axis] >= UNAMBIGUOUS) {
+            return Vec::new();
+        }
         for axis in 0..3 {
             let most = match self.counts[axis] {
                 _ if !self.is_periodic[axis] => 0,
                 1 => 2,
-                2 | 3 => 1,
+                2..=UNAMBIGUOUS => 1,
                 _ => 0,
             };
             images = images
@@ -192,6 +196,13 @@ impl Grid {
         }
         images.retain(|image| *image != Vector::zeros());
         images
+    }
+
+    /// Axes of four cells, along which a pair of neighbouring cells can be half a period apart, from the outer face of the one to that of the
+    /// other: there the two nearest images are as far away, and either can be the one that they meet in.
+    #[must_use]
+    pub fn tied_axes(&self) -> [bool; 3] {
+        std::array::from_fn(|axis| self.is_periodic[axis] && self.counts[axis] == UNAMBIGUOUS)
     }
 
     /// The cell that holds a position at the start.

@@ -7,6 +7,7 @@
 use super::engine::Engine;
 use super::order::along_curve;
 use super::prediction::Prediction;
+use super::shear::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::interaction::memory::{Known, PairMemory};
 use crate::neighbours::cells::Cells;
@@ -94,11 +95,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.bodies.iter().map(|body| body.position).collect();
         self.further_images.clear();
+        self.tied_axes = [false; 3];
         self.neighbours = match search {
             Search::Cells => {
                 let reach = self.reach * self.growing.map_or(1.0, |growing| growing.reach);
                 let cells = Cells::new(&self.space, reach, &positions);
                 self.further_images = cells.grid.further_images(&self.periods);
+                if self.further_images.is_empty() {
+                    self.tied_axes = cells.grid.tied_axes();
+                    if self.shear.is_some() {
+                        // Images along the flow and the gradient slide, and are looked at beside each other.
+                        (self.tied_axes[FLOW], self.tied_axes[GRADIENT]) = (false, false);
+                    }
+                }
                 Neighbours::Cells(cells)
             }
             Search::Lists { shell } => {

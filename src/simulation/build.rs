@@ -59,6 +59,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             predictions: vec![Prediction::NONE; count],
             queue: EventQueue::new(count, 1.0),
             further_images: Vec::new(),
+            tied_axes: [false; 3],
             neighbours: Neighbours::none(&scene.space),
             space: scene.space.clone(),
             ranges: ranges(scene, rules.rows.species()),

@@ -8,6 +8,10 @@ use crate::detection::plane;
 use crate::neighbours::Neighbours;
 use crate::neighbours::grid::{Face, Grid};
 use crate::neighbours::near::Near;
+use crate::overlap::Side;
+
+/// Of half a period, what rounding can leave of the distance of two particles on the outer faces of their cells, and much more.
+const TIED: f64 = 1e-6;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first meeting with those in the cells around the particle, and when it leaves its own.
@@ -43,6 +47,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.is_known[known.partner as usize] = false;
             }
         }
+        if self.tied_axes.contains(&true) {
+            self.predict_ties(me, near.found(), prediction);
+        }
         if !self.is_one_by_one() {
             let (strangers, length) = near.filled_up(me.id);
             self.predict_strangers(me, true, strangers, length, prediction);
@@ -51,6 +58,39 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.predict_across(me, prediction);
         }
         self.near = near;
+    }
+
+    /// The first meeting with those that are half a period away, but for rounding, in the image on the other side.
+    ///
+    /// Either of the two may be the nearest image, and the one that is left out here is looked at with all others.
+    fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
+        for &other in others.iter().filter(|&&other| other != me.id) {
+            let (nearest, _) = self.relative(me, other);
+            let is_tied: [bool; 3] = std::array::from_fn(|axis| {
+                let half = 0.5 * self.periods[axis];
+                self.tied_axes[axis] && nearest.position[axis].abs() > half * (1.0 - TIED)
+            });
+            let squared = if TABLE {
+                let meeting = self.rules.meeting(self.species[me.id as usize], self.species[other as usize]);
+                if meeting.exists { meeting.squared } else { continue }
+            } else {
+                self.rules.meeting(0, 0).squared
+            };
+            // Along one axis, or along several at once.
+            for sides in 1..8_u8 {
+                let is_other = |axis: usize| sides >> axis & 1 == 1;
+                if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
+                    continue;
+                }
+                let mut state = nearest;
+                for axis in (0..3).filter(|&axis| is_other(axis)) {
+                    state.position[axis] -= self.periods[axis].copysign(state.position[axis]);
+                }
+                if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+                    self.offer(me, other, Side::Positive, dt, prediction);
+                }
+            }
+        }
     }
 
     /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the

@@ -73,6 +73,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub reach: f64,
     /// Images of a small box that have to be looked at one by one; empty for others.
     pub further_images: Vec<Vector>,
+    /// Axes along which neighbours can be half a period apart, so that their nearest image is decided by rounding.
+    pub tied_axes: [bool; 3],
     pub contact_times: Option<ContactTimes>,
     pub tally: Tally,
     /// Events by species; empty without a table.

@@ -1,0 +1,31 @@
+//! Boxes of four cells, and particles half a period apart: either image can be the one that they meet in.
+
+use carom::Vector;
+use carom::potential::Potential;
+use carom::scene::{Scene, SceneBuilder};
+use carom::simulation::{Simulation, Until};
+use carom::space::Space;
+
+/// A ball among static spheres whose centres are on the faces of cells of a quarter of the box.
+fn lorentz_gas(velocity: [f64; 3]) -> Scene {
+    let mut scene = SceneBuilder::new("lorentz")
+        .species("ball", 0.7, 1.0)
+        .static_species("fixed", 1.4)
+        .interaction("ball", "fixed", Potential::hard_sphere(1.2).unwrap(), 1.0)
+        .space(Space::periodic_cube(6.0))
+        .particle("ball", Vector::repeat(0.1), Vector::from(velocity));
+    for at in [[3.0, 3.0, 3.0], [3.0, 0.0, 1.0], [1.0, 3.0, 5.0], [5.0, 2.0, 0.5]] {
+        scene = scene.particle("fixed", Vector::from(at), Vector::zeros());
+    }
+    scene.build().unwrap()
+}
+
+#[test]
+fn static_spheres_half_a_period_away_are_met() {
+    for velocity in [[1.0, 0.3, 0.24], [1.0, 0.3, 0.211], [1.0, 0.3, 0.215], [1.0, 0.3, 0.2]] {
+        let mut simulation = Simulation::new(lorentz_gas(velocity));
+        simulation.advance(Until::events(5000)).unwrap();
+        let tally = simulation.tally();
+        assert!(tally.deepest_overlap < 1e-12 && tally.in_invalid_state == 0, "{velocity:?}: {tally:?}");
+    }
+}
