@@ -107,7 +107,6 @@ fn a_mixture_with_walls_wells_and_static_spheres_keeps_its_energy() {
         species = 'post'
         position = [3.5, 3.0, 2.5]
         [[fill]]
-        species = 'light'
         composition = { light = 5.0, heavy = 1.0 }
         arrangement = 'random'
         count = 36
