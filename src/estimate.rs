@@ -188,6 +188,7 @@ mod tests {
         size = [20.0, 20.0, 20.0]
         [[species]]
         name = 'ball'
+        mass = 1.3
         diameter = 1.0
         [[interaction]]
         species = ['ball', 'ball']
