@@ -67,8 +67,10 @@ impl Estimate {
             Some(interval) => duration.map(|time| (time / interval).ceil() + 2.0),
             None => Some(chosen.min(measured.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
         };
-        let (rows, frames) = (count(output.thermo_interval, ROWS), count(output.frame_interval, FRAMES));
-        let rows = rows.zip(earlier_rows(scene, rate)).map(|(measured, earlier)| measured + earlier);
+        let (measured_rows, frames) = (count(output.thermo_interval, ROWS), count(output.frame_interval, FRAMES));
+        let earlier_rows = earlier_rows(scene, rate);
+        let rows = measured_rows.zip(earlier_rows).map(|(measured, earlier)| measured + earlier);
+        let row = (12.0 + output.regions.len() as f64) * DIGITS;
         let before: Option<f64> = scene
             .run
             .stages
@@ -81,7 +83,8 @@ impl Estimate {
         let per_event =
             if output.has_event_log { LOGGED } else { 0.0 } + if output.has_contacts { CONTACT } else { 0.0 };
         let parts = [
-            rows.map(|rows| rows * (12.0 + output.regions.len() as f64) * DIGITS),
+            measured_rows.map(|rows| rows * row),
+            earlier_rows.map(|rows| rows * row),
             frames.map(|frames| frames * frame_bytes(scene)),
             if per_event > 0.0 { measured.map(|events| events * per_event) } else { Some(0.0) },
             Some(particles * CHECKPOINT),
@@ -219,6 +222,9 @@ mod tests {
         let it = estimate("[run]\nuntil_time = 10.0\n[output]\nevents = true", Some(1e9));
         assert!(it.bytes > 1.9e12 && it.is_complete);
         assert!(!estimate("[run]\nuntil_time = 10.0\n[output]\nevents = true", None).is_complete);
+        let it =
+            estimate("[run]\nuntil_time = 1e9\nequilibration_events = 500\n[output]\nthermo_interval = 1e-3", None);
+        assert!(it.bytes > 1e13 && !it.is_complete && it.rows.is_none(), "what is known is enough: {it:?}");
         let both = "[run]\nuntil_events = 1000\nuntil_time = 1e9\n[output]\nthermo_interval = 1e-3";
         assert_eq!((estimate(both, None).rows, estimate(both, Some(1e3)).rows), (None, Some(1002.0)));
         let plain = estimate("[run]\nuntil_time = 10.0", None);
