@@ -93,7 +93,7 @@ until_events = 10
 #[test]
 fn a_stopped_run_leaves_complete_files() {
     let place = Place::with(FLUID);
-    let arguments = ["run", "scene.toml", "--until-time", "1e6", "--set", "output.thermo_interval=0.01"];
+    let arguments = ["run", "scene.toml", "--until-time", "1e5", "--set", "output.thermo_interval=0.1"];
     let mut child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let partial = place.path().join("runs/scene/thermo.csv.partial");
     // The table is written every two seconds; then the run is under way.
