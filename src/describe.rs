@@ -8,12 +8,20 @@ use crate::scene::{
 };
 use crate::simulation::EngineChoice;
 use crate::space::{Boundary, Face};
-use crate::statistics::Estimate;
+use crate::statistics::{Estimate, ROUNDING};
 
 /// A number of things: `1 wall`, `2 walls`.
 #[must_use]
 pub fn plural(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
+/// Several things: `x`, `x and y`, `x, y and z`.
+fn listed(names: &[&str]) -> String {
+    match names {
+        [first @ .., second, last] if !first.is_empty() => format!("{}, {second} and {last}", first.join(", ")),
+        names => names.join(" and "),
+    }
 }
 
 /// A number of bytes for people: `25 MB`.
@@ -105,7 +113,7 @@ pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
             .filter(|species| species.acceleration.norm() > 0.0)
             .map(|species| species.name.as_str())
             .collect();
-        format!("{} {}", falling.join(" and "), if falling.len() == 1 { "accelerates" } else { "accelerate" })
+        format!("{} {}", listed(&falling), if falling.len() == 1 { "accelerates" } else { "accelerate" })
     } else {
         "nothing accelerates".to_owned()
     };
@@ -264,15 +272,12 @@ pub fn tiny(number: f64) -> String {
     if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
 }
 
-/// Relative to a mean, what the roundings of a long sum leave of the error of something that does not change.
-const CONSTANT: f64 = 1e-12;
-
 /// A mean with two digits of its error, and itself to the same place: `1.0432 +- 0.0021`. What differs by rounding only is conserved.
 #[must_use]
 pub fn estimate(estimate: &Estimate) -> String {
     let Estimate { mean, standard_error } = *estimate;
     match standard_error {
-        Some(error) if error > CONSTANT * mean.abs() => with_error(mean, error),
+        Some(error) if error > ROUNDING * mean.abs() => with_error(mean, error),
         Some(_) if mean == 0.0 => "0".to_owned(),
         Some(_) => format!("{} (conserved)", digits(mean)),
         None => format!("{} (too short for an error)", digits(mean)),
@@ -326,7 +331,7 @@ pub fn unit(unit: &str, dimensions: usize) -> String {
 pub fn momentum_changes(scene: &Scene) -> String {
     let axes = |changed: &[bool; 3]| {
         let names = ["x", "y", "z"].into_iter().zip(changed).filter(|(_, is_changed)| **is_changed);
-        names.map(|(name, _)| name).collect::<Vec<_>>().join(" and ")
+        listed(&names.map(|(name, _)| name).collect::<Vec<_>>())
     };
     let mut kicked = [false; 3];
     for stage in scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten() {
@@ -399,6 +404,17 @@ mod tests {
             .build()
             .unwrap();
         assert_eq!(momentum_changes(&scene), "walls along x and z, acceleration along y");
+        let between_walls = crate::scene::SceneBuilder::new("box")
+            .space(crate::space::Space {
+                boundary: [Boundary::walls(1.0); 3],
+                ..crate::space::Space::periodic_cube(9.0)
+            })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", crate::Vector::repeat(4.0), crate::Vector::zeros())
+            .build()
+            .unwrap();
+        assert_eq!(momentum_changes(&between_walls), "walls along x, y and z");
     }
 
     #[test]

@@ -306,8 +306,10 @@ impl Reference {
                 * ((self.acceleration(i) - self.acceleration(j)).dot(&normal)
                     + tangential.norm_squared() / apart.norm());
             let approach = (-side.sign() * vn).max(0.0);
-            if let Some(leaving) = self.tc_model(&[i, j], restitution, approach, tangential.norm(), closing) {
-                leaving_vn = side.sign() * leaving.speed;
+            // As a wall, a static particle has no contact of its own.
+            let moving: Vec<u32> = [i, j].into_iter().filter(|&particle| !self.is_static(particle)).collect();
+            if let Some(leaving) = self.tc_model(&moving, restitution, approach, tangential.norm(), closing) {
+                leaving_vn = side.sign() * if leaving.speed == approach { vn.abs() } else { leaving.speed };
                 tangential *= leaving.tangential_scale;
             }
         }
@@ -357,8 +359,9 @@ impl Reference {
         tangential[k] = 0.0;
         let mut speed = if vn < 0.0 { -restitution * vn } else { vn };
         let closing = -inwards * self.acceleration(i)[k];
-        if let Some(leaving) = self.tc_model(&[i], restitution, (-vn).max(0.0), tangential.norm(), closing) {
-            speed = leaving.speed;
+        let approach = (-vn).max(0.0);
+        if let Some(leaving) = self.tc_model(&[i], restitution, approach, tangential.norm(), closing) {
+            speed = if leaving.speed == approach { vn.abs() } else { leaving.speed };
             tangential *= leaving.tangential_scale;
         }
         let mut after = tangential;

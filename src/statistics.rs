@@ -12,6 +12,9 @@ use serde::{Deserialize, Serialize};
 /// Bins are merged pairwise when there are this many.
 const MOST_BINS: usize = 1024;
 
+/// What the roundings of a long run leave of a constant, relative to it: a temperature of two particles that is conserved over `1e8` events.
+pub(crate) const ROUNDING: f64 = 1e-11;
+
 /// There is no error of fewer values,
 const FEWEST_VALUES: usize = 8;
 
@@ -188,7 +191,7 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
     let deviations: Vec<f64> = series.iter().map(|x| x - mean).collect();
     let variance = deviations.iter().map(|x| x * x).sum::<f64>() / (n - 1.0);
     // Of a constant there is nothing but rounding, which is no noise.
-    if variance.sqrt() <= 8.0 * f64::EPSILON * mean.abs() {
+    if variance.sqrt() <= ROUNDING * mean.abs() {
         return Some((variance / n).sqrt());
     }
     let density = spectrum::density_at_zero(&deviations, variance)?;

@@ -55,8 +55,11 @@ impl Equilibrium {
         let has = |wanted: Stationarity| observables.iter().any(|(_, stationarity)| *stationarity == wanted);
         if has(Stationarity::Unknown) {
             let unknown = observables.iter().filter(|(_, stationarity)| *stationarity == Stationarity::Unknown);
-            let reasons = unknown.map(|(name, _)| format!("too short to tell for {}", words(name))).collect();
-            return Self { verdict: Answer::Unknown, reasons };
+            let names: Vec<String> = unknown.map(|(name, _)| words(name)).collect();
+            return Self {
+                verdict: Answer::Unknown,
+                reasons: vec![format!("too short to tell for {}", names.join(", "))],
+            };
         }
         if has(Stationarity::Stationary) {
             return Self { verdict: Answer::Yes, reasons: Vec::new() };
@@ -90,6 +93,8 @@ mod tests {
         assert_eq!(text(&[("temperature", unknown), ("pressure", drifting)]), "no (pressure drifts by 1.1)");
         let expected = "unknown (too short to tell for collision rate)";
         assert_eq!(text(&[("temperature", stationary), ("collision_rate", unknown)]), expected);
+        let expected = "unknown (too short to tell for temperature, pressure)";
+        assert_eq!(text(&[("temperature", unknown), ("pressure", unknown)]), expected);
         assert_eq!(text(&[("temperature", constant)]), "unknown (nothing that fluctuates was measured)");
         assert_eq!(Equilibrium::of(&[]).verdict, Answer::Unknown);
     }

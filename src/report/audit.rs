@@ -1,5 +1,7 @@
 //! What a run found out about its own correctness.
 
+use std::borrow::Cow;
+
 use super::html::{escape, number};
 use crate::describe::{digits, momentum_changes, tiny};
 use crate::observe::{Answer, Equilibrium};
@@ -50,7 +52,7 @@ fn state(equilibrium: &Equilibrium) -> String {
 /// A line of the table.
 struct Row {
     what: &'static str,
-    how: &'static str,
+    how: Cow<'static, str>,
     value: String,
     limit: String,
     /// `None` where there is nothing to judge.
@@ -74,10 +76,10 @@ impl Row {
     }
 }
 
-/// With the reasons that apply, as far as the scene could be read.
-fn not_conserved(scene: Option<&Scene>) -> String {
-    let reasons = scene.map(momentum_changes).filter(|reasons| !reasons.is_empty());
-    reasons.map_or_else(|| "not conserved here".to_owned(), |reasons| format!("not conserved: {reasons}"))
+/// What the momentum is measured by; or the reasons why it is not conserved, as far as the scene could be read.
+fn how_momentum(drift: Option<f64>, scene: Option<&Scene>) -> Cow<'static, str> {
+    let reasons = scene.filter(|_| drift.is_none()).map(momentum_changes).filter(|reasons| !reasons.is_empty());
+    reasons.map_or("drift, relative to the sum of m |v|".into(), |reasons| format!("changed by {}", escape(&reasons)).into())
 }
 
 fn invariants(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
@@ -86,15 +88,15 @@ fn invariants(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
     let mut rows = vec![
         Row {
             what: "energy ledger",
-            how: "error of kinetic and potential energy, with what was dissipated and supplied, relative",
+            how: "error of kinetic and potential energy, with what was dissipated and supplied, relative".into(),
             value: tiny(energy.ledger_error_relative),
             limit: format!("{:.1e}", energy.ledger_limit),
             is_sound: Some(energy.ledger_error_relative <= energy.ledger_limit),
         },
         Row {
             what: "momentum",
-            how: "drift, relative to the sum of m |v|",
-            value: momentum.drift.map_or_else(|| not_conserved(scene), tiny),
+            how: how_momentum(momentum.drift, scene),
+            value: momentum.drift.map_or_else(|| "not conserved".to_owned(), tiny),
             limit: momentum.drift.map_or_else(none, |_| format!("{:.1e}", momentum.limit)),
             is_sound: momentum.drift.map(|drift| drift <= momentum.limit),
         },
@@ -105,16 +107,16 @@ fn invariants(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {
         ("contacts altered by the TC model", "made elastic or slowed down", events.tc_altered),
     ];
     for (what, how, count) in counts.into_iter().filter(|(_, _, count)| *count > 0) {
-        rows.push(Row { what, how, value: count.to_string(), limit: none(), is_sound: None });
+        rows.push(Row { what, how: how.into(), value: count.to_string(), limit: none(), is_sound: None });
     }
     if energy.dissipated > 0.0 {
         let (what, how) = ("energy dissipated", "by restitution, and counted in the ledger");
-        rows.push(Row { what, how, value: digits(energy.dissipated), limit: none(), is_sound: None });
+        rows.push(Row { what, how: how.into(), value: digits(energy.dissipated), limit: none(), is_sound: None });
     }
     if energy.supplied != 0.0 {
         let (what, how) =
             ("energy supplied", "by thermostats, walls, growth or shear, less what they took; counted in the ledger");
-        rows.push(Row { what, how, value: digits(energy.supplied), limit: none(), is_sound: None });
+        rows.push(Row { what, how: how.into(), value: digits(energy.supplied), limit: none(), is_sound: None });
     }
     rows
 }
@@ -131,21 +133,21 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
     let mut rows = vec![
         Row {
             what: "deepest overlap at an event",
-            how: "relative to the contact distance",
+            how: "relative to the contact distance".into(),
             value: tiny(overlap.deepest_executed),
             limit: limit(),
             is_sound: if overlap.initial == 0 { is_sound(overlap.deepest_executed, invalid) } else { None },
         },
         Row {
             what: "deepest overlap at the end",
-            how: "relative to the contact distance",
+            how: "relative to the contact distance".into(),
             value: tiny(overlap.deepest_final),
             limit: limit(),
             is_sound: is_sound(overlap.deepest_final, overlap.r#final as u64),
         },
         Row {
             what: "events in invalid states",
-            how: "deeper in an overlap than rounding explains",
+            how: "deeper in an overlap than rounding explains".into(),
             value: invalid.to_string(),
             limit: if is_judged_by_rounding { "0".to_owned() } else { String::new() },
             is_sound: is_judged_by_rounding.then_some(invalid == 0),
@@ -156,7 +158,7 @@ fn overlaps(summary: &Summary) -> Vec<Row> {
         let end = overlap.resolved_after.map_or(left, |time| format!("gone after t = {}", digits(time)));
         rows.push(Row {
             what: "overlapping pairs at the start",
-            how: "allowed by the scene",
+            how: "allowed by the scene".into(),
             value: format!("{}, {end}", overlap.initial),
             limit: String::new(),
             is_sound: None,

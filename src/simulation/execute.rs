@@ -219,7 +219,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
         let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
         let arriving = (-side.sign() * vn).max(0.0);
-        let leaving = self.tc_model(&[i, j], restitution, arriving, tangential.sqrt(), closing, time);
+        // A static particle has no contact of its own, as a wall has none: it would make the contacts of all its partners elastic.
+        let moving: &[u32] = match (self.is_static(i), self.is_static(j)) {
+            (true, _) => &[j],
+            (_, true) => &[i],
+            _ => &[i, j],
+        };
+        let leaving = self.tc_model(moving, restitution, arriving, tangential.sqrt(), closing, time);
         // What the model leaves as it is, or makes elastic, goes without the rounding of a square root.
         if leaving.speed == arriving {
             response = respond(side, seen.energy_step, approach, 1.0);

@@ -38,8 +38,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.contact_times.is_some() {
             let closing = -inwards * species.acceleration[axis];
             let tangential = (body.velocity.norm_squared() - vn * vn).max(0.0).sqrt();
-            let leaving = self.tc_model(&[i], restitution, (-vn).max(0.0), tangential, closing, time);
-            (after, tangential_scale) = (leaving.speed, leaving.tangential_scale);
+            let arriving = (-vn).max(0.0);
+            let leaving = self.tc_model(&[i], restitution, arriving, tangential, closing, time);
+            // What the model leaves as it is, or makes elastic: a particle that recedes within round-off keeps its speed.
+            after = if leaving.speed == arriving { vn.abs() } else { leaving.speed };
+            tangential_scale = leaving.tangential_scale;
         }
         let before = body.velocity;
         let body = &mut self.bodies[i as usize];

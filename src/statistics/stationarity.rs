@@ -1,6 +1,6 @@
 //! Whether a series is stationary: whether it began in equilibrium.
 
-use super::{halved, spectrum};
+use super::{ROUNDING, halved, spectrum};
 use serde::{Deserialize, Serialize};
 
 /// How far the means of the first quarter and of the second half may be apart, in standard errors of their difference that are known well; and what
@@ -55,7 +55,7 @@ pub fn stationarity(series: &[f64]) -> Stationarity {
     let drift = mean(second) - mean(first);
     let scale = series.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     // What rounding leaves of a constant does not drift.
-    if series.iter().all(|x| (x - series[0]).abs() <= 1e-12 * scale) {
+    if series.iter().all(|x| (x - series[0]).abs() <= ROUNDING * scale) {
         return Stationarity::Constant;
     }
     let is_far = |noise: &Noise, limit: (f64, f64)| {
@@ -97,7 +97,7 @@ impl Noise {
             deviations.iter_mut().enumerate().for_each(|(k, x)| *x -= slope * (k as f64 - middle));
         }
         let variance = deviations.iter().map(|x| x * x).sum::<f64>() / (n - 1.0);
-        if variance.sqrt() <= 8.0 * f64::EPSILON * mean.abs() {
+        if variance.sqrt() <= ROUNDING * mean.abs() {
             // A line without noise, or a half that stands still.
             return (variance > 0.0 || mean != 0.0).then_some(Self { density: variance, independent: n });
         }
