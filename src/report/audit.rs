@@ -79,7 +79,9 @@ impl Row {
 /// What the momentum is measured by; or the reasons why it is not conserved, as far as the scene could be read.
 fn how_momentum(drift: Option<f64>, scene: Option<&Scene>) -> Cow<'static, str> {
     let reasons = scene.filter(|_| drift.is_none()).map(momentum_changes).filter(|reasons| !reasons.is_empty());
-    reasons.map_or("drift, relative to the sum of m |v|".into(), |reasons| format!("changed by {}", escape(&reasons)).into())
+    reasons.map_or("drift, relative to the sum of m |v|".into(), |reasons| {
+        format!("changed by {}", escape(&reasons)).into()
+    })
 }
 
 fn invariants(summary: &Summary, scene: Option<&Scene>) -> Vec<Row> {

@@ -110,7 +110,8 @@ impl Verifier {
     fn note_contact(&mut self, particles: &[u32], now: &States) {
         if let Some(contacts) = &mut self.contacts {
             // A static particle has no contact of its own.
-            let moving: Vec<u32> = particles.iter().copied().filter(|&particle| !self.world.is_static(particle)).collect();
+            let moving: Vec<u32> =
+                particles.iter().copied().filter(|&particle| !self.world.is_static(particle)).collect();
             contacts.note(&moving, &now.elapsed);
         }
     }
