@@ -1,7 +1,9 @@
 //! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
 
 use std::borrow::Cow;
+use std::fmt::Display;
 
+use crate::numbers::{id, trunc_to_usize};
 use crate::potential::Potential;
 use crate::scene::{
     GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
@@ -12,8 +14,9 @@ use crate::statistics::{Estimate, ROUNDING};
 
 /// A number of things: `1 wall`, `2 walls`.
 #[must_use]
-pub fn plural(count: usize, noun: &str) -> String {
-    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+pub fn plural(count: impl Display + PartialEq + From<u8>, noun: &str) -> String {
+    let ending = if count == 1.into() { "" } else { "s" };
+    format!("{count} {noun}{ending}")
 }
 
 /// Several things: `x`, `x and y`, `x, y and z`.
@@ -177,7 +180,7 @@ pub fn interactions(scene: &Scene) -> Vec<String> {
             if species(a).is_static() && species(b).is_static() {
                 continue;
             }
-            let what = match scene.interaction_of(SpeciesId(a as u32), SpeciesId(b as u32)) {
+            let what = match scene.interaction_of(SpeciesId(id(a)), SpeciesId(id(b))) {
                 Some(id) => interaction(&scene.interactions[id.0 as usize]),
                 None => "pass through each other".to_owned(),
             };
@@ -258,7 +261,7 @@ pub fn thermostat(thermostat: &Thermostat) -> String {
 #[must_use]
 pub fn digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) {
-        let whole = number.abs().log10().floor().max(0.0) as usize;
+        let whole = trunc_to_usize(number.abs().log10());
         let text = format!("{number:.*}", 5_usize.saturating_sub(whole));
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     } else {

@@ -77,6 +77,7 @@ pub mod measure;
 pub(crate) mod memory;
 pub mod motion;
 pub mod neighbours;
+mod numbers;
 pub mod observe;
 pub mod output;
 pub mod overlap;

@@ -34,6 +34,7 @@ pub use error::PictureError;
 pub use image::Image;
 
 use crate::Vector;
+use crate::numbers::single;
 use crate::output::Frame;
 use crate::output::extended_xyz::pick_frame;
 use bodies::Bodies;
@@ -136,7 +137,7 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, PictureError> {
     let highest = speeds.iter().copied().fold(0.0, f64::max);
     let fastest = style.top_speed.unwrap_or_else(|| legend::fastest(speeds));
     let bodies = Bodies::of(frame, style, &camera, fastest);
-    let scenery = Scenery::new(&bodies, &camera, style.static_opacity as f32);
+    let scenery = Scenery::new(&bodies, &camera, single(style.static_opacity));
     let mut pixels = scenery.colours();
     if style.has_box {
         let edge = (0.0011 * style.width.min(style.height) as f32, colour::linear(colour::INK));

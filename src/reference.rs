@@ -28,6 +28,7 @@ use crate::event::{Event, EventKind};
 use crate::interaction::contacts::ContactTimes;
 use crate::interaction::rules::{Discontinuity, Rules, Steps};
 use crate::motion::{RelativeState, stream_position};
+use crate::numbers::id;
 use crate::overlap::{Quartic, Side};
 use crate::response::{Approach, Leaving, Outcome, respond, tc_contact};
 use crate::scene::{InteractionId, ParticleId, Scene};
@@ -88,8 +89,8 @@ impl Reference {
             species,
         };
         let bonds: BTreeMap<_, _> = scene.bonds.iter().map(|b| ((b.pair[0].0, b.pair[1].0), b.interaction)).collect();
-        for i in 0..count as u32 {
-            for j in i + 1..count as u32 {
+        for i in 0..id(count) {
+            for j in i + 1..id(count) {
                 if reference.is_static(i) && reference.is_static(j) {
                     continue;
                 }
@@ -102,7 +103,7 @@ impl Reference {
                 }
             }
         }
-        for i in 0..count as u32 {
+        for i in 0..id(count) {
             reference.predict(i);
         }
         reference
@@ -190,7 +191,7 @@ impl Reference {
 
     /// Predicts everything about a particle anew.
     fn predict(&mut self, i: u32) {
-        for j in (0..self.positions.len() as u32).filter(|&j| j != i) {
+        for j in (0..id(self.positions.len())).filter(|&j| j != i) {
             self.predict_pair(i.min(j), i.max(j));
         }
         if !self.is_static(i) {

@@ -84,7 +84,7 @@ impl Convert {
         let (first, last) = self.frames.unwrap_or((0, None));
         let done = convert(&source, format, &target, &Options { first, last, replace: self.force })?;
         let cut = if done.is_truncated { "; the trajectory ends within the next one, which is left out" } else { "" };
-        super::print(&format!("{}: {}{cut}\n", target.display(), plural(done.frames as usize, "frame")))
+        super::print(&format!("{}: {}{cut}\n", target.display(), plural(done.frames, "frame")))
     }
 }
 

@@ -13,7 +13,7 @@ const LINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Between two states of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 /// Steps of the bar.
-const STEPS: f64 = 1000.0;
+const STEPS: u64 = 1000;
 
 /// Shows progress: a bar on a terminal, a line every few seconds elsewhere, always on standard error.
 pub struct Display {
@@ -61,7 +61,7 @@ struct Rate {
 impl Display {
     pub fn new(scene: &Scene, is_quiet: bool) -> Self {
         let bar = (!is_quiet && std::io::stderr().is_terminal()).then(|| {
-            let bar = ProgressBar::with_draw_target(Some(STEPS as u64), ProgressDrawTarget::stderr());
+            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
             let style = ProgressStyle::with_template("{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}");
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
@@ -102,7 +102,9 @@ impl Display {
             Some(bar) => {
                 bar.set_prefix(format!("{}, {stage}", self.name));
                 bar.set_message(text);
-                bar.set_position((fraction * STEPS) as u64);
+                #[expect(clippy::cast_possible_truncation, reason = "a fraction of STEPS")]
+                let position = (fraction * STEPS as f64) as u64;
+                bar.set_position(position);
             }
             None => {
                 // Progress that nobody reads is no reason to stop.

@@ -79,7 +79,11 @@ pub fn count(text: &str) -> Result<u64, String> {
     let whole = |x: &f64| x.fract() == 0.0 && (1.0..=9.007_199_254_740_992e15).contains(x);
     match (plain.parse::<u64>(), plain.parse::<f64>()) {
         (Ok(number), _) if number > 0 => Ok(number),
-        (Err(_), Ok(number)) if whole(&number) => Ok(number as u64),
+        (Err(_), Ok(number)) if whole(&number) => {
+            #[expect(clippy::cast_possible_truncation, reason = "a whole number up to 2^53")]
+            let number = number as u64;
+            Ok(number)
+        }
         _ => Err("expected a whole number of at least 1, such as 20000 or 1e6".to_owned()),
     }
 }

@@ -104,8 +104,8 @@ fn audit(lines: &mut Lines, finished: &Finished) {
         );
         lines.pair("overlapping at the start", &format!("{count}, {end}"));
     }
-    lines.pair("in invalid states", &describe::plural(tally.in_invalid_state as usize, "event"));
-    lines.pair("at turning points", &describe::plural(tally.turning_point as usize, "event"));
+    lines.pair("in invalid states", &describe::plural(tally.in_invalid_state, "event"));
+    lines.pair("at turning points", &describe::plural(tally.turning_point, "event"));
     if finished.simulation.scene().contact_time.is_some() {
         let contacts = tally.tc_contacts.max(1) as f64;
         let fraction = 100.0 * tally.tc_altered as f64 / contacts;

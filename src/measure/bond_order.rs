@@ -12,6 +12,7 @@ use super::quantity::{Curve, Measured, Number, Scalar, Series, Variable};
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
 use crate::describe::digits;
+use crate::numbers::trunc_to_usize;
 use crate::space::Boundary;
 use crate::statistics::CurveAverage;
 use harmonics::Harmonics;
@@ -141,7 +142,7 @@ impl Instrument for BondOrder {
                 if let Some(order) = length(&of_one[index], separations.len()) {
                     let first = self.first(index);
                     values[first] += order;
-                    values[first + 2 + ((order * self.bins as f64) as usize).min(self.bins - 1)] += self.bins as f64;
+                    values[first + 2 + trunc_to_usize(order * self.bins as f64).min(self.bins - 1)] += self.bins as f64;
                 }
             }
         });

@@ -9,6 +9,7 @@ use super::quantity::Measured;
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
 use crate::Vector;
+use crate::numbers::{id, trunc_to_usize};
 use crate::space::nearest_image;
 use crate::statistics::CurveAverage;
 use serde::{Deserialize, Serialize};
@@ -95,7 +96,7 @@ impl Chains {
             // At an end by as much as rounding may be outside.
             let at = (length - shortest) / (longest - shortest) * self.bins as f64;
             if at > -1e-6 && at < self.bins as f64 * (1.0 + 1e-6) {
-                values[2 + (at.max(0.0) as usize).min(self.bins - 1)] += density;
+                values[2 + trunc_to_usize(at).min(self.bins - 1)] += density;
             }
         }
         self.bonds.add_all(values);
@@ -113,7 +114,7 @@ impl Chains {
             sizes[2 * index] += each * if group.is_linear { end_to_end } else { f64::NAN };
             sizes[2 * index + 1] += each * gyration(&path);
             if let Some((distribution, longest)) = group.distribution {
-                let bin = (end_to_end.sqrt() / longest * self.bins as f64) as usize;
+                let bin = trunc_to_usize(end_to_end.sqrt() / longest * self.bins as f64);
                 if bin < self.bins {
                     ends[distribution * self.bins + bin] += each * self.bins as f64 / longest;
                 }
@@ -157,12 +158,12 @@ impl Group {
 /// The kinds of components, linear ones first, by number of particles.
 fn groups(topology: &Topology, longest_bond: f64) -> Vec<Group> {
     let mut kinds: Vec<(bool, u32)> =
-        topology.components.iter().map(|component| (!component.is_linear, component.ids.len() as u32)).collect();
+        topology.components.iter().map(|component| (!component.is_linear, id(component.ids.len()))).collect();
     kinds.sort_unstable();
     let group = |same: &[(bool, u32)]| Group {
         is_linear: !same[0].0,
         particles: same[0].1,
-        components: same.len() as u32,
+        components: id(same.len()),
         distribution: None,
     };
     let mut groups: Vec<Group> = kinds.chunk_by(|a, b| a == b).map(group).take(MOST_GROUPS).collect();

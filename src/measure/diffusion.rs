@@ -72,7 +72,7 @@ impl Diffusion {
         let tracers = Tracers::new(&setup.sample, setup.subject, BUDGET / each);
         let groups = tracers.groups();
         let mut diffusion = Self {
-            linear: CurveAverage::new(groups * CURVES * (lags.steps as usize + 1)),
+            linear: CurveAverage::new(groups * CURVES * (lags.steps + 1)),
             logarithmic: CurveAverage::new(groups * LOGARITHMIC),
             lags,
             tracers,
@@ -88,7 +88,7 @@ impl Diffusion {
     fn look(&mut self, sample: &Sample<'_>, subject: &Subject, now: u64) {
         let frame = self.tracers.frame(sample, subject);
         let groups = self.tracers.groups();
-        let length = self.lags.steps as usize + 1;
+        let length = self.lags.steps + 1;
         if now.is_multiple_of(self.lags.origin_ticks()) {
             let (positions, velocities) = (frame.positions.clone(), frame.velocities.clone());
             self.origins.push(Origin { tick: now, positions, velocities, curve: vec![0.0; groups * 2 * length] });
@@ -121,8 +121,8 @@ impl Diffusion {
 
     /// Adds the curves of origins that have come to the span, and keeps a few of them.
     fn retire(&mut self, now: u64, subject: &Subject) {
-        let span = self.lags.steps * TICKS_PER_STEP;
-        let (length, groups) = (self.lags.steps as usize + 1, self.tracers.groups());
+        let span = self.lags.steps as u64 * TICKS_PER_STEP;
+        let (length, groups) = (self.lags.steps + 1, self.tracers.groups());
         // Trapezoids, by axis.
         let weight = 0.5 * self.lags.interval() / Tracers::dimensions(subject);
         for origin in self.origins.iter_mut().filter(|origin| origin.is_young() && now - origin.tick >= span) {

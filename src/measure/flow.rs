@@ -10,6 +10,7 @@ use super::quantity::{Curve, Measured, Number, Series, Variable};
 use super::stretches::Stretches;
 use super::subject::{Sample, Subject};
 use crate::Vector;
+use crate::numbers::trunc_to_i64;
 use crate::space::Boundary;
 use passages::Passages;
 
@@ -86,7 +87,7 @@ impl Flow {
             let part = ((coordinate - from[axis]) / (to[axis] - from[axis])).clamp(0.0, 1.0);
             let when = self.time + part * (time - self.time);
             if self.is_inside(&(from + (to - from) * part), subject) {
-                self.passages.count(sign as i64, when);
+                self.passages.count(trunc_to_i64(sign), when);
             }
             crossing += 1.0;
         }

@@ -9,6 +9,7 @@ use super::plan::FreePaths as Plan;
 use super::quantity::{Curve, Measured, Number, Published, Series, Variable};
 use super::subject::{Sample, Subject};
 use crate::event::{Event, EventKind};
+use crate::numbers::index;
 use crate::response::Outcome;
 use crate::statistics::{BlockAverage, Estimate};
 use histogram::Histogram;
@@ -55,7 +56,7 @@ struct Flown {
 
 impl Flown {
     fn new(bins: u64) -> Self {
-        let histogram = Histogram::new(bins as usize);
+        let histogram = Histogram::new(index(bins));
         Self { histogram, mean: BlockAverage::new(1.0), block_sum: 0.0, block_count: 0 }
     }
 

@@ -2,6 +2,7 @@
 
 use super::subject::Sample;
 use crate::Vector;
+use crate::numbers::trunc_to_usize;
 use crate::space::{Boundary, Space, nearest_image};
 
 /// Cells are this much wider than the range: round-off of positions hides no pair.
@@ -34,7 +35,7 @@ impl Near {
             let index = |k: usize| {
                 let at = (position[k] - lower[k]) / extent[k] * counts[k] as f64;
                 // NaN from 0/0 on flat axes, and round-off outside of the box, saturate.
-                (at.max(0.0) as usize).min(counts[k] - 1)
+                trunc_to_usize(at).min(counts[k] - 1)
             };
             (index(2) * counts[1] + index(1)) * counts[0] + index(0)
         };
@@ -153,7 +154,7 @@ fn cell_counts(extent: &Vector, mut side: f64, particles: usize) -> [usize; 3] {
         let counts = [fit(0), fit(1), fit(2)];
         // A side of zero gives infinitely many cells: the next one is positive.
         if counts.iter().product::<f64>() <= most {
-            return counts.map(|count| count as usize);
+            return counts.map(trunc_to_usize);
         }
         side = if side > 0.0 { 1.2 * side } else { extent.max() / most };
     }

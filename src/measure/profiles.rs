@@ -6,6 +6,7 @@ use super::quantity::{Curve, Measured, Series, Variable};
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
 use crate::Vector;
+use crate::numbers::{index, trunc_to_usize};
 use crate::space::{Boundary, Space};
 use crate::statistics::{CurveAverage, Estimate};
 use serde::{Deserialize, Serialize};
@@ -79,7 +80,7 @@ impl Profile {
                     if !(0.0..self.size[k]).contains(&offset) {
                         return None;
                     }
-                    ((offset / self.size[k] * self.bins[k] as f64) as usize).min(self.bins[k] - 1)
+                    trunc_to_usize(offset / self.size[k] * self.bins[k] as f64).min(self.bins[k] - 1)
                 }
             };
             cell = cell * self.bins[k] + index;
@@ -100,7 +101,7 @@ fn affordable(bins: [u64; 3]) -> [usize; 3] {
     bins.map(|count| {
         let count = count.clamp(1, left);
         left /= count;
-        count as usize
+        index(count)
     })
 }
 

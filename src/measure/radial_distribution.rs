@@ -11,6 +11,7 @@ use super::quantity::{Curve, Measured, Number, Series, Variable};
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
 use crate::describe::digits;
+use crate::numbers::{id, index, trunc_to_usize};
 use crate::space::Boundary;
 use crate::statistics::CurveAverage;
 use contact::CONTACT_BINS;
@@ -68,7 +69,7 @@ impl RadialDistribution {
         let all = classes(subject);
         let reach = Near::largest_range(&subject.space).min(shortest_room(subject));
         let cutoff = plan.cutoff.unwrap_or_else(|| default_cutoff(subject)).min(reach);
-        let bins = plan.bins.unwrap_or(DEFAULT_BINS).clamp(1, MOST_BINS) as usize;
+        let bins = index(plan.bins.unwrap_or(DEFAULT_BINS).clamp(1, MOST_BINS));
         let mut pairs = Vec::new();
         let (mut ideal, mut ideal_contact) = (Vec::new(), Vec::new());
         for (a, first) in all.iter().enumerate() {
@@ -92,7 +93,7 @@ impl RadialDistribution {
             species.iter().for_each(|&species| of_species[species] = Some(class));
         });
         let counts = |&id: &u32| of_species[subject.species[id as usize] as usize].is_some();
-        let ids: Vec<u32> = (0..subject.species.len() as u32).filter(counts).collect();
+        let ids: Vec<u32> = (0..id(subject.species.len())).filter(counts).collect();
         let mut new = Self {
             schedule: Schedule::new(setup, plan.interval, 0.0),
             cutoff,
@@ -149,7 +150,7 @@ impl Instrument for RadialDistribution {
         Near::new(&subject.space, self.range(), &self.ids, sample).for_each_pair(|a, b, square| {
             let Some(pair) = class(a).zip(class(b)).and_then(|(a, b)| table[a * count + b]) else { return };
             let distance = square.sqrt();
-            let bin = (distance * scale) as usize;
+            let bin = trunc_to_usize(distance * scale);
             if bin < self.bins {
                 numbers[pair * self.bins + bin] += 1;
             }

@@ -1,6 +1,7 @@
 //! When an instrument looks at the particles.
 
 use super::instrument::Setup;
+use crate::numbers::trunc_to_u32;
 use crate::ticks::Ticks;
 use serde::{Deserialize, Serialize};
 
@@ -32,7 +33,7 @@ impl Schedule {
         let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
         Self(match given {
             Some(interval) => Ticks::given(start, interval.max(shortest)),
-            None => Ticks::expecting(start, setup.duration, aim(setup, work) as u32, shortest),
+            None => Ticks::expecting(start, setup.duration, trunc_to_u32(aim(setup, work)), shortest),
         })
     }
 

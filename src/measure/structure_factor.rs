@@ -7,6 +7,7 @@ use super::plan;
 use super::quantity::{Curve, Measured, Series, Variable};
 use super::schedule::Schedule;
 use super::subject::{Sample, Subject};
+use crate::numbers::trunc_to_usize;
 use crate::statistics::CurveAverage;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -49,7 +50,7 @@ impl StructureFactor {
         let diameter = diameter.fold(0.0, f64::max);
         let default = if diameter > 0.0 { 6.0 * PI / diameter } else { f64::INFINITY };
         let per_shell = (MOST_PRODUCTS / count / vectors::MOST_SHELLS).clamp(FEWEST_VECTORS, MOST_VECTORS);
-        let (largest, per_shell) = (plan.largest.unwrap_or(default), per_shell as usize);
+        let (largest, per_shell) = (plan.largest.unwrap_or(default), trunc_to_usize(per_shell));
         let is_sliding = subject.shear_rate != 0.0;
         let shells = if is_sliding {
             vectors::all_shells(&subject.space, setup.sample.displacement, largest, per_shell)
@@ -168,7 +169,7 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, subject: &Subject) -> Ve
     let longest = longest(shells);
     let multiples: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.iter().copied()).collect();
     // Where the power of each axis is in its table, which begins with the most negative one.
-    let place = |n: &[i32; 3]| std::array::from_fn(|k| (n[k] + longest[k] as i32) as usize);
+    let place = |n: &[i32; 3]| std::array::from_fn(|k| longest[k].saturating_add_signed(n[k] as isize));
     let places: Vec<[usize; 3]> = multiples.iter().map(place).collect();
     let mut tables = longest.map(|most| vec![[1.0, 0.0]; 2 * most + 1]);
     let mut sums = vec![[0.0; 2]; multiples.len()];

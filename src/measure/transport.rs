@@ -13,6 +13,7 @@ use super::quantity::Measured;
 use super::stretches::{Stretches, feasible};
 use super::subject::{Sample, Subject};
 use crate::event::Event;
+use crate::numbers::trunc_to_usize;
 use crate::statistics::CurveAverage;
 
 /// Samples by which rounding is taken out of the flows, unless the run is longer than expected.
@@ -178,7 +179,7 @@ fn grid(plan: &Plan, setup: &Setup<'_>) -> (f64, usize) {
             (span / chosen(span), chosen(span))
         }
     };
-    (feasible(interval, setup.duration), lags.clamp(1.0, MOST) as usize)
+    (feasible(interval, setup.duration), trunc_to_usize(lags.clamp(1.0, MOST)))
 }
 
 impl Instrument for Transport {

@@ -21,6 +21,7 @@ use super::npy::array::{HEADER_SIZE, header};
 use super::partial::PartialFile;
 use crate::checkpoint::{CheckpointError, Kept, KeptFile};
 use crate::event::{Event, EventKind};
+use crate::numbers::index;
 use crate::response::Outcome;
 
 /// The folder of the columns.
@@ -105,7 +106,7 @@ impl EventLog {
     pub fn finish(mut self) -> Result<Vec<PartialFile>, OutputError> {
         for (column, (_, kind, shape, size)) in self.columns.iter_mut().zip(&COLUMNS) {
             let entries = (column.length() - HEADER_SIZE as u64) / size;
-            column.replace_head(&header(kind, shape, entries as usize))?;
+            column.replace_head(&header(kind, shape, index(entries)))?;
         }
         Ok(self.columns)
     }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use crate::Vector;
 use crate::measure::Scalar;
+use crate::numbers::id;
 use crate::scene::{ParticleId, Scene, SpeciesId};
 use crate::space::{Boundary, nearest_image};
 
@@ -225,7 +226,7 @@ fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
             let name = scene.interactions.get(bond.interaction.0 as usize)?.name.as_deref()?;
             Some(*index_of.entry(name).or_insert_with(|| {
                 names.push(name.to_owned());
-                names.len() as u32 - 1
+                id(names.len() - 1)
             }))
         })
         .collect();

@@ -8,6 +8,7 @@ use std::fmt::Write;
 use super::measurements::quoted;
 use super::number::Cell;
 use crate::describe;
+use crate::numbers::trunc_to_usize;
 use crate::observe::{Meaning, Row};
 use crate::run::Stage;
 use crate::scene::{EQUILIBRATION, MEASUREMENT, Scene};
@@ -34,7 +35,7 @@ impl Columns {
     pub fn header(&self) -> String {
         let mut line = "time [time],events [1]".to_owned();
         let meaning = &self.meaning;
-        let pressure = format!(",{}", describe::unit("pressure [energy/length^D]", meaning.dimensions as usize));
+        let pressure = format!(",{}", describe::unit("pressure [energy/length^D]", trunc_to_usize(meaning.dimensions)));
         for (has, column) in [
             (meaning.has_temperature, ",temperature [energy]"),
             (true, ",kinetic [energy],potential [energy],energy_and_dissipated [energy]"),

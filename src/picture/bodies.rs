@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
 use super::{ColourBy, Style};
+use crate::numbers::single;
 use crate::output::Frame;
 use crate::output::frame::FrameParticle;
 use crate::scene::ParticleId;
@@ -49,7 +50,7 @@ impl Bodies {
                 colours.get(particle.species.0 as usize).copied().unwrap_or_else(|| colour::linear(colour::STATIC));
             match style.colour_by {
                 ColourBy::Speed if !frame.is_static(particle) => {
-                    colour::viridis((particle.velocity.norm() / fastest) as f32)
+                    colour::viridis(single(particle.velocity.norm() / fastest))
                 }
                 _ => own,
             }

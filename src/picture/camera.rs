@@ -8,6 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Style;
 use crate::Vector;
+use crate::numbers::{single, trunc_to_u32};
 use crate::output::Frame;
 
 /// A point, direction or colour while drawing.
@@ -108,7 +109,7 @@ impl Camera {
             }
         }
         let [left, right, low, high] = window;
-        let pixels = |length: f32, most: u32| ((length * self.scale + 2.0 * rim).ceil() as u32).clamp(16, most);
+        let pixels = |length: f32, most: u32| trunc_to_u32((length * self.scale + 2.0 * rim).ceil()).clamp(16, most);
         self.width = pixels(right - left, self.width);
         self.height = pixels(high - low + footer / self.scale, self.height);
         let half = [self.width as f32, self.height as f32 - footer].map(|pixels| 0.5 * pixels / self.scale);
@@ -122,7 +123,7 @@ impl Camera {
 
     /// A length in units of the half diagonal.
     pub fn length(&self, length: f64) -> f32 {
-        (length / self.unit) as f32
+        single(length / self.unit)
     }
 
     /// Origin and direction of the ray through a place in the picture, in pixels from the upper left corner. The

@@ -1,5 +1,6 @@
 //! Colours, in linear light while they are mixed and in sRGB where they are named or stored.
 
+use crate::numbers::{trunc_to_u8, trunc_to_usize};
 use nalgebra::Vector3;
 
 /// Red, green and blue in linear light, 0 to 1.
@@ -44,7 +45,7 @@ const VIRIDIS: [[u8; 3]; 11] = [
 /// The colour of a value from 0 to 1; values beyond keep the colour of the end.
 pub(super) fn viridis(value: f32) -> Colour {
     let place = value.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f32;
-    let index = (place as usize).min(VIRIDIS.len() - 2);
+    let index = trunc_to_usize(place).min(VIRIDIS.len() - 2);
     let fraction = place - index as f32;
     let mix = |k: usize| f32::from(VIRIDIS[index][k]) * (1.0 - fraction) + f32::from(VIRIDIS[index + 1][k]) * fraction;
     Colour::from_fn(|k, _| to_linear(mix(k) / 255.0))
@@ -57,7 +58,7 @@ pub(super) fn linear(colour: [u8; 3]) -> Colour {
 
 /// To opaque sRGB bytes.
 pub(super) fn encode(colour: &Colour) -> [u8; 4] {
-    let byte = |x: f32| (to_srgb(x.clamp(0.0, 1.0)) * 255.0 + 0.5) as u8;
+    let byte = |x: f32| trunc_to_u8(to_srgb(x.clamp(0.0, 1.0)) * 255.0 + 0.5);
     [byte(colour.x), byte(colour.y), byte(colour.z), 255]
 }
 

@@ -2,6 +2,7 @@
 
 use super::colour::{self, Colour};
 use super::stroke::Stroke;
+use crate::numbers::{trunc_to_i32, trunc_to_usize};
 
 /// Height of the strip that the scale takes, relative to the shorter side of the largest picture.
 pub(super) const STRIP: f32 = 0.085;
@@ -24,7 +25,7 @@ pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
         rest <= 0.0
     };
     let speed = speeds.iter().rev().copied().find(is_slower).unwrap_or(highest);
-    let step = 10_f64.powi(speed.log10().floor() as i32 - 1);
+    let step = 10_f64.powi(trunc_to_i32(speed.log10().floor()) - 1);
     // The decimal text, read back, is the round number that is meant.
     format!("{:.1e}", (speed / step).ceil() * step).parse().unwrap_or(speed)
 }
@@ -39,7 +40,7 @@ pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, fastest: f6
     let length = (4.0 * height).min(0.45 * width as f32);
     let left = 0.5 * (width as f32 - length);
     let arrow = if is_exceeded { half * 1.2 } else { 0.0 };
-    let (first, last) = (left.max(0.0) as usize, ((left + length + arrow) as usize).min(width));
+    let (first, last) = (trunc_to_usize(left), trunc_to_usize(left + length + arrow).min(width));
     for column in first..last {
         let x = column as f32 + 0.5 - left;
         let half = if x > length { half * (1.0 - (x - length) / arrow) } else { half };
@@ -49,7 +50,8 @@ pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, fastest: f6
             colour: colour::viridis(x / length),
             opacity: 1.0,
         };
-        for row in (middle - half).round() as usize..((middle + half).round() as usize).min(bottom as usize) {
+        let rows = [middle - half, middle + half].map(|y| trunc_to_usize(y.round()).min(trunc_to_usize(bottom)));
+        for row in rows[0]..rows[1] {
             pixels[row * width + column] = stroke.colour;
         }
     }

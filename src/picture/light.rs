@@ -8,6 +8,7 @@ use super::bodies::Ball;
 use super::camera::Point;
 use super::parallel;
 use super::raster::NOTHING;
+use crate::numbers::trunc_to_usize;
 
 const SKY_LIGHTS: usize = 45;
 const SUN_LIGHTS: usize = 9;
@@ -132,10 +133,10 @@ impl Light {
             let [x, y] = self.place(&ball.centre);
             let top = (ball.centre - self.centre).dot(&self.direction);
             let radius = ball.radius * 0.5 * MAP_SIZE as f32;
-            // Casts saturate, and NaN becomes 0: what is outside of the map has no cells.
+            // Numbers saturate, and NaN becomes 0: what is outside of the map has no cells.
             let cells = |x: f32| {
-                let low = ((x - radius - 0.5).ceil().max(0.0) as usize).min(MAP_SIZE);
-                low..((x + radius + 0.5).max(0.0) as usize).min(MAP_SIZE)
+                let low = trunc_to_usize((x - radius - 0.5).ceil()).min(MAP_SIZE);
+                low..trunc_to_usize(x + radius + 0.5).min(MAP_SIZE)
             };
             for row in cells(y) {
                 for column in cells(x) {
@@ -163,7 +164,7 @@ impl Light {
         if !(x >= 0.0 && y >= 0.0 && x < (MAP_SIZE - 1) as f32 && y < (MAP_SIZE - 1) as f32) {
             return 1.0;
         }
-        let corner = y as usize * MAP_SIZE + x as usize;
+        let corner = trunc_to_usize(y) * MAP_SIZE + trunc_to_usize(x);
         let (mut visibility, mut asked) = (1.0_f32, own);
         for cell in [corner, corner + MAP_SIZE + 1, corner + 1, corner + MAP_SIZE] {
             let between = self.map[cell];

@@ -3,6 +3,7 @@
 use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};
 use super::parallel;
+use crate::numbers::trunc_to_usize;
 
 /// Samples per pixel along each axis: each pixel is the mean of the square of this.
 pub(super) const SAMPLES: usize = 3;
@@ -76,10 +77,10 @@ impl<'a> Stamp<'a> {
                 [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
             }
         };
-        // Casts saturate, so what is far outside ends in an empty range.
+        // Numbers saturate, so what is far outside ends in an empty range.
         let range = |low: f32, high: f32, size: usize| {
             let (low, high) = (low * SAMPLES as f32 - 1.0, high * SAMPLES as f32 + 2.0);
-            [(low.max(0.0) as usize).min(size), (high.max(0.0) as usize).min(size)]
+            [trunc_to_usize(low).min(size), trunc_to_usize(high).min(size)]
         };
         let (columns, rows) = (range(bounds[0], bounds[1], size[0]), range(bounds[2], bounds[3], size[1]));
         (columns[0] < columns[1] && rows[0] < rows[1]).then_some(Self { shape, body, columns, rows })

@@ -3,6 +3,7 @@
 use super::camera::{Camera, NEAREST, Point};
 use super::colour::Colour;
 use super::raster::{Layer, SAMPLES};
+use crate::numbers::trunc_to_usize;
 
 /// A line in pixels, with depths at its two ends.
 #[derive(Debug, Clone, Copy)]
@@ -25,7 +26,7 @@ impl Stroke {
         let reach = 0.5 * self.width + 1.0;
         let [columns, rows] = [0, 1].map(|k| {
             let (low, high) = (a[k].min(b[k]) - reach, a[k].max(b[k]) + reach);
-            (low.max(0.0) as usize)..((high.max(0.0) as usize).saturating_add(1)).min(size[k])
+            trunc_to_usize(low)..trunc_to_usize(high).saturating_add(1).min(size[k])
         });
         let along = [b[0] - a[0], b[1] - a[1]];
         let square = along[0] * along[0] + along[1] * along[1];

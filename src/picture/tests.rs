@@ -1,6 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::numbers::trunc_to_usize;
 use crate::output::Existing;
 use crate::output::extended_xyz::write_frame;
 use crate::output::frame::{FrameParticle, FrameSpecies};
@@ -49,7 +50,7 @@ fn level() -> Style {
 
 /// Pixel at a fraction of width and height.
 fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
-    let (column, row) = ((x * f64::from(image.width())) as usize, (y * f64::from(image.height())) as usize);
+    let (column, row) = (trunc_to_usize(x * f64::from(image.width())), trunc_to_usize(y * f64::from(image.height())));
     image.pixels()[row * image.width() as usize + column]
 }
 

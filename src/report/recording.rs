@@ -17,6 +17,7 @@ use std::io::BufRead;
 
 use serde::Serialize;
 
+use crate::numbers::single;
 use crate::output::Frame;
 use crate::output::extended_xyz::FrameReader;
 use crate::output::frame::FrameParticle;
@@ -254,7 +255,7 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
         (0_u32..).zip(all()).map(|(k, particle)| (particle.id, (k, *particle))).collect();
     let bonds: Vec<_> = first.bonds.iter().filter_map(|[a, b]| Some([*place.get(a)?, *place.get(b)?])).collect();
     let mut bytes = Vec::new();
-    let mut push = |x: f64| bytes.extend((x as f32).to_le_bytes());
+    let mut push = |x: f64| bytes.extend(single(x).to_le_bytes());
     all().for_each(|particle| push(particle.radius));
     for particle in &fixed {
         let inside = frame::wrapped(first, &particle.position);
@@ -262,9 +263,10 @@ fn constants(first: &Frame) -> (Vec<u8>, usize) {
     }
     bonds.iter().flatten().for_each(|(index, _)| bytes.extend(index.to_le_bytes()));
     for [(_, a), (_, b)] in &bonds {
-        bytes.extend(((BOND_RADIUS * a.radius.min(b.radius)) as f32).to_le_bytes());
+        bytes.extend(single(BOND_RADIUS * a.radius.min(b.radius)).to_le_bytes());
     }
-    bytes.extend(all().map(|particle| particle.species.0 as u8));
+    // The recorder takes no frame with more species.
+    bytes.extend(all().map(|particle| u8::try_from(particle.species.0).unwrap_or(u8::MAX)));
     (bytes, bonds.len())
 }
 

@@ -3,6 +3,7 @@
 use super::html::{escape, number};
 use super::inputs::Inputs;
 use crate::describe::{self, digits, plural};
+use crate::numbers::trunc_to_u64;
 use crate::scene::{Limit, Scene};
 
 /// The section of the page.
@@ -38,7 +39,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     let speed = &summary.speed;
     let rate = speed
         .events_per_second
-        .map_or_else(String::new, |rate| format!(", {} events per second", grouped(rate as u64)));
+        .map_or_else(String::new, |rate| format!(", {} events per second", grouped(trunc_to_u64(rate))));
     list.text("time on the clock", &format!("{} s{rate}", digits(speed.wall_seconds)));
     list.html()
 }

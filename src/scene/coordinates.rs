@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use crate::numbers::id;
 use crate::output::Frame;
 use crate::output::extended_xyz::{FrameReader, ReadError};
 use crate::scene::builder::SceneBuilder;
@@ -118,7 +119,7 @@ fn add_bonds(
         scene.groups.iter().map(|placed| if let Group::Listed(it) = &placed.group { it.len() } else { 0 }).sum();
     let mut id_of = HashMap::with_capacity(frame.particles.len());
     for (place, particle) in frame.particles.iter().enumerate() {
-        if id_of.insert(particle.id, (first + place) as u32).is_some() {
+        if id_of.insert(particle.id, id(first + place)).is_some() {
             return wrong(format!("bonds refer to ids, but two particles have the id {}", particle.id.0));
         }
     }

@@ -60,7 +60,7 @@ const MOST_STRETCHES: u64 = 20_000;
 const BEYOND: f64 = 1.0 + 1e-10;
 
 /// Attempts to find a loose start, each with half of the diameters: where unlike spheres keep a larger distance than like ones.
-const LOOSER: usize = 6;
+const LOOSER: i32 = 6;
 
 /// The particles of a fill that has a periodic box for itself.
 pub(crate) struct Dense<'a> {
@@ -138,7 +138,7 @@ impl Dense<'_> {
         let largest = libm::pow(share, 1.0 / self.space.dimensions() as f64).min(FRAC_1_SQRT_2);
         let mut tried = None;
         for halvings in 0..LOOSER {
-            let factor = largest * 0.5_f64.powi(halvings as i32);
+            let factor = largest * 0.5_f64.powi(halvings);
             let contacts = self.contacts.scaled(factor);
             let mut occupancy = Occupancy::new(self.space, &contacts, self.kinds.len());
             // In a periodic box the radius does not matter.

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::Vector;
+use crate::numbers::{index, trunc_to_u64, trunc_to_usize};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{Amount, Fill, Group, Lattice, Region};
@@ -23,7 +24,7 @@ pub(crate) struct Filling {
 
 impl Filling {
     pub(crate) fn new(fill: &Fill, species: &[Species], space: &Space, place: &Place) -> Result<Self, SceneError> {
-        let count = Self::count(fill, species, space, place)? as usize;
+        let count = index(Self::count(fill, species, space, place)?);
         let shares = shares(fill, species, place)?;
         Ok(Self { shares: whole_numbers(&shares, count), region: region(fill, space, place)? })
     }
@@ -46,8 +47,7 @@ impl Filling {
                         SceneErrorKind::value(format!("too low for one particle in a volume of {volume}"), "more");
                     return Err(SceneError::new(place.key(key_of(amount)), kind));
                 }
-                // More than any memory holds, whatever it is exactly.
-                if count < 1e18 { count as u64 } else { u64::MAX }
+                trunc_to_u64(count)
             }
             (None, None) => {
                 let why = "or number_density or packing_fraction".to_owned();
@@ -128,7 +128,7 @@ fn shares(fill: &Fill, species: &[Species], place: &Place) -> Result<Vec<(Specie
 fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, usize)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
     let exact: Vec<f64> = shares.iter().map(|(_, share)| share / total * count as f64).collect();
-    let mut numbers: Vec<usize> = exact.iter().map(|&number| (number.floor() as usize).min(count)).collect();
+    let mut numbers: Vec<usize> = exact.iter().map(|&number| trunc_to_usize(number).min(count)).collect();
     let mut order: Vec<usize> = (0..shares.len()).collect();
     order.sort_by(|&a, &b| exact[b].fract().total_cmp(&exact[a].fract()));
     let mut rest = count.saturating_sub(numbers.iter().sum());
@@ -145,7 +145,7 @@ fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, u
 /// The shares that whole numbers of particles have, so that the box fits them exactly.
 fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
     let total: f64 = shares.iter().map(|(_, share)| share).sum();
-    let numbers = whole_numbers(&shares, count as usize);
+    let numbers = whole_numbers(&shares, index(count));
     let is_exact = |((_, share), (_, number)): (&(SpeciesId, f64), &(SpeciesId, usize))| {
         // But for rounding, which would change the last digits of the box for nothing.
         (share / total * count as f64 - *number as f64).abs() < 1e-6

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::error::PotentialError;
+use crate::numbers::id;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{InteractionDraft, Model};
 use crate::scene::limits::{above_one, finite, positive, restitution};
@@ -112,7 +113,7 @@ impl<'a> Interactions<'a> {
         }
         let id = potential.map(|potential| {
             self.list.push(Interaction { potential, restitution: draft.restitution, name: draft.name.clone() });
-            InteractionId(self.list.len() as u32 - 1)
+            InteractionId(id(self.list.len() - 1))
         });
         self.made.insert((index, key), id);
         Ok(id)
@@ -181,7 +182,7 @@ impl<'a> Interactions<'a> {
 
 /// The species of this name.
 pub(crate) fn species_named(species: &[Species], name: &str, place: &Place) -> Result<SpeciesId, SceneError> {
-    species.iter().position(|candidate| candidate.name == name).map(|index| SpeciesId(index as u32)).ok_or_else(|| {
+    species.iter().position(|candidate| candidate.name == name).map(|index| SpeciesId(id(index))).ok_or_else(|| {
         let known = species.iter().map(|candidate| candidate.name.as_str());
         SceneError::new(place.clone(), SceneErrorKind::unknown_word("species", name, known))
     })

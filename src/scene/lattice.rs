@@ -1,6 +1,7 @@
 //! Regular starts: the lattice that fits a region best, stretched to fill it.
 
 use crate::Vector;
+use crate::numbers::trunc_to_usize;
 use crate::scene::draft::Region;
 use crate::space::{Boundary, Space};
 
@@ -136,7 +137,7 @@ impl Fit {
             .map(|(axis, relative)| {
                 let ideal = axis.length / (edge * relative);
                 // Never more cells than particles, so that a flat region cannot ask for infinitely many.
-                let ideal = if ideal.is_finite() { (ideal as usize).min(count) } else { count };
+                let ideal = if ideal.is_finite() { trunc_to_usize(ideal).min(count) } else { count };
                 (ideal.saturating_sub(1).max(1)..=ideal + 2).collect()
             })
             .collect();
@@ -172,10 +173,13 @@ impl Fit {
         let mut least = f64::INFINITY;
         for (first, a) in basis.iter().enumerate() {
             for b in &basis[first..] {
-                for shift in 0..3_usize.pow(self.axes.len() as u32) {
+                let all: usize = self.axes.iter().map(|_| 3).product();
+                for shift in 0..all {
+                    let mut shift = shift;
                     let mut squared = 0.0;
                     for (k, axis) in self.axes.iter().enumerate() {
-                        let step = ((shift / 3_usize.pow(k as u32)) % 3) as f64 - 1.0;
+                        let step = (shift % 3) as f64 - 1.0;
+                        shift /= 3;
                         let steps = b[k] - a[k] + step;
                         if steps != 0.0 {
                             let distance = steps * axis.edge(cells[k]);

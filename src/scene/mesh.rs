@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use crate::Vector;
+use crate::numbers::{id, trunc_to_i64};
 use crate::scene::draft::MeshDraft;
 use crate::scene::occupancy::Contacts;
 use crate::scene::surface::Layout;
@@ -27,13 +28,17 @@ pub struct Mesh {
 
 impl Mesh {
     pub(crate) fn new(draft: &MeshDraft, species: SpeciesId, first: usize, layout: &Layout, number: usize) -> Self {
-        let id = |index: usize| (first + index) as u32;
+        let number_of = |index: usize| id(first + index);
         Self {
             name: draft.name.clone().unwrap_or_else(|| format!("mesh {number}")),
             species,
-            particles: id(0)..id(layout.points.len()),
+            particles: number_of(0)..number_of(layout.points.len()),
             hole: layout.hole,
-            rims: layout.rims.iter().map(|rim| rim.iter().map(|&index| ParticleId(id(index))).collect()).collect(),
+            rims: layout
+                .rims
+                .iter()
+                .map(|rim| rim.iter().map(|&index| ParticleId(number_of(index))).collect())
+                .collect(),
         }
     }
 }
@@ -160,7 +165,7 @@ impl<'a> Near<'a> {
     }
 
     fn cell(place: &Vector, reach: f64) -> [i64; 3] {
-        [0, 1, 2].map(|k| (place[k] / reach).floor() as i64)
+        [0, 1, 2].map(|k| trunc_to_i64((place[k] / reach).floor()))
     }
 
     /// Distance of the nearest sphere within reach.

@@ -1,6 +1,7 @@
 //! Which places are taken: particles in a hashed grid of cells, asked for overlaps.
 
 use crate::Vector;
+use crate::numbers::{id, trunc_to_i64};
 use crate::scene::pairs::SpeciesPairs;
 use crate::space::{Boundary, Space, minimum_image};
 
@@ -156,7 +157,7 @@ impl<'a> Occupancy<'a> {
 
     /// Takes a place. The particle's number is how many were taken before it.
     pub(crate) fn take(&mut self, position: Vector, species: u32) {
-        let number = self.taken.len() as u32;
+        let number = id(self.taken.len());
         self.taken.push((position, species));
         if let Some(Some(grid)) = self.grid_of.get(species as usize) {
             self.grids[*grid].take(number, &self.taken);
@@ -196,7 +197,7 @@ impl<'a> Grid<'a> {
                 Boundary::Periodic => {
                     let cells = (space.size[k] / cell).floor().clamp(1.0, f64::from(1_u32 << 30));
                     edge[k] = space.size[k] / cells;
-                    around[k] = cells as i64;
+                    around[k] = trunc_to_i64(cells);
                     reach[k] = i64::from(cells > 1.0);
                 }
                 Boundary::Bounded { .. } => {}
@@ -230,7 +231,7 @@ impl<'a> Grid<'a> {
         let (position, _) = &taken[self.entries[entry].1 as usize];
         let bucket = self.bucket(self.cell(position));
         self.entries[entry].0 = self.heads[bucket];
-        self.heads[bucket] = entry as u32;
+        self.heads[bucket] = id(entry);
     }
 
     /// The first of what `found` gives for those within `range` of a position; it is also asked for others.
@@ -276,7 +277,7 @@ impl<'a> Grid<'a> {
             return self.entries.iter().find_map(|(_, number)| found(*number));
         }
         let cell = self.cell(position);
-        let steps = steps.map(|steps| steps as i64);
+        let steps = steps.map(trunc_to_i64);
         let along = |k: usize| -steps[k]..=steps[k];
         along(0).flat_map(|x| along(1).flat_map(move |y| along(2).map(move |z| [x, y, z]))).find_map(|offset| {
             let there = [0, 1, 2].map(|k| cell[k].wrapping_add(offset[k]));
@@ -305,7 +306,7 @@ impl<'a> Grid<'a> {
     }
 
     fn cell(&self, position: &Vector) -> [i64; 3] {
-        let along = |k: usize| ((position[k] - self.space.lower[k]) / self.edge[k]).floor() as i64;
+        let along = |k: usize| trunc_to_i64(((position[k] - self.space.lower[k]) / self.edge[k]).floor());
         self.wrap([along(0), along(1), along(2)])
     }
 
@@ -321,7 +322,9 @@ impl<'a> Grid<'a> {
     /// Neighbours along x share cache lines; two cells in one bucket only cost time.
     fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
         let key = x.wrapping_add(y.wrapping_mul(8_191)).wrapping_add(z.wrapping_mul(67_867_967));
-        key as u64 as usize & (self.heads.len() - 1)
+        #[expect(clippy::cast_possible_truncation, reason = "the lowest bits of a hash")]
+        let hash = key as u64 as usize;
+        hash & (self.heads.len() - 1)
     }
 }
 
@@ -346,7 +349,7 @@ mod tests {
                     let mut taken: Vec<(Vector, u32)> = Vec::new();
                     for _ in 0..3 {
                         let position = Vector::from_fn(|_, _| length * random.uniform());
-                        let species = random.below(2) as u32;
+                        let species = id(random.below(2));
                         let expected = taken.iter().any(|(there, other)| {
                             minimum_image(position - there, &space.periods()).norm()
                                 < contacts.get(species as usize, *other as usize)

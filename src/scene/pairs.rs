@@ -1,5 +1,6 @@
 //! A value for each two species, whoever is named first.
 
+use crate::numbers::id;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
@@ -42,7 +43,7 @@ impl<T: Copy> SpeciesPairs<T> {
         let (a, b) = (a.min(b), a.max(b));
         match &self.values {
             Values::All(values) => values[a * self.species + b],
-            Values::Some(values) => values.get(&(a as u32, b as u32)).copied(),
+            Values::Some(values) => values.get(&(id(a), id(b))).copied(),
         }
     }
 
@@ -52,7 +53,7 @@ impl<T: Copy> SpeciesPairs<T> {
         match &mut self.values {
             Values::All(values) => values[a * self.species + b] = Some(value),
             Values::Some(values) => {
-                values.insert((a as u32, b as u32), value);
+                values.insert((id(a), id(b)), value);
             }
         }
     }

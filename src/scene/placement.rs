@@ -152,8 +152,7 @@ pub(crate) fn first_overlap<'p>(
     mut occupancy: Occupancy<'_>,
     is_bonded: impl Fn(u32, u32) -> bool,
 ) -> Option<(u32, Overlapping)> {
-    for (id, (position, species)) in particles.enumerate() {
-        let id = id as u32;
+    for (id, (position, species)) in (0..).zip(particles) {
         let overlap = |image| occupancy.overlap(&(position + image), species, |other| !is_bonded(other, id));
         if let Some(overlapping) = images.iter().find_map(overlap) {
             return Some((id, overlapping));

@@ -48,7 +48,9 @@ impl Random {
 
     /// Uniform in `0..count`; the bias is below `count / 2^64`.
     pub(crate) fn below(&mut self, count: usize) -> usize {
-        ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize
+        #[expect(clippy::cast_possible_truncation, reason = "below count")]
+        let number = ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize;
+        number
     }
 
     /// Exponential with mean 1; never infinite, because what `uniform` gives stays below 1.

@@ -12,7 +12,7 @@ use crate::scene::place::Place;
 use crate::scene::reading::Keys;
 
 /// The most classes of one species.
-const MOST_CLASSES: u64 = 64;
+const MOST_CLASSES: usize = 64;
 
 const DEFAULT_CLASSES: u64 = 16;
 
@@ -54,7 +54,7 @@ pub(crate) fn read(file: DistributionFile, place: &Place) -> Result<Vec<Class>, 
         return listed(keys.need(file.diameters, "diameters")?, file.shares, place);
     }
     let classes = file.classes.unwrap_or(DEFAULT_CLASSES);
-    if !(1..=MOST_CLASSES).contains(&classes) {
+    if !(1..=MOST_CLASSES as u64).contains(&classes) {
         let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each is a species");
         return Err(SceneError::new(place.key("classes"), SceneErrorKind::value(classes, expected)));
     }
@@ -78,7 +78,7 @@ pub(crate) fn read(file: DistributionFile, place: &Place) -> Result<Vec<Class>, 
 
 fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>, place: &Place) -> Result<Vec<Class>, SceneError> {
     let count = diameters.len();
-    if !(1..=MOST_CLASSES as usize).contains(&count) {
+    if !(1..=MOST_CLASSES).contains(&count) {
         let kind = SceneErrorKind::value(format!("a list of {count}"), format!("1 to {MOST_CLASSES} diameters"));
         return Err(SceneError::new(place.key("diameters"), kind));
     }

@@ -3,6 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::Vector;
+use crate::numbers::id;
 use crate::scene::Species;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
@@ -42,7 +43,7 @@ pub(crate) fn check_walls(groups: &Groups, species: &[Species], space: &Space) -
     if space.is_fully_periodic() {
         return Ok(());
     }
-    for (id, particle) in groups.particles.iter().enumerate() {
+    for (index, particle) in groups.particles.iter().enumerate() {
         let species = &species[particle.species.0 as usize];
         if species.is_static() {
             continue;
@@ -54,8 +55,8 @@ pub(crate) fn check_walls(groups: &Groups, species: &[Species], space: &Space) -
             let rounding = ROUNDING * (x.abs() + space.lower[k].abs() + space.size[k] + radius);
             for (side, face, room) in [("lower", lower, x - space.lower[k]), ("upper", upper, space.upper()[k] - x)] {
                 if matches!(face, Face::Wall { .. }) && room < radius - rounding {
-                    let kind = SceneErrorKind::InWall { particle: id as u32, axis, side, depth: radius - room };
-                    return Err(SceneError::new(groups.place_of(id), kind));
+                    let kind = SceneErrorKind::InWall { particle: id(index), axis, side, depth: radius - room };
+                    return Err(SceneError::new(groups.place_of(index), kind));
                 }
             }
         }

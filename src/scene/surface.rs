@@ -9,6 +9,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::Vector;
+use crate::numbers::trunc_to_usize;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::limits::{finite_vector, not_negative, positive};
 use crate::scene::place::Place;
@@ -127,7 +128,7 @@ impl Surface {
 /// Number of equal intervals of at most `spacing`.
 fn intervals(length: f64, spacing: f64) -> usize {
     // The rounding of a length that is a whole number of spacings must not add an interval.
-    ((length / spacing - 1e-9).ceil() as usize).max(1)
+    trunc_to_usize((length / spacing - 1e-9).ceil()).max(1)
 }
 
 fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {

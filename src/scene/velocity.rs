@@ -123,6 +123,7 @@ fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Speci
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::id;
     use crate::potential::Potential;
     use crate::scene::{Arrangement, SpeciesId};
 
@@ -133,7 +134,7 @@ mod tests {
             .collect();
         let mut particles: Vec<Particle> = (0..count)
             .map(|i| Particle {
-                species: SpeciesId((i % masses.len()) as u32),
+                species: SpeciesId(id(i % masses.len())),
                 position: space.lower,
                 velocity: Vector::zeros(),
             })

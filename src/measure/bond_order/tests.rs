@@ -10,7 +10,7 @@ fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (Subject, Vec<Vector
         |k: u32| Vector::new(f64::from(k % cells), f64::from(k / cells % cells), f64::from(k / (cells * cells)));
     let at = |k: u32| sites.iter().map(move |site| (corner(k) + Vector::from(*site)).component_mul(&cell));
     let positions: Vec<Vector> = (0..cells * cells * cells).flat_map(at).collect();
-    (Subject::of_points(space, positions.len() as u32), positions)
+    (Subject::of_points(space, u32::try_from(positions.len()).unwrap()), positions)
 }
 
 fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> Sample<'a> {

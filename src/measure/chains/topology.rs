@@ -1,6 +1,7 @@
 //! Which particles hang together, and in which order.
 
 use crate::measure::subject::Subject;
+use crate::numbers::id;
 use std::collections::VecDeque;
 
 /// All particles with bonds, by connected component.
@@ -25,7 +26,7 @@ impl Topology {
     pub fn of(subject: &Subject) -> Self {
         let (starts, partners) = adjacency(subject);
         let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
-        let count = subject.species.len() as u32;
+        let count = id(subject.species.len());
         let ends = (0..count).filter(|&id| partners_of(id).len() == 1);
         let others = (0..count).filter(|&id| partners_of(id).len() > 1);
         let mut is_known = vec![false; count as usize];
@@ -40,7 +41,7 @@ impl Topology {
             while let Some(place) = waiting.pop_front() {
                 for &partner in partners_of(ids[place as usize]) {
                     if !std::mem::replace(&mut is_known[partner as usize], true) {
-                        waiting.push_back(ids.len() as u32);
+                        waiting.push_back(id(ids.len()));
                         ids.push(partner);
                         parents.push(place);
                     }

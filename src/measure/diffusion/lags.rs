@@ -6,6 +6,7 @@ use crate::measure::free_time::mean_free_time;
 use crate::measure::instrument::Setup;
 use crate::measure::plan::Diffusion as Plan;
 use crate::measure::stretches::{EARLY, feasible};
+use crate::numbers::{trunc_to_u64, trunc_to_usize};
 
 /// Ticks in a linear step, a power of two: how much finer the shortest logarithmic time is.
 pub(super) const TICKS_PER_STEP: u64 = 32;
@@ -35,7 +36,7 @@ pub(super) struct Lags {
     /// Duration of a tick `[time]`.
     tick: f64,
     /// Number of linear times.
-    pub steps: u64,
+    pub steps: usize,
     /// Linear steps between two origins.
     pub stride: u64,
 }
@@ -57,14 +58,14 @@ impl Lags {
                 (span / steps, steps)
             }
         };
-        let (interval, steps) = (feasible(interval, setup.duration), steps.clamp(1.0, MOST_STEPS) as u64);
+        let (interval, steps) = (feasible(interval, setup.duration), trunc_to_usize(steps.clamp(1.0, MOST_STEPS)));
         // More than a tick counter holds is no number of origins either.
-        let apart = (setup.duration / interval / ORIGINS).ceil().clamp(1.0, 1e9) as u64;
+        let apart = trunc_to_u64((setup.duration / interval / ORIGINS).ceil().clamp(1.0, 1e9));
         Self {
             start: setup.sample.time,
             tick: interval / TICKS_PER_STEP as f64,
             steps,
-            stride: steps.div_ceil(OVERLAPPING).max(apart),
+            stride: (steps as u64).div_ceil(OVERLAPPING).max(apart),
         }
     }
 
@@ -90,19 +91,19 @@ impl Lags {
 
     /// Ticks that have passed at a time, within rounding of it.
     pub fn passed(&self, time: f64) -> u64 {
-        ((time - self.start) / self.tick + EARLY).floor().max(0.0) as u64
+        trunc_to_u64((time - self.start) / self.tick + EARLY)
     }
 
     /// The number of a linear time, if ticks are one.
     pub fn linear(&self, ticks: u64) -> Option<usize> {
         let step = ticks / TICKS_PER_STEP;
-        (ticks.is_multiple_of(TICKS_PER_STEP) && step <= self.steps).then_some(step as usize)
+        (ticks.is_multiple_of(TICKS_PER_STEP) && step <= self.steps as u64).then_some(step as usize)
     }
 
     /// The next linear time after some ticks; none after the last.
     pub fn next_linear(&self, ticks: u64) -> Option<u64> {
         let step = ticks / TICKS_PER_STEP + 1;
-        (step <= self.steps).then_some(step * TICKS_PER_STEP)
+        (step <= self.steps as u64).then_some(step * TICKS_PER_STEP)
     }
 }
 
@@ -162,7 +163,7 @@ mod tests {
         // The mean free time is 0.099: 500 steps of a fifth of it, and origins spread over the run.
         assert_eq!(long.steps, 500);
         assert!((long.interval() / 0.0199 - 1.0).abs() < 0.01, "{}", long.interval());
-        assert_eq!(long.stride, (1000.0 / long.interval() / 256.0).ceil() as u64);
+        assert_eq!(long.stride, trunc_to_u64((1000.0 / long.interval() / 256.0).ceil()));
         let short = lags(Plan::default(), 4.0);
         assert_eq!((short.steps, short.stride), (50, 13));
         assert_eq!(short.interval(), 0.02);

@@ -45,12 +45,12 @@ fn species<'a>(diffusion: &Diffusion, subject: &'a Subject, index: usize) -> Opt
 
 /// First element of a linear curve.
 fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
-    (group * CURVES + kind) * (diffusion.lags.steps as usize + 1)
+    (group * CURVES + kind) * (diffusion.lags.steps + 1)
 }
 
 /// `D = 1 / (2 d) d<r^2>/dt`, `d` the number of axes, over the straight part.
 fn einstein(diffusion: &Diffusion, subject: &Subject, group: usize) -> Option<Estimate> {
-    let steps = diffusion.lags.steps as usize;
+    let steps = diffusion.lags.steps;
     let offset = offset(diffusion, group, MSD);
     let slope = straight_slope(steps, diffusion.lags.interval(), offset, of_means(&diffusion.linear))?;
     let scale = 0.5 / Tracers::dimensions(subject);
@@ -63,13 +63,13 @@ fn einstein(diffusion: &Diffusion, subject: &Subject, group: usize) -> Option<Es
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     let first = offset(diffusion, group, VACF);
     let at = |step: usize| Some(diffusion.linear.estimate(first + step)?.mean);
-    let steps = diffusion.lags.steps as usize;
+    let steps = diffusion.lags.steps;
     let is_smooth = at(1)? > SMOOTH * at(0)?;
     diffusion.linear.estimate(offset(diffusion, group, INTEGRAL) + steps).filter(|_| is_smooth)
 }
 
 fn linear(diffusion: &Diffusion, subject: &Subject, kind: usize) -> Curve {
-    let steps = diffusion.lags.steps as usize;
+    let steps = diffusion.lags.steps;
     let times = (0..=steps).map(|step| diffusion.lags.interval() * step as f64).collect();
     let elements = |group| (0..=steps).map(|step| offset(diffusion, group, kind) + step).collect();
     let (name, title, symbol, unit, method) = match kind {

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Vector;
 use crate::measure::subject::{Sample, Subject};
+use crate::numbers::id;
 
 /// The stream of random numbers for the choice, apart from those of a start, which count from 0.
 const STREAM: u64 = u64::MAX;
@@ -49,7 +50,8 @@ impl Tracers {
         let mut species: Vec<u32> = ids.iter().map(species_of).collect();
         species.sort_unstable();
         species.dedup();
-        let kinds: Vec<u32> = ids.iter().map(|id| species.partition_point(|s| *s < species_of(id)) as u32).collect();
+        let kinds: Vec<u32> =
+            ids.iter().map(|particle| id(species.partition_point(|s| *s < species_of(particle)))).collect();
         let mut counts = vec![0; species.len()];
         let mut scales = vec![1.0; species.len()];
         let followed: Vec<usize> = subject.axes().filter(|&axis| subject.shear_rate == 0.0 || axis > 0).collect();

@@ -1,5 +1,6 @@
 //! A histogram of positive values that finds its bins itself.
 
+use crate::numbers::trunc_to_usize;
 use serde::{Deserialize, Serialize};
 
 /// Values from which the width of the bins is chosen.
@@ -72,8 +73,7 @@ impl Histogram {
     }
 
     fn put(&mut self, value: f64) {
-        // A cast takes what is beyond all numbers to the last one.
-        if let Some(count) = self.counts.get_mut((value / self.width) as usize) {
+        if let Some(count) = self.counts.get_mut(trunc_to_usize(value / self.width)) {
             *count += 1;
         }
     }

@@ -1,5 +1,6 @@
 //! The radial distribution function at the contact of two cores, extrapolated from just outside.
 
+use crate::numbers::trunc_to_usize;
 use crate::statistics::{CurveAverage, Estimate};
 use nalgebra::{Matrix3, Vector3};
 
@@ -20,7 +21,7 @@ pub(super) fn end(core: f64) -> f64 {
 /// The bin of a distance. Pairs in contact are as often a rounding error inside as they are outside.
 pub(super) fn bin(distance: f64, core: f64) -> Option<usize> {
     let at = (distance / core - 1.0) / WIDTH;
-    (at > -1e-6 && at < 1.0).then(|| (at.max(0.0) * CONTACT_BINS as f64) as usize)
+    (at > -1e-6 && at < 1.0).then(|| trunc_to_usize(at * CONTACT_BINS as f64))
 }
 
 /// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that fits the bins from element `first` on best, each
@@ -82,7 +83,7 @@ mod tests {
     fn what_falls_by_half_within_a_bin_is_not_extrapolated() {
         for (ratio, is_known) in [(0.501_f64, true), (0.499, false)] {
             let mut curve = CurveAverage::new(CONTACT_BINS);
-            (0..32).for_each(|_| curve.add_all((0..CONTACT_BINS as i32).map(|k| 100.0 * ratio.powi(k))));
+            (0..32).for_each(|_| curve.add_all((0..).take(CONTACT_BINS).map(|k| 100.0 * ratio.powi(k))));
             assert_eq!(extrapolate(&curve, &[1.0; CONTACT_BINS], 0).is_some(), is_known, "{ratio}");
         }
     }

@@ -1,5 +1,6 @@
 use super::*;
 use crate::Vector;
+use crate::numbers::{id, trunc_to_usize};
 use crate::potential::Potential;
 use crate::scene::{Amount, Lattice, SceneBuilder};
 use crate::simulation::{Simulation, Until};
@@ -109,7 +110,7 @@ fn a_crystal_has_its_neighbours_at_exact_distances() {
         if neighbours > 0.0 {
             let number = (r * r).round();
             assert!((r - number.sqrt()).abs() < 1.01 * width, "neighbours at {r}");
-            found[number as usize] += neighbours;
+            found[trunc_to_usize(number)] += neighbours;
         }
     }
     let exact = [0.0, 12.0, 6.0, 24.0, 12.0, 24.0, 8.0];
@@ -144,7 +145,7 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
         let around = triples([-9..10, -9..10, if is_flat { 0..1 } else { -9..10 }]);
         let distances: Vec<f64> = around.into_iter().map(|cell| site(cell).norm()).filter(|r| *r > 0.0).collect();
         let count = positions.len();
-        let subject = Subject::of_points(space.clone(), count as u32);
+        let subject = Subject::of_points(space.clone(), id(count));
         let (cutoff, bins) = (2.15, 215);
         let curve = &measure_sheared(&subject, &plan(cutoff, bins), &vec![positions; 3], displacement).curves[0];
         let (room, width) = (Room::new(&space, 1.0), cutoff / bins as f64);

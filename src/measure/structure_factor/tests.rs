@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
-    let subject = Subject::of_points(space.clone(), frames[0].len() as u32);
+    let subject = Subject::of_points(space.clone(), u32::try_from(frames[0].len()).unwrap());
     let velocities = vec![Vector::zeros(); frames[0].len()];
     let sample = |k: usize| Sample {
         time: k as f64,

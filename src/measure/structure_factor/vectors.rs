@@ -1,5 +1,6 @@
 //! The wave vectors of a periodic box, some for each of a number of shells.
 
+use crate::numbers::{trunc_to_i32, trunc_to_u32};
 use crate::space::{Boundary, Space};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
@@ -49,7 +50,7 @@ impl Reciprocal {
     fn nearest(&self, vector: [f64; 3]) -> [i32; 3] {
         let multiple = |k: usize| if self.units[k] > 0.0 { vector[k] / self.units[k] } else { 0.0 };
         let x = multiple(0).round();
-        [x, (multiple(1) + x * self.slope).round(), multiple(2).round()].map(|n| n as i32)
+        [x, (multiple(1) + x * self.slope).round(), multiple(2).round()].map(trunc_to_i32)
     }
 }
 
@@ -71,7 +72,7 @@ pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: u
     // The shells are centred at multiples of their width, so that the last one ends half a width further.
     let largest = largest.min(MOST_MULTIPLES * smallest);
     let width = (largest / MOST_SHELLS).max(smallest);
-    let count = (largest / width * (1.0 + 1e-9)).floor() as u32;
+    let count = trunc_to_u32(largest / width * (1.0 + 1e-9));
     let shell = |index: u32| {
         let middle = f64::from(index) * width;
         let bounds = [middle - 0.5 * width, (middle + 0.5 * width).min(largest * (1.0 + 1e-9))];
@@ -112,7 +113,7 @@ fn symmetric(lattice: &Reciprocal, bounds: [f64; 2]) -> Vec<[i32; 3]> {
         if upper(direction) != direction || step == 0.0 || !has_axes {
             continue;
         }
-        let first = ((bounds[0] / step).floor() as i32).max(1);
+        let first = trunc_to_i32((bounds[0] / step).floor()).max(1);
         let multiples = (first..).map(|times| direction.map(|n| n * times));
         let until = multiples.take_while(|n| lattice.length(n) < bounds[1]);
         found.extend(until.filter(|n| is_within(bounds, lattice.length(n))));

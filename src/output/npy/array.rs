@@ -8,7 +8,10 @@ use std::path::Path;
 use crate::output::convert::Draft;
 
 /// Length of the header `[bytes]`: enough for any shape here, and a multiple of 64, so that the data is aligned.
-pub(in crate::output) const HEADER_SIZE: usize = 128;
+pub(in crate::output) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
+
+/// What it says of itself: its length without the ten bytes up to there.
+const STATED_SIZE: u16 = 118;
 
 /// A file that grows row by row along its first axis.
 #[derive(Debug)]
@@ -71,7 +74,7 @@ pub(in crate::output) fn header(kind: &str, row_shape: &[usize], rows: usize) ->
     let shape: String = [rows].iter().chain(row_shape).map(|length| format!("{length}, ")).collect();
     let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", shape.trim_end());
     let mut header = b"\x93NUMPY\x01\x00".to_vec();
-    header.extend_from_slice(&((HEADER_SIZE - 10) as u16).to_le_bytes());
+    header.extend_from_slice(&STATED_SIZE.to_le_bytes());
     header.extend_from_slice(text.as_bytes());
     header.resize(HEADER_SIZE - 1, b' ');
     header.push(b'\n');

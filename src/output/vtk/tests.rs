@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use crate::Vector;
+use crate::numbers::index;
 use crate::output::convert::convert;
 use crate::output::convert::tests::{chain, trajectory};
 use crate::output::{Format, Frame};
@@ -41,7 +42,7 @@ impl File {
         let element = &element[element.rfind("<DataArray").unwrap()..];
         assert_eq!(attribute(element, "type"), kind);
         let offset: usize = attribute(element, "offset").parse().unwrap();
-        let length = u64::from_le_bytes(self.appended[offset..offset + 8].try_into().unwrap()) as usize;
+        let length = index(u64::from_le_bytes(self.appended[offset..offset + 8].try_into().unwrap()));
         self.appended[offset + 8..offset + 8 + length].to_vec()
     }
 
@@ -136,7 +137,7 @@ fn the_list_has_the_times_and_the_box_its_twelve_edges() {
     let corners = edges.floats("Points", "Points");
     let ends = edges.cells("Lines", "connectivity");
     assert_eq!((corners.len(), ends.len()), (24, 24));
-    let corner = |index: i64| Vector::from_column_slice(&corners[3 * index as usize..][..3]);
+    let corner = |index: i64| Vector::from_column_slice(&corners[3 * usize::try_from(index).unwrap()..][..3]);
     let total: f64 = ends.chunks(2).map(|ends| (corner(ends[0]) - corner(ends[1])).norm()).sum();
     assert_eq!(total, 4.0 * (4.0 + 6.0 + 10.0));
 }

@@ -1,5 +1,6 @@
 //! Axes: which values they span, and where their ticks are.
 
+use crate::numbers::trunc_to_i32;
 use crate::report::html;
 
 /// An axis smaller than this part of its values could not be labelled.
@@ -85,9 +86,9 @@ impl Axis {
 
     /// Powers of ten, with two to nine times them where they are few; 1, 2 and 5 are labelled where there is hardly one.
     fn decades(&self) -> Vec<(f64, bool)> {
-        let (low, high) = (self.low.floor() as i32, self.high.ceil() as i32);
+        let (low, high) = (trunc_to_i32(self.low.floor()), trunc_to_i32(self.high.ceil()));
         let number = self.high - self.low;
-        let stride = (number / 6.0).ceil().max(1.0) as i32;
+        let stride = trunc_to_i32((number / 6.0).ceil().max(1.0));
         let mut marks = Vec::new();
         for decade in low..=high {
             for digit in 1..=9 {
@@ -121,11 +122,11 @@ impl Axis {
             return "0".to_owned();
         }
         let largest = self.low.abs().max(self.high.abs());
-        let step_exponent = step.log10().floor() as i32;
+        let step_exponent = trunc_to_i32(step.log10().floor());
         if (1e-3..1e6).contains(&largest) && step_exponent > -7 {
             return html::number(&format!("{value:.*}", (-step_exponent).max(0) as usize));
         }
-        let exponent = largest.log10().floor() as i32;
+        let exponent = trunc_to_i32(largest.log10().floor());
         let digits = (exponent - step_exponent).clamp(0, 6) as usize;
         let mantissa = format!("{:.digits$}", value / 10_f64.powi(exponent));
         html::number(&format!("{mantissa}e{exponent}"))

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use super::{Axis, BOTTOM, LEFT, TOP, WIDTH, frame, open, px};
+use crate::numbers::trunc_to_usize;
 
 /// Where the field ends, and where the scale of colours is `[pixels]`.
 const RIGHT: f64 = WIDTH - 108.0;
@@ -51,7 +52,7 @@ impl Map {
             };
             let [left, right] = across.map(|edge| x.place(edge));
             let [lower, upper] = up.map(|edge| y.place(edge));
-            let level = ((scale.fraction(value) * LEVELS as f64) as usize).min(LEVELS - 1);
+            let level = trunc_to_usize(scale.fraction(value) * LEVELS as f64).min(LEVELS - 1);
             let (width, height) = (px(right - left), px(lower - upper));
             let _ = write!(paths[level], "M{} {}h{width}v{height}h-{width}z", px(left), px(upper));
         }

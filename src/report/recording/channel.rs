@@ -3,6 +3,7 @@
 use super::ChannelHead;
 use super::neighbours::Neighbours;
 use crate::Vector;
+use crate::numbers::trunc_to_u8;
 use crate::output::Frame;
 use crate::output::frame::FrameParticle;
 use crate::picture::legend;
@@ -122,7 +123,7 @@ fn quantise(values: &[f64], is_count: bool, bytes: &mut Vec<u8>) -> [f64; 2] {
     let (low, high) = (finite().reduce(f64::min).unwrap_or(0.0), finite().reduce(f64::max).unwrap_or(0.0));
     let [low, high] = if is_count { [0.0, high.max(255.0)] } else { [low, high] };
     let step = if high > low { (high - low) / 255.0 } else { 1.0 };
-    bytes.extend(values.iter().map(|value| ((value - low) / step).round() as u8));
+    bytes.extend(values.iter().map(|value| trunc_to_u8(((value - low) / step).round())));
     [low, high]
 }
 

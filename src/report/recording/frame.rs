@@ -3,6 +3,7 @@
 use super::FrameHead;
 use super::channel::Channels;
 use crate::Vector;
+use crate::numbers::trunc_to_u16;
 use crate::output::Frame;
 
 /// The number of steps between the sides of the field; one more number marks what is beyond.
@@ -86,5 +87,5 @@ fn steps(position: &Vector, lower: &Vector, size: &Vector) -> [u16; 3] {
     if fractions.iter().any(|fraction| !(0.0..=1.0).contains(fraction)) {
         return [BEYOND; 3];
     }
-    fractions.map(|fraction| (fraction * STEPS).round() as u16)
+    fractions.map(|fraction| trunc_to_u16((fraction * STEPS).round()))
 }

@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::frame::wrapped;
 use crate::Vector;
+use crate::numbers::{id, trunc_to_usize};
 use crate::output::Frame;
 use crate::scene::{Scene, SpeciesId};
 
@@ -29,7 +30,7 @@ impl Neighbours {
         let mut ranges = Vec::new();
         for a in 0..species {
             for b in 0..species {
-                let id = scene.interaction_of(SpeciesId(a as u32), SpeciesId(b as u32));
+                let id = scene.interaction_of(SpeciesId(id(a)), SpeciesId(id(b)));
                 let potential = id.and_then(|id| scene.interactions.get(id.0 as usize)).map(|found| &found.potential);
                 let stepped = potential.filter(|potential| potential.accessible_states().count() > 1);
                 ranges.push(stepped.map_or(-1.0, |potential| potential.range()));
@@ -87,7 +88,7 @@ impl Cells {
         let size = upper - lower;
         // No more cells than some per particle, however empty the space is.
         let most = ((positions.len() as f64).cbrt() * 2.0).ceil();
-        let number = [0, 1, 2].map(|k| match (size[k] / range).floor().clamp(1.0, most) as usize {
+        let number = [0, 1, 2].map(|k| match trunc_to_usize((size[k] / range).clamp(1.0, most)) {
             // Three periodic cells are the fewest that differ from their neighbours.
             few @ ..3 if frame.periodic[k] => few.min(1),
             many => many,
@@ -113,7 +114,7 @@ impl Cells {
     fn coordinates(&self, position: &Vector) -> [usize; 3] {
         [0, 1, 2].map(|k| {
             let place = if self.width[k] > 0.0 { (position[k] - self.lower[k]) / self.width[k] } else { 0.0 };
-            (place as usize).min(self.number[k] - 1)
+            trunc_to_usize(place).min(self.number[k] - 1)
         })
     }
 
