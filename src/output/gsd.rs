@@ -27,6 +27,7 @@ use std::borrow::Cow;
 use super::Frame;
 use super::convert::{Draft, FrameError, Moment, Writer, bond_ends};
 use crate::Vector;
+use crate::numbers::{single, trunc_to_i32};
 use chunks::{Chunks, Kind};
 
 /// The trajectory while it is written.
@@ -90,7 +91,7 @@ impl Trajectory {
         if let Some(masses) = frame.masses() {
             self.lasting("particles/mass", Kind::Float, 1, singles(&masses)?)?;
         }
-        let (shifted, periods): (Vec<Vector>, Vec<i32>) =
+        let (shifted, periods): (Vec<Vector>, Vec<f64>) =
             particles.iter().map(|particle| tilted(frame, particle.position - centre)).unzip();
         let numbers = shifted.iter().flat_map(|position| position.iter());
         self.chunks.write("particles/position", Kind::Float, 3, &singles(numbers)?)?;
@@ -98,8 +99,11 @@ impl Trajectory {
         if self.has_images {
             let none = [0; 3];
             let images = (0..particles.len()).map(|place| *frame.images.get(place).unwrap_or(&none));
-            let images = images.zip(periods).flat_map(|([x, y, z], periods)| [x.wrapping_add(periods), y, z]);
-            let bytes: Vec<u8> = images.flat_map(i32::to_le_bytes).collect();
+            let mut bytes = Vec::with_capacity(12 * particles.len());
+            for ([x, y, z], periods) in images.zip(periods) {
+                let image = [travelled(x, periods)?, y, z];
+                bytes.extend(image.into_iter().flat_map(i32::to_le_bytes));
+            }
             self.chunks.write("particles/image", Kind::Int32, 3, &bytes)?;
         }
         self.has_velocities |= has_velocities;
@@ -151,13 +155,22 @@ impl Writer for Trajectory {
 
 /// A position relative to the centre, in the box as HOOMD has it, one that is tilted where its next image up is displaced; and by how
 /// many periods along x it is less than before.
-fn tilted(frame: &Frame, position: Vector) -> (Vector, i32) {
+fn tilted(frame: &Frame, position: Vector) -> (Vector, f64) {
     if frame.displacement == 0.0 {
-        return (position, 0);
+        return (position, 0.0);
     }
     let middle = frame.displacement * (position.y / frame.size.y);
     let periods = ((position.x - middle) / frame.size.x).round();
-    (Vector::new(position.x - periods * frame.size.x, position.y, position.z), periods as i32)
+    (Vector::new(position.x - periods * frame.size.x, position.y, position.z), periods)
+}
+
+/// The periods that a particle has travelled, with the whole number of those that it is moved back by.
+fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
+    let sum = f64::from(image) + periods;
+    if !(f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&sum) {
+        return Err(FrameError::BeyondPeriods(sum));
+    }
+    Ok(trunc_to_i32(sum))
 }
 
 /// The place in the file is the only id that GSD knows.
@@ -186,7 +199,7 @@ fn count(number: usize) -> Result<u32, FrameError> {
 fn singles<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<Vec<u8>, FrameError> {
     let mut bytes = Vec::new();
     for &number in numbers {
-        let single = number as f32;
+        let single = single(number);
         if !single.is_finite() {
             return Err(FrameError::BeyondSingle(number));
         }

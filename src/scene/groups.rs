@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::Vector;
+use crate::numbers::{self, id, trunc_to_u64};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::dense::Dense;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
@@ -41,6 +42,7 @@ impl Groups {
         let mut placing = Placing { scene, species, space, contacts: &contacts, layouts: Vec::new() };
         let mut parts: Vec<Vec<Particle>> = vec![Vec::new(); scene.groups.len()];
         placing.check_amounts()?;
+        let mut total = 0;
         for order in [Order::Given, Order::Random] {
             let mut occupancy = None;
             for (index, placed) in scene.groups.iter().enumerate().filter(|(_, placed)| Order::of(placed) == order) {
@@ -55,6 +57,9 @@ impl Groups {
                         placing.chains(index, chain, &placed.place, interactions, occupancy.as_mut())?
                     }
                 };
+                // With the spheres of all meshes, whose numbers are known only now.
+                total += parts[index].len() as u64;
+                affordable(total, &placed.place)?;
             }
         }
         Self::joined(placing, parts, interactions)
@@ -76,7 +81,7 @@ impl Groups {
                     for k in (1..part.len()).filter(|k| !(*k as u64).is_multiple_of(chain.length)) {
                         let kind = part[k].species;
                         let interaction = interactions.bond(&chain.bond, kind, kind, &place.key("bond"))?;
-                        let pair = [first + k - 1, first + k].map(|id| ParticleId(id as u32));
+                        let pair = [first + k - 1, first + k].map(|index| ParticleId(id(index)));
                         groups.bonds.push((Bond { pair, interaction }, place.clone()));
                     }
                 }
@@ -172,7 +177,7 @@ impl<'a> Placing<'a> {
                 _ => 0,
             })
             .sum();
-        let mut occupancy = Occupancy::new(self.space, self.contacts, filled + to_come as usize);
+        let mut occupancy = Occupancy::new(self.space, self.contacts, filled + numbers::index(to_come));
         for particle in parts.iter().flatten() {
             occupancy.take(particle.position, particle.species.0);
         }
@@ -217,7 +222,7 @@ impl<'a> Placing<'a> {
         let contact = contacts.reduce(f64::min).unwrap_or(kind.diameter);
         let spacing = mesh.spacing.unwrap_or(default_spacing(contact));
         let estimate = mesh.surface.estimate(spacing);
-        affordable(if estimate < 1e18 { estimate as u64 } else { u64::MAX }, place)?;
+        affordable(trunc_to_u64(estimate), place)?;
         let layout = mesh.surface.layout(spacing);
         let mut particles = Vec::with_capacity(layout.points.len());
         for point in &layout.points {
@@ -322,7 +327,7 @@ impl<'a> Placing<'a> {
             (Some((start, direction)), _) => self.straight(chain, &start, &direction, spacing, place)?,
             (None, occupancy) => {
                 let links = Links {
-                    length: chain.length as usize,
+                    length: numbers::index(chain.length),
                     spacing,
                     radius: 0.5 * self.species[species.0 as usize].diameter,
                     species: species.0,
@@ -366,10 +371,10 @@ impl<'a> Placing<'a> {
     ) -> Result<Vec<Vector>, SceneError> {
         let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
         let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
-        let mut positions = Vec::with_capacity(links.length * chain.count as usize);
+        let mut positions = Vec::with_capacity(links.length * numbers::index(chain.count));
         for _ in 0..chain.count {
             let Some(chain) = grow(links, self.space, occupancy, &mut random) else {
-                let count = links.length * chain.count as usize;
+                let count = links.length * numbers::index(chain.count);
                 let kind = SceneErrorKind::NoRoom {
                     placed: positions.len(),
                     count,

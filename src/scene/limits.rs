@@ -14,17 +14,29 @@ const LARGEST: f64 = 1e50;
 /// most, for hard spheres at packing fractions of 0.3 (520) and 0.5 (790).
 const BYTES_PER_PARTICLE: u64 = 800;
 
+/// So many particles a scene has at most: they, up to eight cells for each of them, and blocks with eight places for each have numbers of 32 bits.
+const MOST_PARTICLES: u64 = 500_000_000;
+
 /// Memory that two species take in the tables that the event loop looks pairs up in, both ways `[bytes]`.
 const BYTES_PER_PAIR: u64 = 64;
 
 /// So many species have particles at most: they are numbered with 16 bits.
 const MOST_ROWS: u64 = 1 << 16;
 
-/// Refuses numbers of particles beyond the memory of the machine, before anything is allocated for them.
+/// Refuses numbers of particles beyond the memory of the machine, before anything is allocated for them, and those that the engine cannot count.
 pub(crate) fn affordable(particles: u64, place: &Place) -> Result<(), SceneError> {
-    let (bytes, budget) = (particles.saturating_mul(BYTES_PER_PARTICLE), memory::total());
+    affordable_with(particles, memory::total(), place)
+}
+
+fn affordable_with(particles: u64, budget: u64, place: &Place) -> Result<(), SceneError> {
+    let bytes = particles.saturating_mul(BYTES_PER_PARTICLE);
     if bytes > budget {
         return Err(SceneError::new(place.clone(), SceneErrorKind::TooMany { particles, bytes, budget }));
+    }
+    if particles > MOST_PARTICLES {
+        let expected = format!("at most {MOST_PARTICLES}, however much memory there is");
+        let kind = SceneErrorKind::value(format!("a scene of {particles} particles"), expected);
+        return Err(SceneError::new(place.clone(), kind));
     }
     Ok(())
 }
@@ -130,5 +142,15 @@ mod tests {
     fn the_budget_is_checked_without_overflow() {
         assert!(affordable(1_000_000, &Place::root()).is_ok());
         assert!(affordable(u64::MAX, &Place::root()).is_err());
+    }
+
+    #[test]
+    fn more_particles_than_the_engine_counts_are_refused_with_any_memory() {
+        let with_any_memory = |particles| affordable_with(particles, u64::MAX, &Place::root());
+        assert!(with_any_memory(MOST_PARTICLES).is_ok());
+        let error = with_any_memory(MOST_PARTICLES + 1).unwrap_err().to_string();
+        assert!(error.contains("a scene of 500000001 particles, expected at most 500000000"), "{error}");
+        // Cells and places in blocks keep their numbers below the one that stands for none.
+        assert!(8 * MOST_PARTICLES + 64 < u64::from(u32::MAX));
     }
 }

@@ -99,6 +99,12 @@ pub enum FrameError {
     /// The format counts to 2^32 only.
     #[error("{0} particles, bonds or species are more than the format can hold")]
     TooMany(usize),
+    /// The format counts periods with 32 bits.
+    #[error("a particle has travelled {0} periods along x, more than the format can count")]
+    BeyondPeriods(f64),
+    /// The format numbers the names of arrays with 16 bits.
+    #[error("`{0}` is one name of an array more than the format can hold, 65536")]
+    TooManyNames(String),
     /// Arrays need the same particles in all frames.
     #[error(
         "its {0} are not those of the first frame converted: arrays need the same particles, in the same order, in all frames"

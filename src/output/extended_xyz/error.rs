@@ -43,7 +43,7 @@ pub enum ReadError {
         line: usize,
     },
     /// The first line of a frame is not a number of particles.
-    #[error("line {line}: expected the number of particles of a frame, found `{text}`")]
+    #[error("line {line}: expected the number of particles of a frame, 0 to 4294967295, found `{text}`")]
     Count {
         /// The line.
         line: usize,

@@ -8,6 +8,7 @@ use super::error::shorten;
 use super::{LONGEST_LINE, ReadError};
 use crate::Vector;
 use crate::measure::Scalar;
+use crate::numbers::id;
 use crate::output::Frame;
 use crate::output::frame::{FrameParticle, FrameSpecies};
 use crate::scene::{ParticleId, SpeciesId};
@@ -110,8 +111,9 @@ impl<R: BufRead> FrameReader<R> {
             match self.next_line()?.map(str::trim) {
                 None => return Ok(None),
                 Some("") => {}
-                Some(text) => match text.parse::<usize>() {
-                    Ok(count) => return Ok(Some(count)),
+                Some(text) => match text.parse::<u32>() {
+                    // Ids have as many bits.
+                    Ok(count) => return Ok(Some(count as usize)),
                     Err(_) => {
                         let text = shorten(text);
                         return Err(ReadError::Count { line: self.line, text });
@@ -136,10 +138,10 @@ impl<R: BufRead> FrameReader<R> {
         let mut images = Vec::new();
         let scalars = comment.columns.scalars.iter();
         let mut scalars: Vec<_> = scalars.map(|(name, _)| Scalar { name: name.clone(), values: Vec::new() }).collect();
-        for index in 0..count {
+        for (index, id) in (0..count).zip(0..) {
             let line = first + 2 + index;
             let Some(text) = self.next_line()? else { return Err(truncated(index)) };
-            let particle = parse_particle(text, line, index, &comment.columns, &mut table);
+            let particle = parse_particle(text, line, id, &comment.columns, &mut table);
             let image = comment.columns.image.map(|first| parse_image(text, line, first)).transpose();
             match particle.and_then(|particle| Ok((particle, image?))) {
                 Ok((particle, image)) => {
@@ -204,7 +206,7 @@ impl SpeciesTable {
         if let Some(&index) = self.index.get(name) {
             return SpeciesId(index);
         }
-        let index = self.species.len() as u32;
+        let index = id(self.species.len());
         self.species.push(FrameSpecies { name: name.to_owned(), is_static: false, mass: None });
         self.index.insert(name.to_owned(), index);
         SpeciesId(index)
@@ -214,7 +216,7 @@ impl SpeciesTable {
 fn parse_particle(
     text: &str,
     line: usize,
-    index: usize,
+    id: u32,
     columns: &Columns,
     table: &mut SpeciesTable,
 ) -> Result<FrameParticle, ReadError> {
@@ -256,7 +258,7 @@ fn parse_particle(
             let radius = finite(word).filter(|&radius| radius >= 0.0);
             radius.ok_or_else(|| wrong("radius", word, "a finite length, not negative"))
         })?,
-        id: columns.id.map(word).map_or(Ok(ParticleId(index as u32)), |word| {
+        id: columns.id.map(word).map_or(Ok(ParticleId(id)), |word| {
             word.parse().map(ParticleId).map_err(|_| wrong("id", word, "a whole number, 0 to 4294967295"))
         })?,
         species: table.id(columns.species.map_or("X", word)),

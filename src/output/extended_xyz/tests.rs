@@ -108,8 +108,9 @@ fn plain_xyz() {
 #[test]
 fn malformed_input_names_line_and_value() {
     let cases = [
-        ("x\n", "line 1: expected the number of particles of a frame, found `x`"),
-        ("-1\n\n", "line 1: expected the number of particles of a frame, found `-1`"),
+        ("x\n", "line 1: expected the number of particles of a frame, 0 to 4294967295, found `x`"),
+        ("4294967296\n", "line 1: expected the number of particles of a frame, 0 to 4294967295, found `4294967296`"),
+        ("-1\n\n", "line 1: expected the number of particles of a frame, 0 to 4294967295, found `-1`"),
         ("1\n\nA 0 0\n", "line 3: expected 4 columns, found 3"),
         ("1\n\nA 0 0 0 0 0 0\n", "line 3: expected 4 columns, found 5"),
         ("2\n\nA 0 0 0\nA 0 zero 0\n", "line 4: position is `zero`, expected a finite number"),

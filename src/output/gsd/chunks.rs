@@ -5,12 +5,12 @@
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
 
-use crate::output::convert::Draft;
+use crate::output::convert::{Draft, FrameError};
 
 const MAGIC: u64 = 0x65DF_65DF_65DF_65DF;
 const FILE_VERSION: u32 = 2 << 16;
 const SCHEMA_VERSION: u32 = 1 << 16 | 4;
-const HEADER_SIZE: u64 = 256;
+const HEADER_SIZE: usize = 256;
 /// The list of names is counted in pieces of this size `[bytes]`.
 const NAME_PIECE: usize = 64;
 
@@ -78,21 +78,22 @@ impl Chunks {
         kind: Kind,
         columns: u32,
         bytes: &[u8],
-    ) -> io::Result<()> {
+    ) -> Result<(), FrameError> {
         if bytes.is_empty() {
             return Ok(());
         }
         if self.end == 0 {
-            self.file.write_all(&[0; HEADER_SIZE as usize])?;
-            self.end = HEADER_SIZE;
+            self.file.write_all(&[0; HEADER_SIZE])?;
+            self.end = HEADER_SIZE as u64;
         }
         let name = name.into();
-        let known = self.names.iter().position(|known| *known == name).unwrap_or_else(|| {
+        let place = self.names.iter().position(|known| *known == name).unwrap_or(self.names.len());
+        let Ok(number) = u16::try_from(place) else { return Err(FrameError::TooManyNames(name.into_owned())) };
+        if place == self.names.len() {
             self.names.push(name);
-            self.names.len() - 1
-        });
+        }
         let rows = bytes.len() as u64 / (u64::from(columns) * kind.size());
-        self.index.push(Entry { frame: self.frame, rows, location: self.end, columns, name: known as u16, kind });
+        self.index.push(Entry { frame: self.frame, rows, location: self.end, columns, name: number, kind });
         self.file.write_all(bytes)?;
         self.end += bytes.len() as u64;
         Ok(())
@@ -124,7 +125,7 @@ impl Chunks {
     }
 
     fn header(&self, names_size: u64) -> Vec<u8> {
-        let mut header = Vec::with_capacity(HEADER_SIZE as usize);
+        let mut header = Vec::with_capacity(HEADER_SIZE);
         let pieces = names_size / NAME_PIECE as u64;
         for number in [MAGIC, self.end + names_size, self.index.len() as u64, self.end, pieces] {
             header.extend_from_slice(&number.to_le_bytes());
@@ -138,7 +139,7 @@ impl Chunks {
             header.extend(text.bytes().take(63));
             header.resize(field, 0);
         }
-        header.resize(HEADER_SIZE as usize, 0);
+        header.resize(HEADER_SIZE, 0);
         header
     }
 }
@@ -153,5 +154,23 @@ impl Entry {
         bytes[28..30].copy_from_slice(&self.name.to_le_bytes());
         bytes[30] = self.kind as u8;
         bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_beyond_16_bits_is_refused_and_a_known_one_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut chunks = Chunks::new(Draft::create(&folder.path().join("a.gsd")).unwrap());
+        chunks.names = vec![Cow::Borrowed("taken"); usize::from(u16::MAX)];
+        chunks.write("last", Kind::Uint8, 1, &[0]).unwrap();
+        assert_eq!(chunks.index[0].name, u16::MAX);
+        let error = chunks.write("one_more", Kind::Uint8, 1, &[0]).unwrap_err();
+        assert!(matches!(&error, FrameError::TooManyNames(name) if name == "one_more"), "{error}");
+        chunks.write("last", Kind::Uint8, 1, &[0]).unwrap();
+        assert_eq!((chunks.names.len(), chunks.index.len()), (1 << 16, 2));
     }
 }

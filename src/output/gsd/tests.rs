@@ -3,7 +3,9 @@
 use std::collections::HashMap;
 
 use crate::Vector;
-use crate::output::convert::tests::{chain, converted};
+use crate::numbers::index;
+use crate::output::convert::tests::{chain, converted, trajectory};
+use crate::output::convert::{ConvertError, FrameError, Options, convert};
 use crate::output::{Format, Frame};
 use crate::scene::ParticleId;
 
@@ -21,7 +23,7 @@ fn u64_at(bytes: &[u8], at: usize) -> u64 {
 /// The arrays by frame and name.
 fn parse(bytes: &[u8]) -> HashMap<(u64, String), Chunk> {
     assert_eq!(u64_at(bytes, 0), 0x65DF65DF65DF65DF);
-    let [index_at, index_length, names_at, names_pieces] = [8, 16, 24, 32].map(|at| u64_at(bytes, at) as usize);
+    let [index_at, index_length, names_at, names_pieces] = [8, 16, 24, 32].map(|at| index(u64_at(bytes, at)));
     assert_eq!(u32::from_le_bytes(number(bytes, 40)), 0x0001_0004, "schema 1.4");
     assert_eq!(u32::from_le_bytes(number(bytes, 44)), 0x0002_0000, "file layer 2.0");
     assert!(bytes[48..112].starts_with(b"carom ") && bytes[111] == 0);
@@ -37,7 +39,7 @@ fn parse(bytes: &[u8]) -> HashMap<(u64, String), Chunk> {
         .collect();
     let mut last = (0, 0);
     let entries = bytes[index_at..].chunks(32).map(|entry| {
-        let (frame, rows, location) = (u64_at(entry, 0), u64_at(entry, 8), u64_at(entry, 16) as usize);
+        let (frame, rows, location) = (u64_at(entry, 0), u64_at(entry, 8), index(u64_at(entry, 16)));
         let columns = u32::from_le_bytes(number(entry, 24));
         let name = u16::from_le_bytes(number(entry, 28));
         assert!((frame, name) >= last, "sorted by frame, then by name");
@@ -49,7 +51,7 @@ fn parse(bytes: &[u8]) -> HashMap<(u64, String), Chunk> {
             4 | 10 => 8,
             kind => panic!("type {kind}"),
         };
-        let length = rows as usize * columns as usize * size;
+        let length = index(rows) * columns as usize * size;
         let data = bytes[location..location + length].to_vec();
         ((frame, names[name as usize].clone()), (entry[30], rows, columns, data))
     });
@@ -114,6 +116,25 @@ fn a_sheared_box_is_tilted_and_holds_its_particles() {
     let image = &chunks[&(0, "particles/image".to_owned())];
     let expected: Vec<u8> = [0, 1, 0, 3, 0, 0, 4, 0, 0, 0, 0, 2_i32].into_iter().flat_map(i32::to_le_bytes).collect();
     assert_eq!(image, &(7, 4, 3, expected));
+}
+
+#[test]
+fn more_periods_than_fit_are_refused() {
+    let mut frame = Frame { displacement: -1.5, ..chain() };
+    frame.periodic[1] = true;
+    // As above, beyond the tilted box by one period.
+    frame.particles[0].position = Vector::new(1.3, 4.9, 5.0);
+    frame.images = vec![[i32::MAX - 1, 0, 0], [0; 3], [0; 3], [0; 3]];
+    let chunks = parse(&converted(&[frame.clone()], Format::Gsd));
+    let image = &chunks[&(0, "particles/image".to_owned())];
+    assert_eq!(image.3[..4], i32::MAX.to_le_bytes());
+    frame.images[0][0] = i32::MAX;
+    let folder = tempfile::tempdir().unwrap();
+    let (source, target) = (folder.path().join("a.xyz"), folder.path().join("a.gsd"));
+    trajectory(&source, &[frame]);
+    let error = convert(&source, Format::Gsd, &target, &Options::default()).unwrap_err();
+    let ConvertError::Frame { source: error, .. } = error else { panic!("{error}") };
+    assert!(matches!(error, FrameError::BeyondPeriods(2147483648.0)), "{error}");
 }
 
 #[test]

@@ -32,7 +32,7 @@ fn a_plain_file_has_species_and_coordinates_and_frames_are_counted() {
 fn wrong_files_name_the_line() {
     assert_eq!(parse(b"", 0).unwrap_err().0, 1);
     let error = parse(b"x\n\n", 0).unwrap_err();
-    assert_eq!(error, (1, "expected the number of particles of a frame, found `x`".to_owned()));
+    assert_eq!(error, (1, "expected the number of particles of a frame, 0 to 4294967295, found `x`".to_owned()));
     assert!(parse(b"2\n\nA 1 2 3\n", 0).unwrap_err().1.contains("expected 2 particles, the file ends after 1"));
     assert_eq!(parse(b"1\n\nA 1 2\n", 0).unwrap_err(), (3, "expected 4 columns, found 3".to_owned()));
     assert_eq!(parse(b"1\n\nA 1 nan 3\n", 0).unwrap_err().1, "position is `nan`, expected a finite number");
