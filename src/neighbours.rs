@@ -12,6 +12,7 @@ pub mod packed;
 pub mod shells;
 
 use crate::Vector;
+use crate::numbers::{id, trunc_to_i32};
 use crate::scene::{Scene, SpeciesId};
 use crate::space::{Boundary, Space};
 use cells::Cells;
@@ -136,7 +137,7 @@ impl Search {
             return Self::Cells;
         }
         let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
-        let species = |index: usize| SpeciesId(index as u32);
+        let species = |index: usize| SpeciesId(id(index));
         let ranges = scene.table.iter().map(|([a, b], _)| scene.range(species(a), species(b)));
         let range = ranges.fold(0.0, f64::max);
         Self::choose(&scene.space, range, &positions, None)
@@ -195,7 +196,7 @@ fn density_in_cells(space: &Space, fair: f64, positions: &[Vector]) -> f64 {
     let side = Vector::from_fn(|k, _| extent(k).map_or(f64::INFINITY, |size| size / (size / fair).floor().max(1.0)));
     let mut counts: HashMap<[i32; 3], f64> = HashMap::new();
     for position in positions {
-        let cell = std::array::from_fn(|k| ((position[k] - space.lower[k]) / side[k]).floor() as i32);
+        let cell = std::array::from_fn(|k| trunc_to_i32(((position[k] - space.lower[k]) / side[k]).floor()));
         *counts.entry(cell).or_default() += 1.0;
     }
     let cell: f64 = side.iter().filter(|side| side.is_finite()).product();

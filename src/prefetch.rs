@@ -4,11 +4,11 @@
 
 /// Begins to load element `index` of a slice, if the processor can and the element exists. Changes nothing but speed.
 #[inline(always)]
-pub fn prefetch<T>(slice: &[T], index: u32) {
+pub fn prefetch<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let address = slice.as_ptr().wrapping_add(index as usize);
+        let address = slice.as_ptr().wrapping_add(index);
         // SAFETY: a prefetch has no effect on the program, and none at all for an address that cannot be read.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(address.cast()) };
     }
@@ -18,11 +18,11 @@ pub fn prefetch<T>(slice: &[T], index: u32) {
 
 /// The same for an element of two cache lines.
 #[inline(always)]
-pub fn prefetch_both<T>(slice: &[T], index: u32) {
+pub fn prefetch_both<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let address = slice.as_ptr().wrapping_add(index as usize).cast::<i8>();
+        let address = slice.as_ptr().wrapping_add(index).cast::<i8>();
         // SAFETY: as above.
         unsafe {
             _mm_prefetch::<_MM_HINT_T0>(address);

@@ -8,6 +8,7 @@
 
 mod buckets;
 
+use crate::numbers::trunc_to_usize;
 use buckets::Buckets;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +44,7 @@ pub trait Sleepers {
 }
 
 /// Entries per bucket that the width is tuned to.
-const TARGET: f64 = 64.0;
+const TARGET: u32 = 64;
 
 /// An epoch ends early after this many times the entries that its length is tuned to. One that was planned in a quiet time, of a
 /// start at rest or of particles far apart, would otherwise count the times of a busy one with too few digits.
@@ -76,7 +77,7 @@ impl EventQueue {
         let buckets = (particles / 8).next_power_of_two().min(1 << 22);
         let width = if median.is_finite() && median > 0.0 {
             // The rate of wakes per unit time is about particles / median.
-            power_of_two(median * TARGET / particles as f64)
+            power_of_two(median * f64::from(TARGET) / particles as f64)
         } else {
             1.0
         };
@@ -107,7 +108,7 @@ impl EventQueue {
     /// The bucket of a time; times before the epoch saturate at 0.
     #[inline]
     fn bucket(&self, time: f64) -> usize {
-        (time * self.per_width) as usize
+        trunc_to_usize(time * self.per_width)
     }
 
     /// Adds an entry. One beyond the horizon is dropped: moving the epoch asks every particle for its wake time again.
@@ -132,7 +133,7 @@ impl EventQueue {
             if let Some(front) = self.front.last() {
                 return Some(*front);
             }
-            let is_crowded = self.popped > CROWDED * TARGET as u64 * self.buckets.count() as u64;
+            let is_crowded = self.popped > CROWDED * u64::from(TARGET) * self.buckets.count() as u64;
             if self.cursor + 1 >= self.buckets.count() || is_crowded {
                 return None;
             }
@@ -189,8 +190,9 @@ impl EventQueue {
         let per_bucket = self.popped as f64 / (self.cursor + 1) as f64;
         (self.cursor, self.popped) = (0, 0);
         // Within a factor of two of the target nothing changes; an empty epoch looks far ahead.
-        let factor = if !(0.5 * TARGET..=2.0 * TARGET).contains(&per_bucket) {
-            power_of_two((TARGET / per_bucket).clamp(1.0 / 1024.0, 1024.0))
+        let target = f64::from(TARGET);
+        let factor = if !(0.5 * target..=2.0 * target).contains(&per_bucket) {
+            power_of_two((target / per_bucket).clamp(1.0 / 1024.0, 1024.0))
         } else {
             1.0
         };
@@ -308,8 +310,8 @@ mod tests {
             let mut queue = EventQueue::new(times.len(), median);
             let (early, later) = times.split_at(times.len() / 2);
             let mut sleepers = Times::new(&times);
-            for (k, &time) in early.iter().enumerate() {
-                queue.push(wake(time, k as u32));
+            for (k, &time) in (0..).zip(early) {
+                queue.push(wake(time, k));
             }
             let mut expected: Vec<f64> = early.iter().copied().filter(|t| *t < queue.span()).collect();
             let mut now = 0.0;
@@ -324,7 +326,7 @@ mod tests {
                 if let Some(dt) = later.get(particle - early.len()) {
                     let time = now + dt;
                     sleepers.0[particle] = time;
-                    queue.push(wake(time, particle as u32));
+                    queue.push(wake(time, u32::try_from(particle).unwrap()));
                     if time < queue.span() { expected.push(time); }
                     particle += 1;
                 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::Tally;
+use crate::numbers::id;
 
 /// Kinds of events whose numbers are kept apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -92,8 +93,8 @@ impl EventCounts {
     /// Those of one species of hard spheres, which a tally knows.
     pub(crate) fn of_one_species(species: usize, tally: &Tally) -> Self {
         let mut counts = Self::new(0);
-        counts.pairs = Pairs::Sparse(BTreeMap::from([((species as u32, species as u32), [tally.core, 0, 0, 0, 0])]));
-        counts.singles.insert(species as u32, [tally.wall, tally.kick]);
+        counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [tally.core, 0, 0, 0, 0])]));
+        counts.singles.insert(id(species), [tally.wall, tally.kick]);
         counts
     }
 
@@ -103,7 +104,14 @@ impl EventCounts {
         let (a, b) = (a.min(b), a.max(b));
         let counts = match &mut self.pairs {
             Pairs::Listed(list) => list.get_mut(place(a, b)),
-            Pairs::Sparse(map) => Some(map.entry((a as u32, b as u32)).or_default()),
+            Pairs::Sparse(map) => {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "a scene has at most MOST_KINDS species, by SceneBuilder::build"
+                )]
+                let pair = (a as u32, b as u32);
+                Some(map.entry(pair).or_default())
+            }
         };
         if let Some(count) = counts.and_then(|counts| counts.get_mut(kind as usize)) {
             *count += 1;
@@ -112,7 +120,12 @@ impl EventCounts {
 
     /// Counts an event of one particle.
     pub(crate) fn note_single(&mut self, species: usize, kind: CountedKind) {
-        let counts = self.singles.entry(species as u32).or_default();
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a scene has at most MOST_KINDS species, by SceneBuilder::build"
+        )]
+        let species = species as u32;
+        let counts = self.singles.entry(species).or_default();
         counts[usize::from(kind == CountedKind::Thermostat)] += 1;
     }
 

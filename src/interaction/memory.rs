@@ -44,8 +44,8 @@ impl PairMemory {
     /// Expects questions about a particle.
     #[inline]
     pub fn expect(&self, particle: u32) {
-        prefetch(&self.lengths, particle);
-        prefetch(&self.entries, particle.wrapping_mul(self.room as u32));
+        prefetch(&self.lengths, particle as usize);
+        prefetch(&self.entries, particle as usize * self.room);
     }
 
     /// What a particle knows of a partner.
@@ -104,8 +104,8 @@ mod tests {
     fn lists_grow_without_mixing() {
         let mut memory = PairMemory::new(3);
         for partner in 0..20 {
-            for particle in 0..3 {
-                memory.set(particle, Known { partner, state: particle as u16, interaction: 7 });
+            for state in 0..3 {
+                memory.set(u32::from(state), Known { partner, state, interaction: 7 });
             }
         }
         assert_eq!(memory.of(2).len(), 20);

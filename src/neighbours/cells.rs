@@ -8,6 +8,7 @@ mod search;
 
 use super::grid::{Face, Grid};
 use crate::Vector;
+use crate::numbers::id;
 use crate::pages::enlarge;
 use crate::space::Space;
 use serde::{Deserialize, Serialize};
@@ -57,9 +58,9 @@ impl Cells {
             grid,
         };
         // Backwards, so that each list ends up in ascending order.
-        for (id, position) in positions.iter().enumerate().rev() {
+        for (index, position) in positions.iter().enumerate().rev() {
             let cell = cells.grid.cell_at(position);
-            cells.insert(id as u32, cell);
+            cells.insert(id(index), cell);
         }
         cells
     }
@@ -172,7 +173,8 @@ mod tests {
                 space.boundary = [boundary; 3];
                 let grid = Cells::new(&space, 0.999, &positions);
                 for (id, position) in positions.iter().enumerate() {
-                    let expected: Vec<u32> = (0..positions.len() as u32)
+                    let expected: Vec<u32> = (0..)
+                        .take(positions.len())
                         .filter(|&other| {
                             let apart =
                                 crate::space::minimum_image(positions[other as usize] - position, &space.periods());

@@ -18,6 +18,7 @@ impl Divisor {
     /// Quotient and remainder. The inverse is too large by less than `2^-32` of itself, and so the quotient is that of integers.
     #[inline]
     pub fn divide(self, x: u32) -> [u32; 2] {
+        #[expect(clippy::cast_possible_truncation, reason = "the quotient of an x of 32 bits")]
         let quotient = if self.by == 1 { x } else { ((u128::from(x) * u128::from(self.inverse)) >> 64) as u32 };
         [quotient, x - quotient * self.by]
     }

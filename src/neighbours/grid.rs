@@ -4,6 +4,7 @@
 
 use super::divisor::Divisor;
 use crate::Vector;
+use crate::numbers::trunc_to_u32;
 use crate::space::{Boundary, Face as SpaceFace, Space};
 use serde::{Deserialize, Serialize};
 
@@ -76,7 +77,7 @@ impl Grid {
             });
             let [nx, ny, nz]: [f64; 3] = counts;
             if nx * ny * nz <= most {
-                break counts.map(|n| n as u32);
+                break counts.map(trunc_to_u32);
             }
             target = if target > 0.0 { target * 1.05 } else { extent.max() / most };
         };
@@ -211,7 +212,7 @@ impl Grid {
         let index = |k: usize| {
             let at = ((position[k] - self.lower[k]) / self.side[k]).floor();
             // Positions in the outermost cells of open axes, and NaN from 0/0 on flat ones, saturate.
-            (at.max(0.0) as u32).min(self.counts[k] - 1)
+            trunc_to_u32(at).min(self.counts[k] - 1)
         };
         self.join([index(0), index(1), index(2)])
     }
@@ -270,6 +271,7 @@ impl Grid {
         let at = self.split(cell);
         for (axis, index) in at.into_iter().enumerate() {
             let n = self.counts[axis];
+            #[expect(clippy::cast_possible_truncation, reason = "one of three axes")]
             let face = |is_upper| Face { axis: axis as u8, is_upper };
             if self.is_periodic[axis] || index > 0 {
                 visit(face(false), self.lower[axis] + f64::from(index) * self.side[axis]);
@@ -289,7 +291,9 @@ impl Grid {
             let last = if is_upper { self.counts[axis] - 1 } else { 0 };
             if velocity[axis] != 0.0 && (self.is_periodic[axis] || index != last) {
                 let line = f64::from(index + u32::from(is_upper));
-                visit(Face { axis: axis as u8, is_upper }, self.lower[axis] + line * self.side[axis]);
+                #[expect(clippy::cast_possible_truncation, reason = "one of three axes")]
+                let face = Face { axis: axis as u8, is_upper };
+                visit(face, self.lower[axis] + line * self.side[axis]);
             }
         }
     }

@@ -5,6 +5,7 @@
 //! shells cannot meet, so a list holds the others whose centres are nearer. Every pair is in the lists of both, but for static
 //! particles, which keep none. (Alias: Verlet list.)
 
+use crate::numbers::id;
 use crate::pages::enlarge;
 use crate::prefetch::prefetch;
 use serde::{Deserialize, Serialize};
@@ -75,15 +76,15 @@ impl Lists {
     /// Expects questions about where a list is.
     #[inline]
     pub fn expect_span(&self, particle: u32) {
-        prefetch(&self.spans, particle);
+        prefetch(&self.spans, particle as usize);
     }
 
     /// Expects questions about who is in a list.
     #[inline]
     pub fn expect_list(&self, particle: u32) {
         let span = self.spans[particle as usize];
-        prefetch(&self.entries, span.first * BLOCK as u32);
-        prefetch(&self.entries, (span.first + 1) * BLOCK as u32);
+        prefetch(&self.entries, span.first as usize * BLOCK);
+        prefetch(&self.entries, (span.first as usize + 1) * BLOCK);
     }
 
     /// Adds an other to a particle's list.
@@ -144,6 +145,10 @@ impl Lists {
     /// Makes `new` the list of a particle.
     pub fn set(&mut self, particle: u32, new: &[u32]) {
         let Span { blocks, length, .. } = self.spans[particle as usize];
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "no more than all particles, which have numbers of 32 bits"
+        )]
         let needed = new.len().div_ceil(BLOCK) as u32;
         // Room that it once needed is given to those who need it now.
         if needed > blocks || room_for(needed) < blocks {
@@ -155,7 +160,12 @@ impl Lists {
             self.entries[first + new.len()..first + length as usize].fill(particle);
         }
         self.entries[first..first + new.len()].copy_from_slice(new);
-        self.spans[particle as usize].length = new.len() as u32;
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "no more than all particles, which have numbers of 32 bits"
+        )]
+        let length = new.len() as u32;
+        self.spans[particle as usize].length = length;
     }
 
     /// Moves a list to where it has room for so many blocks.
@@ -166,7 +176,7 @@ impl Lists {
         let to = self.free[room as usize].pop().unwrap_or_else(|| {
             let to = self.entries.len() / BLOCK;
             self.entries.resize((to + room as usize) * BLOCK, particle);
-            to as u32
+            id(to)
         });
         let (old, new) = (first as usize * BLOCK, to as usize * BLOCK);
         self.entries.copy_within(old..old + length as usize, new);
@@ -204,14 +214,14 @@ mod tests {
                     set.remove(&other);
                     lists.remove(particle, other);
                 }
-                for (particle, set) in sets.iter().enumerate() {
-                    let list = lists.of(particle as u32);
+                for (particle, set) in (0..).zip(&sets) {
+                    let list = lists.of(particle);
                     prop_assert_eq!(list.len(), set.len());
                     prop_assert_eq!(&list.iter().copied().collect::<BTreeSet<_>>(), set);
-                    let (filled_up, length) = lists.filled_up(particle as u32);
+                    let (filled_up, length) = lists.filled_up(particle);
                     prop_assert!(filled_up.len().is_multiple_of(8) && length == list.len());
                     prop_assert_eq!(&filled_up[..length], list);
-                    prop_assert!(filled_up[length..].iter().all(|entry| *entry == particle as u32));
+                    prop_assert!(filled_up[length..].iter().all(|entry| *entry == particle));
                 }
             }
         }

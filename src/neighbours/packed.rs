@@ -8,6 +8,7 @@ use super::grid::Grid;
 use super::near::Near;
 use crate::Vector;
 use crate::detection::many::Width;
+use crate::numbers::{id, single};
 use crate::pages::enlarge;
 use crate::prefetch::{prefetch, prefetch_both};
 use crate::space::{Boundary, Space};
@@ -91,7 +92,7 @@ impl Packed {
             links: Vec::new(),
             free: Vec::new(),
             slots: vec![NONE; positions.len()],
-            periods: space.periods().map(|period| period as f32).into(),
+            periods: space.periods().map(single).into(),
             scale: periodic.map(corner).fold(0.0, f64::max),
             width: Width::most(),
             grid,
@@ -156,7 +157,7 @@ impl Packed {
         } else {
             self.links.push(link);
             self.blocks.push(Block::EMPTY);
-            self.links.len() as u32 - 1
+            id(self.links.len() - 1)
         };
         self.first[cell as usize] = at;
         self.write(particle, at, 0, centre);
@@ -167,9 +168,14 @@ impl Packed {
         let block = &mut self.blocks[at as usize];
         block.ids[lane] = particle;
         for k in 0..3 {
-            block.at[k][lane] = centre[k] as f32;
+            block.at[k][lane] = single(centre[k]);
         }
-        self.slots[particle as usize] = at * LANES as u32 + lane as u32;
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a lane is one of eight; of blocks there are no more than particles, and so no more slots than 8 MOST_PARTICLES, below 2^32"
+        )]
+        let slot = at * LANES as u32 + lane as u32;
+        self.slots[particle as usize] = slot;
     }
 
     /// The cell that holds a particle's centre.
@@ -205,8 +211,8 @@ impl Packed {
         }
         let radius = reach + 14.0 * ROUNDING * scale;
         let ball = Ball {
-            centre: std::array::from_fn(|k| centre[k] as f32),
-            squared: ((radius * radius * (1.0 + 8.0 * ROUNDING)) as f32).next_up(),
+            centre: std::array::from_fn(|k| single(centre[k])),
+            squared: single(radius * radius * (1.0 + 8.0 * ROUNDING)).next_up(),
             periods: self.periods,
         };
         #[cfg(target_arch = "x86_64")]
@@ -249,13 +255,13 @@ impl Packed {
     /// Expects questions about the cell of a particle.
     #[inline]
     pub fn expect_home(&self, particle: u32) {
-        prefetch(&self.slots, particle);
+        prefetch(&self.slots, particle as usize);
     }
 
     /// Expects a search near a cell.
     #[inline]
     pub fn expect_rows(&self, cell: u32) {
-        self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first as u32));
+        self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
     /// Expects a search near a cell now that its rows are there.
@@ -264,8 +270,8 @@ impl Packed {
         self.grid.for_each_run(cell, |first, count| {
             for &at in &self.first[first..first + count] {
                 if at != NONE {
-                    prefetch_both(&self.blocks, at);
-                    prefetch(&self.links, at);
+                    prefetch_both(&self.blocks, at as usize);
+                    prefetch(&self.links, at as usize);
                 }
             }
         });
@@ -274,6 +280,7 @@ impl Packed {
 
 /// Block and lane of a slot.
 #[inline]
+#[expect(clippy::cast_possible_truncation, reason = "eight")]
 fn place(slot: u32) -> (u32, usize) {
     (slot / LANES as u32, slot as usize % LANES)
 }
@@ -390,21 +397,21 @@ mod tests {
             for (particle, to) in moves {
                 let particle = particle % centres.len();
                 centres[particle] = Vector::from(to).add_scalar(lower);
-                packed.lift(particle as u32);
-                packed.put(particle as u32, &centres[particle]);
+                packed.lift(id(particle));
+                packed.put(id(particle), &centres[particle]);
             }
             let largest = centres.iter().map(Vector::amax).fold(0.0, f64::max);
             let all: Vec<Vec<u32>> = centres.iter().map(|centre| found(&mut packed, centre, largest)).collect();
             let slack = 30.0 * ROUNDING * (lower.abs() + SIZE);
             for (a, centre) in centres.iter().enumerate() {
-                prop_assert_eq!(packed.home(a as u32), packed.grid.cell_at(centre));
+                prop_assert_eq!(packed.home(id(a)), packed.grid.cell_at(centre));
                 for (b, other) in centres.iter().enumerate() {
                     let apart = minimum_image(centre - other, &space.periods()).norm();
-                    let times = all[a].iter().filter(|id| **id == b as u32).count();
+                    let times = all[a].iter().filter(|other| **other == id(b)).count();
                     prop_assert!(times <= 1);
                     prop_assert!(times == 1 || apart > REACH, "{} is not found from {}", b, a);
                     prop_assert!(times == 0 || apart < REACH + slack, "{} is found from {} at {}", b, a, apart);
-                    prop_assert_eq!(times == 1, all[b].contains(&(a as u32)), "not symmetric");
+                    prop_assert_eq!(times == 1, all[b].contains(&id(a)), "not symmetric");
                 }
             }
         }

@@ -60,7 +60,12 @@ impl Buckets {
                 free
             } else {
                 self.chunks.push(chunk);
-                self.chunks.len() as u32 - 1
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "an epoch has fewer than 2^32 entries: one of each particle, and two after each of the 2^30 that it pops at most"
+                )]
+                let last = self.chunks.len() as u32 - 1;
+                last
             };
         } else {
             self.chunks[bucket.newest as usize].entries[at] = particle;

@@ -30,7 +30,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if search == self.neighbours.search() && since < WANDERED * self.bodies.len() as u64 {
             return false;
         }
-        for particle in 0..self.bodies.len() as u32 {
+        for particle in self.particles() {
             self.stream(particle, 0.0);
             let position = self.bodies[particle as usize].position;
             self.wrap(particle, &position);
@@ -41,7 +41,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sort_in(search);
         self.fill_lists();
         self.enlarge();
-        for particle in 0..self.bodies.len() as u32 {
+        for particle in self.particles() {
             if !self.is_static(particle) {
                 self.predict(particle, 0.0);
             }

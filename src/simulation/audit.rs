@@ -74,7 +74,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// All overlaps of pairs that know each other or are near, and of particles and walls; pairs of moving particles twice.
     pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
-        for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)) {
+        for particle in self.particles().filter(|&p| !self.is_static(p)) {
             self.overlaps_with_known(particle, &mut found);
             self.overlaps_with_strangers(particle, &mut found);
             self.overlaps_with_walls(particle, &mut found);

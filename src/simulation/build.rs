@@ -109,7 +109,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         engine.fill_lists();
         engine.enlarge();
-        for particle in 0..count as u32 {
+        for particle in engine.particles() {
             if !engine.is_static(particle) {
                 engine.predict(particle, 0.0);
             }
@@ -123,7 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
             engine.queue = EventQueue::new(moving, median);
         }
-        for particle in 0..count as u32 {
+        for particle in engine.particles() {
             engine.schedule(particle);
         }
         engine
@@ -136,11 +136,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.remember(scene, a, b, bond.interaction.narrow(), true);
         }
         let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
-        let count = self.bodies.len() as u32;
         let mut near = Near::default();
-        for a in (0..count).filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
+        for a in self.particles().filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
             self.neighbours.find_near(a, &mut near);
-            let all = 0..if holds_all_pairs { count } else { 0 };
+            let all = if holds_all_pairs { self.particles() } else { 0..0 };
             let found = if holds_all_pairs { &[] } else { near.found() };
             let mut across = Vec::new();
             self.for_each_across(a, |b| across.push(b));
@@ -177,14 +176,14 @@ fn ranges(scene: &Scene, species: &[SpeciesId]) -> Vec<f64> {
 
 fn walls(scene: &Scene) -> Vec<Wall> {
     let mut walls = Vec::new();
-    for axis in 0..3 {
+    for (face_axis, axis) in (0..).zip(0..3) {
         if let Boundary::Bounded { lower, upper } = scene.space.boundary[axis] {
             for (is_upper, side, at) in
                 [(false, lower, scene.space.lower[axis]), (true, upper, scene.space.upper()[axis])]
             {
                 if let SpaceFace::Wall { restitution } = side {
                     let temperature = scene.wall_temperatures[axis];
-                    walls.push(Wall { face: Face { axis: axis as u8, is_upper }, at, restitution, temperature });
+                    walls.push(Wall { face: Face { axis: face_axis, is_upper }, at, restitution, temperature });
                 }
             }
         }

@@ -88,7 +88,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.refresh(-2.0 * shift);
         }
         self.queue.restart();
-        for particle in 0..self.bodies.len() as u32 {
+        for particle in self.particles() {
             self.schedule(particle);
         }
         true
@@ -99,7 +99,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// A state from long ago has its position rounded at the whole distance flown since, with every wrap, and its contact is
     /// predicted from as far away.
     fn refresh(&mut self, oldest: f64) {
-        for particle in 0..self.bodies.len() as u32 {
+        for particle in self.particles() {
             if self.bodies[particle as usize].time < oldest {
                 self.stream(particle, 0.0);
                 if !self.is_static(particle) {

@@ -21,6 +21,7 @@ use crate::queue::{EventQueue, Sleepers};
 use crate::scene::{ParticleId, Random};
 use crate::space::Space;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// So many particles are brought into a new epoch in the time of one step of the loop.
 const PER_STEP: u64 = 16;
@@ -298,6 +299,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Finds the next time of that.
     pub(super) fn find_interlude(&mut self) {
         self.interlude = self.next_kick().min(self.next_look()).min(self.next_leg());
+    }
+
+    /// The numbers of all particles.
+    #[inline]
+    pub(super) fn particles(&self) -> Range<u32> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
+        )]
+        let count = self.bodies.len() as u32;
+        0..count
     }
 
     /// Whether pairs have to be looked at one by one.

@@ -23,7 +23,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.expect_self(particle);
             if prediction.partner != NOBODY {
                 self.expect_self(prediction.partner);
-                prefetch(&self.predictions, prediction.partner);
+                prefetch(&self.predictions, prediction.partner as usize);
             }
         }
         match &self.neighbours {
@@ -40,12 +40,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     fn expect_self(&self, particle: u32) {
-        prefetch(&self.bodies, particle);
+        prefetch(&self.bodies, particle as usize);
         match &self.neighbours {
             Neighbours::Lists(shells) => {
                 shells.lists.expect_span(particle);
                 shells.cells.expect_home(particle);
-                prefetch(&shells.centres, particle);
+                prefetch(&shells.centres, particle as usize);
             }
             Neighbours::Cells(cells) => cells.expect_home(particle),
         }
@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
             for particle in participants(particle, prediction) {
                 for &other in shells.lists.of(particle) {
-                    prefetch(&self.bodies, other);
+                    prefetch(&self.bodies, other as usize);
                 }
             }
             if prediction.is_transition() {
@@ -93,9 +93,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
             let home = cells.home(particle);
             if prediction.is_transition() {
-                cells.expect_new(home, prediction.exit, |other| prefetch(&self.bodies, other));
+                cells.expect_new(home, prediction.exit, |other| prefetch(&self.bodies, other as usize));
             } else {
-                cells.expect_near(home, |other| prefetch(&self.bodies, other));
+                cells.expect_near(home, |other| prefetch(&self.bodies, other as usize));
             }
         }
     }

@@ -114,7 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn sort_anew(&mut self) {
-        for particle in 0..self.bodies.len() as u32 {
+        for particle in self.particles() {
             self.stream(particle, self.now);
             let position = self.bodies[particle as usize].position;
             self.wrap(particle, &position);

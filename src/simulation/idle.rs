@@ -37,7 +37,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.predictions.iter().any(|prediction| prediction.contact_time < f64::INFINITY) {
             return false;
         }
-        let moving: Vec<Streamed> = (0..self.bodies.len() as u32)
+        let moving: Vec<Streamed> = self
+            .particles()
             .filter(|&particle| !self.is_static(particle))
             .map(|particle| self.streamed(particle, self.now))
             .collect();
@@ -46,7 +47,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         moving.iter().all(|me| !self.meets_wall(me))
             && moving.iter().all(|me| {
-                (0..self.bodies.len() as u32)
+                self.particles()
                     .filter(|&other| other != me.id && (other > me.id || self.is_static(other)))
                     .all(|other| self.never_meet(me, other))
             })

@@ -3,6 +3,7 @@
 //! The scene's ids are the user's names for particles; nothing that can be seen depends on the numbers.
 
 use crate::Vector;
+use crate::numbers::trunc_to_u32;
 use crate::space::Space;
 
 /// Cells per axis of the curve, as a power of two.
@@ -18,7 +19,7 @@ pub(super) fn along_curve(space: &Space, positions: &[Vector]) -> Vec<u32> {
     // The same scale along all axes, so that the curve's cells are cubes.
     let per_cell = f64::from(1_u32 << BITS) / (upper - lower).max();
     let key = |position: &Vector| {
-        let index = |k: usize| (((position[k] - lower[k]) * per_cell) as u32).min((1 << BITS) - 1);
+        let index = |k: usize| trunc_to_u32((position[k] - lower[k]) * per_cell).min((1 << BITS) - 1);
         spread(index(0)) | spread(index(1)) << 1 | spread(index(2)) << 2
     };
     let mut keyed: Vec<(u32, u32)> = positions.iter().zip(0..).map(|(position, id)| (key(position), id)).collect();

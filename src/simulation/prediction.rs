@@ -100,6 +100,6 @@ impl Sleepers for Vec<Prediction> {
 
     #[inline]
     fn expect(&self, particle: u32) {
-        prefetch(self, particle);
+        prefetch(self, particle as usize);
     }
 }

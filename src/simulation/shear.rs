@@ -13,6 +13,7 @@ use crate::Vector;
 use crate::motion::RelativeState;
 use crate::neighbours::Neighbours;
 use crate::neighbours::grid::Face;
+use crate::numbers::trunc_to_i32;
 use crate::space::{displacement_within_period, minimum_image_along};
 
 /// The axis along which images slide, and the one along which they do it ever faster.
@@ -59,7 +60,7 @@ impl Shear {
     pub fn displacement_within(&self, time: f64, period: f64) -> (f64, i32) {
         let whole = self.displacement(time);
         let within = displacement_within_period(whole, period);
-        (within, ((whole - within) / period).round() as i32)
+        (within, trunc_to_i32(((whole - within) / period).round()))
     }
 
     /// Counts times from an epoch that is later by `shift`. Returns by how many whole periods the displacement is less than before.
@@ -67,7 +68,7 @@ impl Shear {
         let before = self.displacement(shift);
         self.displacement = libm::fmod(before, period);
         self.next_look -= shift;
-        ((before - self.displacement) / period).round() as i32
+        trunc_to_i32(((before - self.displacement) / period).round())
     }
 }
 
@@ -132,8 +133,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let periods = ((body.position[FLOW] - self.space.lower[FLOW]) / period).floor();
         body.position[FLOW] -= periods * period;
         let position = body.position;
-        self.images[particle as usize][GRADIENT] += up as i32;
-        self.images[particle as usize][FLOW] += periods as i32;
+        self.images[particle as usize][GRADIENT] += trunc_to_i32(up);
+        self.images[particle as usize][FLOW] += trunc_to_i32(periods);
         if let Neighbours::Cells(cells) = &mut self.neighbours {
             cells.slide_in(particle, &position, [FLOW, GRADIENT], !face.is_upper);
         }
@@ -167,7 +168,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let time = shear.next_look;
         shear.next_look += shear.between_looks;
         self.now = time;
-        for particle in 0..self.bodies.len() as u32 {
+        for particle in self.particles() {
             let Neighbours::Cells(cells) = &self.neighbours else { return };
             let is_next_to_side = cells.is_outermost(cells.home(particle), GRADIENT);
             if is_next_to_side && !self.is_static(particle) {

@@ -114,12 +114,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // One bound for all, so that whoever finds another is found by it.
         let largest = shells.centres.iter().map(Vector::amax).fold(0.0, f64::max);
         let all: &[u16] = if TABLE { species } else { &[] };
-        for particle in 0..shells.centres.len() as u32 {
+        for (particle, centre) in (0..).zip(&shells.centres) {
             if TABLE && rules.species[usize::from(species[particle as usize])].is_static() {
                 continue;
             }
-            let centre = shells.centres[particle as usize];
-            shells.find_within_reach(&centre, mine(all, particle), all, largest, near);
+            shells.find_within_reach(centre, mine(all, particle), all, largest, near);
             near.retain(|other| other != particle && !(TABLE && memory.get(particle, other).is_some()));
             shells.lists.set(particle, near.found());
         }
@@ -146,15 +145,14 @@ mod tests {
         for part in 1..=10 {
             engine.advance(Until::events(events * part / 10), |_| {}).unwrap();
             let Some(shells) = engine.neighbours.shells() else { continue };
-            let count = engine.bodies.len() as u32;
-            for particle in (0..count).filter(|&p| !engine.is_static(p)) {
+            for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
                 let (position, _) = engine.state_at(particle, engine.now);
                 let gone = (position - shells.centres[particle as usize]).norm();
                 assert!(gone < shells.radius * (1.0 + 1e-9), "{particle} left its shell: {gone}");
                 let list = shells.lists.of(particle);
                 let is_moving = |other: &&u32| !engine.is_static(**other);
                 assert!(list.iter().filter(is_moving).all(|other| shells.lists.of(*other).contains(&particle)));
-                for other in 0..count {
+                for other in engine.particles() {
                     let [a, b] = [particle, other].map(|id| shells.centres[id as usize]);
                     let apart = minimum_image(a - b, &engine.periods).norm();
                     let species = [particle, other].map(|id| usize::from(engine.species[id as usize]));

@@ -57,7 +57,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     pub(super) fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
         let mut pairs = Vec::new();
-        for particle in (0..self.bodies.len() as u32).filter(|_| TABLE) {
+        for particle in self.particles().filter(|_| TABLE) {
             for known in self.memory.of(particle).iter().filter(|known| known.state > 0) {
                 // Two moving particles know each other both; a static one knows nobody.
                 if particle < known.partner || self.is_static(known.partner) {

@@ -64,6 +64,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // By id, so that the order in memory decides nothing. There is one that moves, or there were no kicks.
         let particle = loop {
             let id = kicks.random.below(self.numbers.len());
+            #[expect(
+                clippy::cast_possible_truncation,
+                reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
+            )]
             let particle = self.number(ParticleId(id as u32));
             if !self.is_static(particle) {
                 break particle;
@@ -111,7 +115,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Starts or ends kicks.
     pub(super) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
-        let moving = (0..self.bodies.len() as u32).filter(|&particle| !self.is_static(particle)).count();
+        let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
         let bath = bath.filter(|_| moving > 0);
         self.kicks = bath.map(|bath| Kicks::new(seed, stage, self.now, moving, bath));
         self.find_interlude();
@@ -119,7 +123,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Multiplies all velocities, relative to `drift` and to what streams, by a factor.
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
-        for particle in (0..self.bodies.len() as u32).filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
+        for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.now);
             let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
             let body = self.bodies[particle as usize];
@@ -137,7 +141,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             body.events = body.events.wrapping_add(1);
         }
         self.queue.clear();
-        for particle in 0..self.bodies.len() as u32 {
+        for particle in self.particles() {
             if !self.is_static(particle) {
                 self.predict(particle, self.now);
                 self.schedule(particle);

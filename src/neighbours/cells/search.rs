@@ -9,14 +9,14 @@ impl Cells {
     /// Expects questions about the cell that a particle is in.
     #[inline]
     pub fn expect_home(&self, particle: u32) {
-        prefetch(&self.homes, particle);
-        prefetch(&self.next, particle);
+        prefetch(&self.homes, particle as usize);
+        prefetch(&self.next, particle as usize);
     }
 
     /// Expects a search near a cell.
     #[inline]
     pub fn expect_rows(&self, cell: u32) {
-        self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first as u32));
+        self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
     /// Expects a search near a cell, and questions about those it finds first.
@@ -54,8 +54,8 @@ impl Cells {
     /// Expects a particle to leave a cell through a face: the heads of its cell and of those that become near.
     #[inline]
     pub fn expect_transition(&self, cell: u32, face: Face) {
-        prefetch(&self.first, cell);
-        self.for_each_new_after(cell, face, |new| prefetch(&self.first, new));
+        prefetch(&self.first, cell as usize);
+        self.for_each_new_after(cell, face, |new| prefetch(&self.first, new as usize));
     }
 
     /// Expects questions about those in the cells that become near.
@@ -68,8 +68,13 @@ impl Cells {
     /// a processor that has to guess which cells are empty.
     #[inline(always)]
     fn expect_head(&self, head: u32, expect: &impl Fn(u32)) {
-        let particle = head.min(self.next.len() as u32 - 1);
-        prefetch(&self.next, particle);
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
+        )]
+        let last = self.next.len() as u32 - 1;
+        let particle = head.min(last);
+        prefetch(&self.next, particle as usize);
         expect(particle);
     }
 
