@@ -49,15 +49,17 @@ fn spheres(
 fn system(arguments: &[String]) -> Result<(Scene, f64), Box<dyn Error>> {
     let number =
         |at: usize| -> Result<f64, Box<dyn Error>> { Ok(arguments.get(at).ok_or("a number is missing")?.parse()?) };
+    #[expect(clippy::cast_possible_truncation, reason = "no scene has more particles than a u64 counts")]
+    let count = || -> Result<u64, Box<dyn Error>> { Ok(number(1)? as u64) };
     match arguments.first().map(String::as_str) {
         Some("hard_spheres") => {
-            let (count, packing_fraction) = (number(1)? as u64, number(2)?);
+            let (count, packing_fraction) = (count()?, number(2)?);
             let amount = Amount::PackingFraction(packing_fraction);
             let scene = spheres(Potential::hard_sphere(1.0)?, count, amount, packing_fraction < FREEZING, 1.0)?;
             Ok((scene, BEFORE))
         }
         Some("square_well") => {
-            let (count, density, temperature) = (number(1)? as u64, number(2)?, number(3)?);
+            let (count, density, temperature) = (count()?, number(2)?, number(3)?);
             let well = Potential::square_well(1.0, 1.5, 1.0)?;
             Ok((spheres(well, count, Amount::NumberDensity(density), true, temperature)?, 4.0 * BEFORE))
         }
@@ -76,7 +78,9 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let mut simulation = Simulation::new(scene);
     simulation.advance(Until::events(1))?;
     let start = start.elapsed().as_secs_f64();
-    simulation.advance(Until::events((before * particles) as u64))?;
+    #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
+    let before = (before * particles) as u64;
+    simulation.advance(Until::events(before))?;
     let (first, begin) = (simulation.tally().physical(), Instant::now());
     while begin.elapsed() < TIMED {
         simulation.advance(Until::events(simulation.tally().physical() + 50_000))?;

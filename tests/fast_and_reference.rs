@@ -110,10 +110,11 @@ impl Recipe {
         }
         for k in 0..self.bonds {
             let x = 1.0 + 2.0 * k as f64;
+            let first = u32::try_from(self.statics + 2 * k).unwrap();
             builder = builder
                 .particle("A", at(x, 4.0, 1.0), Vector::new(0.1 * x, -0.7, 0.9))
                 .particle("A", at(x, 6.0, 1.0), Vector::new(-0.3, 0.5 * x, 0.2))
-                .bond((self.statics + 2 * k) as u32, (self.statics + 2 * k + 1) as u32, "link");
+                .bond(first, first + 1, "link");
         }
         let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(self.count);
         fill.composition = vec![("A".into(), 0.6), ("B".into(), 0.4)];

@@ -207,7 +207,7 @@ fn fifty_six_random_stops_change_no_bit() {
         let begun = std::time::Instant::now();
         finish(start(scene, events, &whole));
         // Only how often a stop falls into the run depends on this, not whether the test passes.
-        let whole_time = begun.elapsed().as_millis() as u64 + 20;
+        let whole_time = u64::try_from(begun.elapsed().as_millis()).unwrap() + 20;
         let parts = directory.path().join(format!("{scene}_parts"));
         let mut command = start(scene, events, &parts);
         for _ in 0..STOPS {
@@ -269,7 +269,7 @@ fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
     let mut random = ChaCha8Rng::seed_from_u64(6);
     for _ in 0..20 {
         let mut bad = good.clone();
-        let at = random.next_u64() as usize % bad.len();
+        let at = usize::try_from(random.next_u64() % bad.len() as u64).unwrap();
         bad[at] ^= 1 << (random.next_u32() % 8);
         fs::write(&checkpoint, &bad).unwrap();
         refused("damaged");

@@ -109,7 +109,7 @@ fn a_start_has_what_was_asked_for_and_nothing_overlaps() {
                 0.5 * [a, b].map(|k| scene.species[scene.particles[k].species.0 as usize].diameter).iter().sum::<f64>();
             let distance = separation(&scene, a, b);
             assert!(distance >= contact - 1e-12, "{a} and {b} are {distance} apart");
-            if bonded.contains(&[b as u32, a as u32]) {
+            if bonded.contains(&[b, a].map(|id| u32::try_from(id).unwrap())) {
                 assert!((distance - 1.1).abs() < 1e-12, "bonds start in the middle");
             }
         }

@@ -43,7 +43,9 @@ fn execute(arguments: &[String]) -> Result<(), Box<dyn Error>> {
         [name, events] => {
             let (name, scene) =
                 RUNS.iter().find(|(known, _)| known == name).ok_or(format!("no run is called {name}"))?;
-            measure::run(name, scene, events.parse::<f64>()? as u64)
+            #[expect(clippy::cast_possible_truncation, reason = "no run has more events than a u64 counts")]
+            let events = events.parse::<f64>()? as u64;
+            measure::run(name, scene, events)
         }
         _ => {
             let names = RUNS.map(|(name, _)| name).join(", ");

@@ -20,6 +20,7 @@ pub fn run(name: &str, scene: &str, most: u64) -> Result<(), Box<dyn Error>> {
     let start = Start::of(&simulation);
     let started = Instant::now();
     for step in 0.. {
+        #[expect(clippy::cast_possible_truncation, reason = "the largest number stands for all beyond it")]
         let events = (1000.0 * 10_f64.powf(f64::from(step) / f64::from(PER_DECADE))).round() as u64;
         let events = events.min(most);
         let reason = simulation.advance(Until::events(events))?;

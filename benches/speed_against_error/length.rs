@@ -51,7 +51,9 @@ fn run(sheet: &mut Sheet, name: &str, potential: Potential, amount: Amount) -> O
     let stopwatch = Stopwatch::start();
     let mut events: f64 = 1e3;
     while events < 1.01 * MOST_EVENTS && stopwatch.seconds() < MOST_SECONDS {
-        simulation.advance(Until::events(events.round() as u64))?;
+        #[expect(clippy::cast_possible_truncation, reason = "MOST_EVENTS at most")]
+        let whole = events.round() as u64;
+        simulation.advance(Until::events(whole))?;
         sheet.push(cells(name, &start.row(&simulation, stopwatch.seconds())))?;
         events *= 10_f64.sqrt();
     }

@@ -68,21 +68,23 @@ impl List {
     }
 
     fn list_cells(&mut self, positions: &[Vector], periods: &Periods, edge: f64, range: f64) {
-        let cells = (edge / range) as usize;
-        let along = |x: f64| ((x / edge * cells as f64) as usize).min(cells - 1);
+        #[expect(clippy::cast_possible_truncation, reason = "cells in a box and coordinates in it")]
+        let whole = |x: f64| x as usize;
+        let cells = whole(edge / range);
+        let along = |x: f64| whole(x / edge * cells as f64).min(cells - 1);
         let cell_of = |x: &Vector| (along(x.z) * cells + along(x.y)) * cells + along(x.x);
         if self.around.len() != cells.pow(3) {
             self.around = (0..cells.pow(3)).map(|cell| neighbourhood(cell, cells)).collect();
         }
         self.members.resize(cells.pow(3), Vec::new());
         self.members.iter_mut().for_each(Vec::clear);
-        for (i, x) in positions.iter().enumerate() {
-            self.members[cell_of(x)].push(i as u32);
+        for (i, x) in (0..).zip(positions) {
+            self.members[cell_of(x)].push(i);
         }
-        for (i, x) in positions.iter().enumerate() {
+        for (i, x) in (0..).zip(positions) {
             self.starts.push(self.partners.len());
             for &cell in &self.around[cell_of(x)] {
-                for &j in self.members[cell as usize].iter().filter(|&&j| j > i as u32) {
+                for &j in self.members[cell as usize].iter().filter(|&&j| j > i) {
                     if periods.separation(x, &positions[j as usize]).norm_squared() < range * range {
                         self.partners.push(j);
                     }
@@ -94,9 +96,9 @@ impl List {
     fn list_all(&mut self, positions: &[Vector], periods: &Periods, range: f64) {
         for (i, x) in positions.iter().enumerate() {
             self.starts.push(self.partners.len());
-            for (j, y) in positions.iter().enumerate().skip(i + 1) {
+            for (j, y) in (0..).zip(positions).skip(i + 1) {
                 if periods.separation(x, y).norm_squared() < range * range {
-                    self.partners.push(j as u32);
+                    self.partners.push(j);
                 }
             }
         }
@@ -110,6 +112,6 @@ fn neighbourhood(cell: usize, cells: usize) -> [u32; 27] {
         let x = shifted(cell % cells, k % 3);
         let y = shifted(cell / cells % cells, k / 3 % 3);
         let z = shifted(cell / cells / cells, k / 9);
-        ((z * cells + y) * cells + x) as u32
+        u32::try_from((z * cells + y) * cells + x).unwrap()
     })
 }

@@ -46,8 +46,8 @@ const PANEL: (i32, i32) = (470, 350);
 /// Draws rows of panels, each row with the legend of its first panel at the right.
 pub fn draw(name: &str, rows: &[Vec<Panel>]) -> Outcome {
     let path = Path::new(FOLDER).join(format!("{name}.svg"));
-    let columns = rows.iter().map(Vec::len).max().unwrap_or(1);
-    let size = (PANEL.0 as u32 * columns as u32 + LEGEND_WIDTH, PANEL.1 as u32 * rows.len() as u32);
+    let columns = u32::try_from(rows.iter().map(Vec::len).max().unwrap_or(1))?;
+    let size = (PANEL.0 as u32 * columns + LEGEND_WIDTH, PANEL.1 as u32 * u32::try_from(rows.len())?);
     let root = SVGBackend::new(&path, size).into_drawing_area();
     root.fill(&WHITE)?;
     for (mut rest, panels) in root.split_evenly((rows.len(), 1)).into_iter().zip(rows) {
@@ -99,10 +99,10 @@ fn draw_series(chart: &mut Chart, series: &Series, k: usize) -> Outcome {
 }
 
 fn draw_legend(area: &Area, panel: &Panel) -> Outcome {
-    for (k, series) in panel.series.iter().enumerate() {
+    for ((k, series), line) in panel.series.iter().enumerate().zip(0..) {
         let colour = COLOURS[k % COLOURS.len()];
         let style = if k >= COLOURS.len() { colour.stroke_width(2) } else { colour.filled() };
-        let y = 50 + 20 * k as i32;
+        let y = 50 + 20 * line;
         if series.has_line {
             area.draw(&PathElement::new([(4, y), (28, y)], colour.stroke_width(2)))?;
         }
@@ -133,14 +133,16 @@ fn decades(logarithms: &[f64]) -> (f64, f64) {
 
 /// One for each power of ten, or more between few of them.
 fn labels(lower: f64, upper: f64) -> usize {
+    #[expect(clippy::cast_possible_truncation, reason = "floats have some 600 decades")]
     let decades = (upper - lower) as usize;
     if decades <= 2 { 2 * decades + 1 } else { (decades + 1).min(10) }
 }
 
 fn power(x: &f64) -> String {
-    let exponent = x.floor() as i32;
+    #[expect(clippy::cast_possible_truncation, reason = "floats have some 600 decades")]
+    let [exponent, nearest] = [x.floor(), x.round()].map(|x| x as i32);
     let is_whole = (x - x.round()).abs() < 1e-6;
-    match (is_whole, x.round() as i32) {
+    match (is_whole, nearest) {
         (true, exponent @ -2..=3) => format!("{}", 10_f64.powi(exponent)),
         (true, exponent) => format!("1e{exponent}"),
         (false, 0..=3) => format!("{:.*}", (1 - exponent).max(0) as usize, 10_f64.powf(*x)),

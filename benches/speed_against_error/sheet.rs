@@ -101,6 +101,7 @@ fn short(cell: &str) -> String {
         Ok(0.0) => "0".to_owned(),
         Ok(x) if x.fract() == 0.0 && x.abs() < 1e6 => format!("{x}"),
         Ok(x) if (1e-3..1e5).contains(&x.abs()) => {
+            #[expect(clippy::cast_possible_truncation, reason = "from 0 to 5")]
             let decimals = (2 - x.abs().log10().floor() as i32).max(0) as usize;
             format!("{x:.decimals$}")
         }

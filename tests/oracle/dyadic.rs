@@ -55,8 +55,15 @@ impl Dyadic {
     /// The nearest float towards zero, or an infinity or zero beyond the floats' range.
     pub fn to_f64(&self) -> f64 {
         let (m, e) = self.approximate();
-        libm::scalbn(m, e.clamp(-3000, 3000) as i32)
+        scaled(m, e)
     }
+}
+
+/// `m 2^e`, an infinity or zero beyond the floats' range.
+pub fn scaled(m: f64, e: i64) -> f64 {
+    #[expect(clippy::cast_possible_truncation, reason = "3000 at most")]
+    let exponent = e.clamp(-3000, 3000) as i32;
+    libm::scalbn(m, exponent)
 }
 
 /// -1, 0 or 1.

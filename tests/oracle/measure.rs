@@ -1,7 +1,7 @@
 //! How far a time is from an exact root, and how far rounding may have moved that root.
 
 use super::crossing::Crossing;
-use super::dyadic::Dyadic;
+use super::dyadic::{Dyadic, scaled};
 use super::polynomial::Polynomial;
 
 /// A distance between a time and the exact event, all in units in the last place (ulp) of the time.
@@ -61,13 +61,13 @@ impl Local {
         });
         let terms: Vec<_> = terms.collect();
         let unit = terms.iter().filter(|t| t.0 != 0.0).map(|t| t.1).max().unwrap_or(0);
-        let scaled = terms.iter().map(|&(m, e)| libm::scalbn(m, (e - unit).max(-3000) as i32));
+        let scaled = terms.iter().map(|&(m, e)| scaled(m, e - unit));
         Self { coefficients: scaled.collect(), unit }
     }
 
     fn in_its_units(&self, x: f64) -> f64 {
         let (m, e) = Dyadic::from(x).approximate();
-        libm::scalbn(m, (e - self.unit).clamp(-3000, 3000) as i32)
+        scaled(m, e - self.unit)
     }
 
     fn value(&self, offset: f64) -> f64 {

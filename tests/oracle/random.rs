@@ -22,7 +22,9 @@ impl Random {
 
     /// Uniform in `0..count`.
     pub fn below(&mut self, count: usize) -> usize {
-        (self.uniform() * count as f64) as usize
+        #[expect(clippy::cast_possible_truncation, reason = "below count")]
+        let number = (self.uniform() * count as f64) as usize;
+        number
     }
 
     pub fn chance(&mut self, probability: f64) -> bool {
@@ -40,7 +42,7 @@ impl Random {
 
     /// A power of two, with which products are exact.
     pub fn power_of_two(&mut self, lower: i32, upper: i32) -> f64 {
-        2_f64.powi(lower + self.below((upper - lower + 1) as usize) as i32)
+        2_f64.powi(lower + i32::try_from(self.below((upper - lower + 1) as usize)).unwrap())
     }
 
     /// Components uniform in `[-1, 1]`.

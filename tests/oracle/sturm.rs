@@ -49,7 +49,7 @@ fn remainders(f: &Polynomial) -> Vec<Polynomial> {
     let mut elements = vec![signed(&a, 1)];
     while !b.is_empty() {
         elements.push(signed(&b, sign_b));
-        let step = (a.len() - b.len()) as u32;
+        let step = u32::try_from(a.len() - b.len()).unwrap();
         let mut rest = pseudo_remainder(&a, &b);
         let divisor = &g * h.pow(step);
         for c in &mut rest {

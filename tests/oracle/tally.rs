@@ -92,5 +92,5 @@ pub fn spread(values: &mut [f64]) -> [f64; 3] {
     }
     values.sort_by(f64::total_cmp);
     let last = values.len() - 1;
-    [values[last / 2], values[(last as f64 * 0.999) as usize], values[last]]
+    [values[last / 2], values[last * 999 / 1000], values[last]]
 }

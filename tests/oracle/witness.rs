@@ -61,10 +61,11 @@ const CORRECTIONS: usize = 4;
 
 /// By how much a coefficient's unit moves `f`, or its derivative, at `t`.
 fn effect(term: usize, t: f64, kind: Kind) -> f64 {
+    let power = i32::try_from(term).unwrap();
     match (kind, term) {
-        (Kind::Root, _) => t.powi(term as i32),
+        (Kind::Root, _) => t.powi(power),
         (Kind::TurningPoint, 0) => 0.0,
-        (Kind::TurningPoint, _) => term as f64 * t.powi(term as i32 - 1),
+        (Kind::TurningPoint, _) => term as f64 * t.powi(power - 1),
     }
 }
 
@@ -78,8 +79,9 @@ const REST: f64 = 1e-9;
 /// The middle of the boxes, then their corners and the middles of edges and faces, towards each part of their size.
 fn directions(overlap: &Overlap) -> impl Iterator<Item = Vec<f64>> {
     let count = overlap.coefficients.len();
-    let all = 3_usize.pow(count as u32);
-    let digit = |code: usize, k: usize| (code / 3_usize.pow(k as u32) % 3) as f64 - 1.0;
+    let power_of_three = |k: usize| 3_usize.pow(u32::try_from(k).unwrap());
+    let all = power_of_three(count);
+    let digit = move |code: usize, k: usize| (code / power_of_three(k) % 3) as f64 - 1.0;
     let vector = move |code: usize, part: f64| (0..count).map(|k| part * digit(code, k)).collect::<Vec<_>>();
     // The uniform ones first: they move f as far as it can be moved.
     let ordered = [0, all - 1].into_iter().chain(1..all - 1);

@@ -85,7 +85,9 @@ fn far_pairs(scene: &Scene) -> [f64; 10] {
             let apart = (a.position - b.position).zip_map(&size, |x, period| x - period * (x / period).round());
             let bin = (apart.norm() - 3.0) * 10.0;
             if (0.0..10.0).contains(&bin) {
-                bins[bin as usize] += 1.0;
+                #[expect(clippy::cast_possible_truncation, reason = "one of ten bins")]
+                let bin = bin as usize;
+                bins[bin] += 1.0;
             }
         }
     }

@@ -37,6 +37,7 @@ pub fn boxes() -> [Space; 3] {
 
 /// Particles of diameter 1 at random places, in a box that is sheared.
 fn fluid(space: &Space, potential: Potential, rate: f64) -> Simulation {
+    #[expect(clippy::cast_possible_truncation, reason = "a small box")]
     let count = (0.45 * space.volume()) as u64;
     let fill = Fill::new(Arrangement::Random, "A").count(count);
     let scene = SceneBuilder::new("fluid")

@@ -81,8 +81,8 @@ fn a_bouncing_ball_loses_height_as_a_power_and_comes_to_rest_in_time() {
         let contact_time = 1e-6;
         let (times, peaks, _) = bounces(e, contact_time);
         let mut expected = 2.0_f64.sqrt();
-        for (n, (time, peak)) in times.iter().zip(&peaks).enumerate() {
-            let power = e.powi(n as i32 + 1);
+        for (n, (time, peak)) in (0..).zip(times.iter().zip(&peaks)) {
+            let power = e.powi(n + 1);
             if 2.0 * 2.0_f64.sqrt() * power / e < contact_time {
                 break; // the TC model has made the contact elastic
             }

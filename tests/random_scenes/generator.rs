@@ -28,7 +28,7 @@ impl Dice {
     }
 
     pub fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
+        usize::try_from(self.bits() % count as u64).unwrap()
     }
 
     pub fn chance(&mut self, probability: f64) -> bool {

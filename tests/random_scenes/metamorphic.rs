@@ -10,7 +10,7 @@ use carom::space::Boundary;
 use crate::generator::{self, Dice};
 
 /// Scenes of each comparison.
-const SCENES: u64 = 60;
+const SCENES: usize = 60;
 /// Events that are compared where rounding differs: a difference grows by a factor of ten or so with each event of a particle.
 const FEW: u64 = 20;
 /// What 1e-15 grows to by then, far less than the time between two events.
@@ -22,7 +22,7 @@ fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
         let text = generator::usual(seed);
         Scene::from_toml(text.clone(), "random.toml").ok().map(|scene| (seed, text, scene))
     };
-    (1000..).filter_map(built).take(SCENES as usize)
+    (1000..).filter_map(built).take(SCENES)
 }
 
 /// The first events, until a collapse or the time of the scene.
@@ -76,7 +76,7 @@ fn compare(change: impl Fn(&mut Scene, &mut Dice) -> Vec<u32>, is_mirror: bool) 
         let number = |id: ParticleId| numbers.get(id.0 as usize).copied().unwrap_or(id.0);
         all += agreeing(seed, &scene, &changed, number, is_mirror);
     }
-    assert!(all as u64 > 4 * SCENES, "{all} events compared");
+    assert!(all > 4 * SCENES, "{all} events compared");
 }
 
 #[test]

@@ -13,12 +13,14 @@ const RANGE: f64 = 1.5;
 /// When two that fly freely are first at their range, over all images that come by, up to a time.
 fn first_meeting(size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, until: f64) -> Option<f64> {
     let mut first = None;
-    let most = |axis: usize| (velocity[axis].abs() * until / size[axis]).ceil() as i32 + 2;
+    #[expect(clippy::cast_possible_truncation, reason = "some periods")]
+    let periods = |travelled: f64| travelled.ceil() as i32 + 2;
+    let most = |axis: usize| periods(velocity[axis].abs() * until / size[axis]);
     let ups = if size.y > 0.0 { -most(1)..=most(1) } else { 0..=0 };
     for up in ups {
         // The image further up is faster.
         let faster = rate * size.y * f64::from(up);
-        let most_beside = (((velocity.x - faster).abs() * until) / size.x).ceil() as i32 + 2;
+        let most_beside = periods(((velocity.x - faster).abs() * until) / size.x);
         for beside in -most_beside..=most_beside {
             for deep in if size.z > 0.0 { -most(2)..=most(2) } else { 0..=0 } {
                 let image = Vector::from([beside, up, deep].map(f64::from)).component_mul(size);

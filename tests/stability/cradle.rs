@@ -175,17 +175,17 @@ fn pairs_whose_speeds_differ_by_a_float_part_at_once() {
     // The impulse is of the size of the roundings of the velocities, and may be lost in some or all of their components; the pair
     // has to part all the same, or the event would be due again for ever.
     let (mut pairs, mut most) = (0, 0);
-    for k in 0..2000 {
-        let k = f64::from(k);
+    for index in 0..2000_u16 {
+        let k = f64::from(index);
         let normal = Vector::new(libm::sin(k), libm::cos(1.7 * k), libm::sin(0.6 * k + 1.0)).normalize();
         let velocity = Vector::new(1.0 + 0.01 * k, 3.0, -2.0);
         let mut slower = velocity;
-        let axis = k as usize % 3;
+        let axis = usize::from(index) % 3;
         slower[axis] =
             if normal[axis] * velocity[axis] < 0.0 { velocity[axis].next_up() } else { slower[axis].next_down() };
         let start = [(Vector::zeros(), velocity), (normal, slower)];
         // The unit vector may be short by a float.
-        let builder = listed(&open_box(64.0), &hard_sphere(), [1.0, 0.9, 0.5][k as usize % 3], &start);
+        let builder = listed(&open_box(64.0), &hard_sphere(), [1.0, 0.9, 0.5][usize::from(index) % 3], &start);
         let mut simulation = Simulation::new(builder.allow_invalid_start(true).contact_time(1e-30).build().unwrap());
         assert_eq!(simulation.advance(Until::time(1.0)), Ok(Reason::Time));
         let events = simulation.tally().physical();

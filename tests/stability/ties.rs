@@ -22,7 +22,7 @@ const WIDE: f64 = 3.25;
 fn sheets() -> (Space, Vec<State>) {
     let at = |k: u32| f64::from(2 * k) + 0.5;
     let across = |k: u32| WIDE * f64::from(k) + 0.5;
-    let particles = (0..COUNT as u32)
+    let particles = (0..u32::try_from(COUNT).unwrap())
         .map(|id| {
             let [x, y, z] = [id % EDGE, id / EDGE % EDGE, id / EDGE / EDGE];
             (Vector::new(at(x), across(y), across(z)), Vector::new(if x % 2 == 0 { 1.0 } else { -1.0 }, 0.0, 0.0))

@@ -54,6 +54,7 @@ impl SpringDashpot {
     pub fn advance(&mut self, time: f64) {
         let steps = (time / self.dt).ceil();
         self.dt = time / steps;
+        #[expect(clippy::cast_possible_truncation, reason = "more steps could not be waited for")]
         for _ in 0..steps as u64 {
             self.step();
         }

@@ -46,7 +46,9 @@ const HORIZON: f64 = 100.0;
 /// Steps of one length until `f` has fallen below zero in one of them, which is then bisected.
 pub fn scan(pair: &Pair, step: f64) -> Option<f64> {
     let mut before = pair.value(0.0);
-    for k in 1..=(HORIZON / step) as u32 {
+    #[expect(clippy::cast_possible_truncation, reason = "steps are no shorter than 1e-6")]
+    let steps = (HORIZON / step) as u32;
+    for k in 1..=steps {
         let t = f64::from(k) * step;
         let after = pair.value(t);
         if before >= 0.0 && after < 0.0 {

@@ -115,6 +115,7 @@ impl Fluid for Verlet {
     fn advance(&mut self, time: f64) -> Thermodynamics {
         let steps = (time / self.dt).round().max(1.0);
         let (mut kinetic, mut potential, mut virial) = (0.0, 0.0, 0.0);
+        #[expect(clippy::cast_possible_truncation, reason = "more steps could not be waited for")]
         for _ in 0..steps as usize {
             self.step();
             kinetic += self.kinetic();
