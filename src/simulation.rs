@@ -235,7 +235,7 @@ impl Simulation {
     #[must_use]
     pub fn event_counts(&self) -> EventCounts {
         if self.choice.has_table {
-            return with_engine!(&self.engine, engine => engine.counts.clone());
+            return with_engine!(&self.engine, engine => engine.counts.of_rows(engine.rules.rows.species()));
         }
         let species = self.scene().particles.first().map_or(0, |particle| particle.species.0 as usize);
         EventCounts::of_one_species(species, self.tally())

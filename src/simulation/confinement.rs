@@ -2,6 +2,7 @@
 
 use super::engine::Engine;
 use crate::Vector;
+use crate::interaction::rows::Rows;
 use crate::neighbours::grid::Face;
 use crate::scene::Scene;
 use serde::{Deserialize, Serialize};
@@ -12,26 +13,25 @@ pub(super) struct Confinement {
     /// Axes between two walls.
     axes: [bool; 3],
     middle: Vector,
-    /// By species, 1 over the volume that its centres can reach `[length^-D]`.
+    /// By row of the species, 1 over the volume that its centres can reach `[length^-D]`.
     per_volume: Vec<f64>,
-    /// By species and axis, 1 over the area of a wall that they can reach `[length^(1 - D)]`; 0 where the area has no end.
+    /// By row of the species and axis, 1 over the area of a wall that they can reach `[length^(1 - D)]`; 0 where the area has no end.
     per_area: Vec<[f64; 3]>,
 }
 
 impl Confinement {
     /// None where there are no walls.
-    pub fn of(scene: &Scene) -> Option<Self> {
+    pub fn of(scene: &Scene, rows: &Rows) -> Option<Self> {
         let space = &scene.space;
+        let diameters = || rows.species().iter().map(|id| scene.species[id.0 as usize].diameter);
         let is_walled = (0..3).any(|axis| space.walls(axis) > 0);
         is_walled.then(|| Self {
             axes: std::array::from_fn(|axis| space.walls(axis) == 2),
             middle: space.lower + 0.5 * space.size,
-            per_volume: scene.species.iter().map(|species| 1.0 / space.accessible_volume(species.diameter)).collect(),
-            per_area: scene
-                .species
-                .iter()
-                .map(|species| {
-                    std::array::from_fn(|axis| space.accessible_area(axis, species.diameter).map_or(0.0, f64::recip))
+            per_volume: diameters().map(|diameter| 1.0 / space.accessible_volume(diameter)).collect(),
+            per_area: diameters()
+                .map(|diameter| {
+                    std::array::from_fn(|axis| space.accessible_area(axis, diameter).map_or(0.0, f64::recip))
                 })
                 .collect(),
         })
@@ -65,5 +65,60 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(confinement) = &self.confinement else { return };
         let (axis, species) = (usize::from(face.axis), usize::from(self.species[particle as usize]));
         self.tally.wall_push[axis][usize::from(face.is_upper)] += impulse * confinement.per_area[species][axis];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Vector;
+    use crate::event::CountedKind;
+    use crate::potential::Potential;
+    use crate::scene::{SceneBuilder, Thermostat};
+    use crate::simulation::{Simulation, Until};
+    use crate::space::{Boundary, Space};
+
+    /// Two species between walls and in a heat bath, after so many that have no particles.
+    fn after(unused: u32) -> Simulation {
+        let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(12.0) };
+        let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
+        let empty = (0..unused)
+            .fold(SceneBuilder::new("many").space(space), |scene, k| scene.species(&format!("S{k}"), 1.0, 0.1));
+        let mut scene = empty
+            .species("A", 1.0, 1.0)
+            .species("B", 2.0, 3.0)
+            .interaction("A", "A", hard(1.0), 1.0)
+            .interaction("A", "B", hard(2.0), 1.0)
+            .interaction("B", "B", hard(3.0), 1.0);
+        for k in 0..4 {
+            let x = 2.0 + 2.5 * f64::from(k);
+            scene = scene.particle("A", Vector::new(x, 3.0, 4.0), Vector::new(1.0, 0.3 - x, 0.5)).particle(
+                "B",
+                Vector::new(4.0 + 4.0 * f64::from(k % 2), 7.0, 4.0 + 4.0 * f64::from(k / 2)),
+                Vector::zeros(),
+            );
+        }
+        let mut simulation = Simulation::new(scene.build().unwrap());
+        let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
+        simulation.set_thermostat(Some(&bath), 0);
+        simulation.advance(Until::events(500)).unwrap();
+        simulation
+    }
+
+    #[test]
+    fn species_without_particles_change_neither_the_pressure_nor_the_counts_of_others() {
+        let (few, many) = (after(0), after(300));
+        assert_eq!(few.snapshot(), many.snapshot());
+        assert_eq!(few.tally(), many.tally());
+        let named = |simulation: &Simulation, first: u32| {
+            let entries = simulation.event_counts().entries().into_iter();
+            entries
+                .map(|(kind, ids, n)| (kind, ids.iter().map(|id| id - first).collect(), n))
+                .collect::<Vec<(_, Vec<_>, _)>>()
+        };
+        let counts = named(&few, 0);
+        assert_eq!(counts, named(&many, 300));
+        for kind in [CountedKind::Core, CountedKind::Wall, CountedKind::Thermostat] {
+            assert!(counts.iter().any(|(counted, ids, _)| *counted == kind && ids.contains(&1)), "{kind:?}");
+        }
     }
 }
