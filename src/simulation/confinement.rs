@@ -5,6 +5,7 @@ use crate::Vector;
 use crate::interaction::rows::Rows;
 use crate::neighbours::grid::Face;
 use crate::scene::Scene;
+use crate::statistics::Sum;
 use serde::{Deserialize, Serialize};
 
 /// The walls of a box as the centres of each species see them.
@@ -28,7 +29,11 @@ impl Confinement {
         is_walled.then(|| Self {
             axes: std::array::from_fn(|axis| space.walls(axis) == 2),
             middle: space.lower + 0.5 * space.size,
-            per_volume: diameters().map(|diameter| 1.0 / space.accessible_volume(diameter)).collect(),
+            // 0 where there is no room: no pressure means anything there.
+            per_volume: diameters()
+                .map(|diameter| space.accessible_volume(diameter))
+                .map(|volume| if volume > 0.0 { 1.0 / volume } else { 0.0 })
+                .collect(),
             per_area: diameters()
                 .map(|diameter| {
                     std::array::from_fn(|axis| space.accessible_area(axis, diameter).map_or(0.0, f64::recip))
@@ -41,15 +46,12 @@ impl Confinement {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Adds an impulse between two particles, from their velocities before it, to the virial of each wall's axis.
     ///
-    /// Along an axis between walls, the mean of `d/dt sum x m v` over a long time is zero for each species: `N T + <sum x F> = L p A`, where
-    /// `x` is measured from the middle, `L` is the length that the centres reach and `p A` the mean force of the two walls. Divided by the volume
-    /// `L A` of that species and summed over all, it is the pressure.
+    /// Along an axis between walls, the mean of `d/dt sum x m v` over a long time is zero for each species: `<sum m v^2> + <sum x F> = L p A`, with
+    /// the components along the axis, where `x` is measured from the middle, `L` is the length that the centres reach and `p A` the mean force
+    /// of the two walls. Divided by the volume `L A` of that species and summed over all, it is the pressure.
     pub(super) fn note_confined(&mut self, pair: [u32; 2], before: &[Vector; 2]) {
-        let Some(confinement) = &self.confinement else { return };
         for (particle, before) in pair.into_iter().zip(before) {
-            if self.is_static(particle) {
-                continue;
-            }
+            let Some(confinement) = self.confinement.as_ref().filter(|_| !self.is_static(particle)) else { continue };
             let body = &self.bodies[particle as usize];
             let species = usize::from(self.species[particle as usize]);
             let share = confinement.per_volume[species] / self.inverse_mass(particle);
@@ -57,7 +59,40 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let arm = body.position[axis] - confinement.middle[axis];
                 self.tally.confined_virial[axis] += share * (body.velocity[axis] - before[axis]) * arm;
             }
+            self.note_confined_change(particle, before);
         }
+    }
+
+    /// Takes note of what a change of a particle's velocity does to `sum m v^2` along each axis between walls.
+    ///
+    /// Between two changes the sum is constant, so that its integral up to a time `t` is exactly its value then times `t`, less the sum of all changes
+    /// that there were times their times.
+    pub(super) fn note_confined_change(&mut self, particle: u32, before: &Vector) {
+        let Some(confinement) = &self.confinement else { return };
+        let (after, time) = (self.bodies[particle as usize].velocity, self.time());
+        let species = usize::from(self.species[particle as usize]);
+        let share = confinement.per_volume[species] / self.inverse_mass(particle);
+        for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
+            let change = share * (after[axis] - before[axis]) * (after[axis] + before[axis]);
+            if change != 0.0 {
+                self.tally.confined_heating[axis].add(change * time);
+            }
+        }
+    }
+
+    /// Along each axis between walls `sum m v^2 / V` now, with the volume that the centres of each species can reach `[energy / length^D]`.
+    pub(super) fn confined_kinetic(&self) -> Vector {
+        let Some(confinement) = &self.confinement else { return Vector::zeros() };
+        let mut sums = [Sum::default(); 3];
+        for &particle in self.numbers.iter().filter(|&&particle| !self.is_static(particle)) {
+            let (_, velocity) = self.state_at(particle, self.now);
+            let share =
+                confinement.per_volume[usize::from(self.species[particle as usize])] / self.inverse_mass(particle);
+            for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
+                sums[axis].add(share * velocity[axis] * velocity[axis]);
+            }
+        }
+        Vector::from_fn(|axis, _| sums[axis].total())
     }
 
     /// Adds the momentum that a wall has given a particle to what the wall has taken from all.
