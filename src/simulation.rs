@@ -81,7 +81,7 @@ pub enum Reason {
     /// The number of events was reached.
     Events,
     /// No time limit was given, and it was shown that nothing will ever happen again: all pairs recede where nothing comes back, and
-    /// there is no wall on the way.
+    /// there is no wall on the way. Or nothing is foreseen, though rounding may hide what would happen after a very long way.
     Idle,
 }
 
