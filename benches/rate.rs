@@ -7,9 +7,10 @@
 //! One line: the system, events per second of the loop alone, time from the scene to the first event, peak memory per particle.
 //! Particles are in random order in the scene, as in a fluid that has been simulated for long.
 
-use carom::potential::Potential;
-use carom::scene::{Amount, Lattice, Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::scene::{Amount, Lattice, SceneBuilder};
 use std::error::Error;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};

@@ -18,9 +18,10 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use carom::describe::printable;
-use carom::output::{Existing, Folder};
-use carom::scene::{Scene, SceneError};
+use carom::base::text::printable;
+use carom::io::{Existing, Folder};
+use carom::model::Scene;
+use carom::scene::SceneError;
 use clap::{Args, Parser, Subcommand};
 
 use failure::Failure;

@@ -7,9 +7,9 @@
 //! on the wrong side of a discontinuity.
 //!
 //! ```
-//! use carom::potential::Potential;
+//! use carom::model::potential::Potential;
 //! use carom::scene::{Amount, Lattice, SceneBuilder};
-//! use carom::simulation::{Simulation, Until};
+//! use carom::engine::{Simulation, Until};
 //!
 //! // 500 hard spheres at a packing fraction of 0.3, in a periodic cube.
 //! let scene = SceneBuilder::new("fluid")
@@ -65,39 +65,17 @@
 //! A run is a function of its scene and seed: the same bits every time, on every processor, however it is cut into stretches, and
 //! whoever looks on.
 
-pub mod audit;
-pub mod checkpoint;
-pub mod describe;
-pub mod detection;
-pub mod error;
-pub mod estimate;
-pub mod event;
-pub mod interaction;
-pub mod measure;
-pub(crate) mod memory;
-pub mod motion;
-pub mod neighbours;
-mod numbers;
-pub mod observe;
-pub mod output;
-pub mod overlap;
-mod pages;
-pub mod picture;
-pub mod potential;
-pub(crate) mod prefetch;
-pub mod published;
-pub mod queue;
-pub mod reference;
-pub mod report;
-pub mod response;
+pub mod analysis;
+pub mod base;
+pub mod check;
+pub mod engine;
+pub mod io;
+pub mod model;
+pub mod physics;
 pub mod run;
 pub mod scene;
-pub mod simulation;
-pub mod space;
-pub mod statistics;
-mod ticks;
-pub mod validate;
-pub mod verify;
+pub mod trajectory;
+pub mod view;
 
 /// A vector in space; the components along flat axes are exactly zero.
 pub type Vector = nalgebra::Vector3<f64>;

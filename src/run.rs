@@ -2,9 +2,10 @@
 //!
 //! ```
 //! use std::ops::ControlFlow;
-//! use carom::potential::Potential;
+//! use carom::model::potential::Potential;
 //! use carom::run;
-//! use carom::scene::{Amount, Lattice, Limit, RunPlan, SceneBuilder};
+//! use carom::scene::{Amount, Lattice, SceneBuilder};
+//! use carom::model::{Limit, RunPlan};
 //!
 //! let scene = SceneBuilder::new("fluid")
 //!     .species("A", 1.0, 1.0)
@@ -20,6 +21,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod audit;
+pub mod checkpoint;
 mod course;
 mod driver;
 mod forecast;
@@ -32,12 +35,12 @@ pub use progress::{Progress, Stage};
 
 use std::convert::Infallible;
 
-use crate::audit::Audit;
-use crate::event::{Event, EventCounts, Tally};
-use crate::measure::{Measured, Scalar};
-use crate::observe::Row;
-use crate::simulation::{Arrest, Simulation, Snapshot};
-use crate::statistics::{Estimate, Stationarity};
+use crate::analysis::instruments::{Measured, Scalar};
+use crate::analysis::observables::Row;
+use crate::analysis::statistics::{Estimate, Stationarity};
+use crate::engine::event::{Event, EventCounts, Tally};
+use crate::engine::{Arrest, Simulation, Snapshot};
+use crate::run::audit::Audit;
 use thiserror::Error;
 
 /// Where the rows, frames and events of a run go. `()` keeps nothing.
@@ -105,7 +108,7 @@ pub enum Ending {
     Events,
     /// Nothing will happen any more, as can be shown, and there is no time limit.
     Idle,
-    /// There is no time limit, nothing has happened for a million rows or an endless time, and nothing shows that it never will.
+    /// There is no time limit, nothing has happened for a million rows, and nothing shows that it never will.
     GaveUp,
     /// The caller wanted no more.
     Interrupted,
@@ -118,7 +121,7 @@ pub enum Ending {
 impl Ending {
     /// Whether a run ends there, in whatever stage it is.
     fn is_early(&self) -> bool {
-        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_) | Self::GaveUp)
+        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_))
     }
 }
 

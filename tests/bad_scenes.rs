@@ -4,7 +4,8 @@
 
 use std::path::PathBuf;
 
-use carom::scene::{Scene, SceneError, SceneErrorKind};
+use carom::model::Scene;
+use carom::scene::{SceneError, SceneErrorKind};
 use miette::Diagnostic;
 use proptest::prelude::*;
 
@@ -199,7 +200,7 @@ fn the_scenes_that_are_mutated_are_valid() {
 
 #[test]
 fn more_interactions_than_numbers_for_them_are_refused() {
-    use carom::potential::Potential;
+    use carom::model::potential::Potential;
     let species = 363;
     let mut scene = carom::scene::SceneBuilder::new("many");
     for a in 0..species {
@@ -212,6 +213,6 @@ fn more_interactions_than_numbers_for_them_are_refused() {
                 scene.interaction(&format!("s{a}"), &format!("s{b}"), Potential::hard_sphere(diameter).unwrap(), 1.0);
         }
     }
-    let error = scene.space(carom::space::Space::periodic_cube(10.0)).build().unwrap_err().to_string();
+    let error = scene.space(carom::model::space::Space::periodic_cube(10.0)).build().unwrap_err().to_string();
     assert!(error.contains("65536"), "{error}");
 }

@@ -1,12 +1,13 @@
 //! The fast engine against the reference engine, event by event, on random scenes.
 
 use carom::Vector;
-use carom::event::{Event, EventKind};
-use carom::potential::Potential;
-use carom::reference::Reference;
-use carom::scene::{Fill, Lattice, Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::{Boundary, Face, Space};
+use carom::check::reference::Reference;
+use carom::engine::event::{Event, EventKind};
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Face, Space};
+use carom::scene::{Fill, Lattice, SceneBuilder};
 use proptest::prelude::*;
 
 /// Events compared in each scene. Differences of rounding grow by a factor of ten or so with each collision of a particle
@@ -119,7 +120,7 @@ impl Recipe {
         let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(self.count);
         fill.composition = vec![("A".into(), 0.6), ("B".into(), 0.4)];
         fill.temperature = Some(1.0);
-        fill.region = Some(carom::scene::Region { lower: at(0.1, 0.1, 2.6), upper: at(7.9, 7.9, 7.9) });
+        fill.region = Some(carom::model::Region { lower: at(0.1, 0.1, 2.6), upper: at(7.9, 7.9, 7.9) });
         builder.add_fill(fill).build().ok()
     }
 }

@@ -1,6 +1,6 @@
 //! Every scene of `configs/` is valid, and is what its comments say.
 
-use carom::scene::Scene;
+use carom::model::Scene;
 
 #[test]
 fn every_scene_of_configs_loads() {
@@ -91,7 +91,7 @@ until_time = 1.0
 
 fn separation(scene: &Scene, a: usize, b: usize) -> f64 {
     let difference = scene.particles[a].position - scene.particles[b].position;
-    carom::space::minimum_image(difference, &scene.space.periods()).norm()
+    carom::model::space::minimum_image(difference, &scene.space.periods()).norm()
 }
 
 #[test]
@@ -150,7 +150,7 @@ fn the_box_follows_from_count_and_density() {
 
 #[test]
 fn code_and_text_pass_the_same_checks() {
-    use carom::potential::Potential;
+    use carom::model::potential::Potential;
     use carom::scene::{Amount, Lattice, SceneBuilder};
     let builder = |restitution| {
         SceneBuilder::new("fluid")
@@ -276,9 +276,9 @@ fn species_that_have_no_particles_take_no_memory() {
     }
     text.push_str("[run]\nuntil_events = 3\n");
     let scene = Scene::from_toml(text, "many").unwrap();
-    let mut simulation = carom::simulation::Simulation::new(scene);
+    let mut simulation = carom::engine::Simulation::new(scene);
     let mut pairs = Vec::new();
-    let until = carom::simulation::Until::events(3);
+    let until = carom::engine::Until::events(3);
     simulation.advance_with(until, |event| pairs.push([event.particle.0, event.partner.unwrap().0])).unwrap();
     pairs.iter_mut().for_each(|pair| pair.sort_unstable());
     // A cradle around the box.

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use carom::validate::{Comparison, Effort, Point, points};
+use carom::check::validate::{Comparison, Effort, Point, points};
 
 fn measure(point: &Point, seed: u64) -> Vec<Comparison> {
     point.measure(seed, &mut || ControlFlow::Continue(())).unwrap_or_else(|fault| panic!("{}: {fault}", point.name))

@@ -1,9 +1,9 @@
 //! Each detection function on a thousand random states of order one.
 
 use carom::Vector;
-use carom::detection::{accelerated, inertial, plane};
-use carom::motion::RelativeState;
-use carom::overlap::{Quadratic, Quartic, Side};
+use carom::physics::detection::{accelerated, inertial, plane};
+use carom::physics::motion::RelativeState;
+use carom::physics::overlap::{Quadratic, Quartic, Side};
 use criterion::{Criterion, Throughput};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};

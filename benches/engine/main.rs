@@ -4,7 +4,7 @@
 mod kernels;
 mod systems;
 
-use carom::simulation::Until;
+use carom::engine::Until;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use systems::{SYSTEMS, System};
 

@@ -1,8 +1,9 @@
 //! Systems in a state in which their events are counted.
 
-use carom::potential::Potential;
-use carom::scene::{Amount, Lattice, Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::scene::{Amount, Lattice, SceneBuilder};
 
 pub struct System {
     pub name: &'static str,

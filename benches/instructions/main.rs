@@ -7,7 +7,7 @@
 #[path = "../engine/systems.rs"]
 mod systems;
 
-use carom::simulation::{Simulation, Until};
+use carom::engine::{Simulation, Until};
 use std::error::Error;
 use std::process::{Command, ExitCode};
 use systems::{SYSTEMS, System};

@@ -2,8 +2,8 @@
 
 use super::row::{self, HEADER, Row};
 use carom::Vector;
-use carom::scene::Scene;
-use carom::simulation::{Reason, Simulation, Until};
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::Scene;
 use std::error::Error;
 use std::fs;
 use std::io::Write;

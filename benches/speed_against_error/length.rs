@@ -14,9 +14,9 @@ use super::Outcome;
 use super::clock::Stopwatch;
 use super::plot::{Panel, Series, draw};
 use super::sheet::{Sheet, number};
-use carom::potential::Potential;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
 use carom::scene::{Amount, Lattice, SceneBuilder};
-use carom::simulation::{Simulation, Until};
 use long_runs::measure::Start;
 use long_runs::row::{self, Row};
 

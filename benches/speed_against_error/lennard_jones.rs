@@ -8,7 +8,7 @@ use super::Outcome;
 use super::clock::Stopwatch;
 use super::plot::{Panel, Series, draw};
 use super::sheet::{Sheet, number};
-use carom::statistics::standard_error;
+use carom::analysis::statistics::standard_error;
 use fluid::{Fluid, State, Thermodynamics};
 
 const SHEET: &str = "lennard_jones";

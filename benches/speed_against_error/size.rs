@@ -5,9 +5,9 @@ use super::clock::Stopwatch;
 use super::oracle::random::Random;
 use super::plot::{Panel, Series, draw};
 use super::sheet::{Sheet, number};
-use carom::potential::Potential;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
 use carom::scene::{Amount, Lattice, SceneBuilder};
-use carom::simulation::{Simulation, Until};
 use std::fs;
 use std::process::Command;
 

@@ -5,7 +5,7 @@
 
 use std::fs;
 
-use carom::checkpoint::Checkpoint;
+use carom::run::checkpoint::Checkpoint;
 use libfuzzer_sys::fuzz_target;
 
 /// Length and checksum at the end.

@@ -1,8 +1,8 @@
 //! Bytes as extended XYZ: refused with a message or read, and what was read is written and read again as the same.
 #![no_main]
 
-use carom::output::Frame;
-use carom::output::extended_xyz::{FrameReader, write_frame};
+use carom::trajectory::Frame;
+use carom::trajectory::extended_xyz::{FrameReader, write_frame};
 use libfuzzer_sys::fuzz_target;
 
 /// Frames of one input.

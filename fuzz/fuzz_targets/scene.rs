@@ -5,8 +5,8 @@
 
 use std::ops::ControlFlow;
 
-use carom::scene::Scene;
-use carom::verify::{End, Fault, Stretch, Violation, verify};
+use carom::model::Scene;
+use carom::check::verify::{End, Fault, Stretch, Violation, verify};
 use libfuzzer_sys::fuzz_target;
 
 /// More particles than this are not run.

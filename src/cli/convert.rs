@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use carom::output::convert::{Options, convert};
-use carom::output::{Format, refuse_input};
+use carom::io::convert::{Options, convert};
+use carom::io::refuse_input;
+use carom::model::Format;
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
-use carom::describe::plural;
+use carom::base::text::plural;
 
 /// Writes a trajectory in the format of another program
 #[derive(Debug, Args)]

@@ -5,12 +5,12 @@ use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
 
-use carom::describe::printable;
-use carom::output::OutputError;
-use carom::output::convert::ConvertError;
-use carom::picture::PictureError;
-use carom::report::ReportError;
+use carom::base::text::printable;
+use carom::io::OutputError;
+use carom::io::convert::ConvertError;
 use carom::scene::SceneError;
+use carom::view::render::PictureError;
+use carom::view::report::ReportError;
 use miette::{Diagnostic, Report};
 
 /// Why a command ends with another exit code than 0.

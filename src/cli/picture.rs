@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use carom::output::refuse_input;
-use carom::picture::{self, ColourBy, Style};
+use carom::io::refuse_input;
+use carom::view::render::{self, ColourBy, Style};
 use clap::{Args, ValueEnum};
 
 use super::failure::Failure;
@@ -68,7 +68,7 @@ impl Picture {
             },
             ..Style::default()
         };
-        let image = picture::of_trajectory(&trajectory, self.time, &style)?;
+        let image = render::of_trajectory(&trajectory, self.time, &style)?;
         image.write_png(&out, super::existing(self.force))?;
         super::print(&format!("{}\n", out.display()))
     }

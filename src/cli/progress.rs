@@ -3,9 +3,9 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use carom::check::verify;
+use carom::model::Scene;
 use carom::run::{self, Stage};
-use carom::scene::Scene;
-use carom::verify;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Between two lines where there is no terminal.

@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use carom::output::{Folder, refuse_input};
-use carom::report;
+use carom::io::{Folder, refuse_input};
+use carom::view::report;
 use clap::Args;
 
 use super::failure::Failure;

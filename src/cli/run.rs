@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use carom::checkpoint::Checkpoint;
-use carom::describe::size;
-use carom::estimate::{Estimate, allowance, free_disk};
-use carom::output::{Folder, Summary, refuse_input};
+use carom::base::text::size;
+use carom::engine::Arrest;
+use carom::io::estimate::{Estimate, allowance, free_disk};
+use carom::io::{Folder, Summary, refuse_input};
+use carom::model::{Limit, Scene};
+use carom::run::checkpoint::Checkpoint;
 use carom::run::{self, Ending, Finished, Jam, Recorder};
-use carom::scene::{Limit, Scene};
-use carom::simulation::Arrest;
 use clap::Args;
 
 use super::Changes;
@@ -192,10 +192,7 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
             Err(Failure::failed(format!("the audit failed: {}", faults.join("; ")), None, Some(help)))
         }
         Ending::GaveUp => Err(Failure::failed(
-            format!(
-                "gave up at time {}: nothing has happened for a million rows, or for very long",
-                finished.simulation.time()
-            ),
+            format!("gave up at time {}: nothing has happened for a million rows", finished.simulation.time()),
             None,
             Some("set run.until_time, or longer intervals in [output]"),
         )),

@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
-use carom::describe::{self, digits, tiny};
-use carom::observe::{Equilibrium, OBSERVABLES};
-use carom::output::rates::{rates, told_apart};
+use carom::analysis::observables::{Equilibrium, OBSERVABLES};
+use carom::base::text::{self, digits, tiny};
+use carom::io::rates::{rates, told_apart};
 use carom::run::{Ending, Finished, Stage};
+use carom::view::describe::{self};
 
 use super::progress::{clock, short};
 
@@ -37,7 +38,7 @@ pub fn text(finished: &Finished) -> String {
         lines.title("mean and standard error");
         for (name, estimate) in &finished.observables {
             let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
-            let unit = describe::unit(unit, scene.space.dimensions());
+            let unit = text::unit(unit, scene.space.dimensions());
             lines.pair(&name.replace('_', " "), &format!("{} [{unit}]", describe::estimate(estimate)));
         }
     }
@@ -72,9 +73,7 @@ fn ending(finished: &Finished) -> String {
         Ending::Time => format!("at t = {time}, the time asked for"),
         Ending::Events => format!("at t = {time}, after the number of events asked for"),
         Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
-        Ending::GaveUp => {
-            format!("GAVE UP at t = {time}{stage}: nothing has happened for a million rows, or for very long")
-        }
+        Ending::GaveUp => format!("GAVE UP at t = {time}: nothing has happened for a million rows"),
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
         Ending::Jammed(jam) => format!("FAILED at t = {time}{stage}: {jam}"),
         Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
@@ -99,15 +98,15 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     let executed = tiny(tally.deepest_overlap);
     lines.pair("deepest overlap", &format!("{executed} at an event, {} at the end, of the distance", tiny(last)));
     if audit.initial.overlaps > 0 {
-        let count = describe::plural(audit.initial.overlaps, "pair");
+        let count = text::plural(audit.initial.overlaps, "pair");
         let end = audit.initial.resolved_after.map_or_else(
             || format!("{} left at the end", audit.final_overlaps),
             |time| format!("the last gone after a time of {}", digits(time)),
         );
         lines.pair("overlapping at the start", &format!("{count}, {end}"));
     }
-    lines.pair("in invalid states", &describe::plural(tally.in_invalid_state, "event"));
-    lines.pair("at turning points", &describe::plural(tally.turning_point, "event"));
+    lines.pair("in invalid states", &text::plural(tally.in_invalid_state, "event"));
+    lines.pair("at turning points", &text::plural(tally.turning_point, "event"));
     if finished.simulation.scene().contact_time.is_some() {
         let contacts = tally.tc_contacts.max(1) as f64;
         let fraction = 100.0 * tally.tc_altered as f64 / contacts;

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use carom::describe::digits;
-use carom::validate::{self, Comparison, Effort, Fault, Point, Source, Verdict};
+use carom::base::text::digits;
+use carom::check::validate::{self, Comparison, Effort, Fault, Point, Source, Verdict};
 use clap::Args;
 
 use super::failure::Failure;

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use carom::describe::{self, digits, tiny};
-use carom::output::Folder;
-use carom::scene::Scene;
-use carom::simulation::Arrest;
-use carom::verify::{self, Certificate, Counts, End, Fault, Stretch, Violation};
+use carom::base::text::{self, digits, tiny};
+use carom::check::verify::{self, Certificate, Counts, End, Fault, Stretch, Violation};
+use carom::engine::Arrest;
+use carom::io::Folder;
+use carom::model::Scene;
+use carom::view::describe::{self};
 use clap::Args;
 
 use super::Changes;
@@ -67,7 +68,7 @@ impl Verify {
             return Ok(());
         }
         let events = usize::try_from(certificate.first_event - 1).unwrap_or(usize::MAX);
-        let message = format!("the run has only {}", describe::plural(events, "event"));
+        let message = format!("the run has only {}", text::plural(events, "event"));
         Err(Failure::bad_input(message, None, Some("choose a smaller --from-events")))
     }
 

@@ -4,13 +4,13 @@ use serde::{Deserialize, Serialize};
 
 use super::driver::{Monitor, PressureLook};
 use super::progress::Stage;
-use crate::audit::Ledger;
-use crate::event::{EventCounts, Tally};
-use crate::measure::{Instruments, Subject};
-use crate::observe::Observer;
-use crate::scene::{Limit, Thermostat};
-use crate::simulation::{Simulation, Until};
-use crate::ticks::Ticks;
+use crate::analysis::instruments::{Instruments, Subject};
+use crate::analysis::observables::Observer;
+use crate::analysis::ticks::Ticks;
+use crate::engine::event::{EventCounts, Tally};
+use crate::engine::{Simulation, Until};
+use crate::model::{Limit, Thermostat};
+use crate::run::audit::Ledger;
 
 /// Where a stage began.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -48,7 +48,7 @@ pub(super) struct Look {
 impl Look {
     /// Ever later, so that overlaps that stay cost little: the time is known to a tenth.
     pub fn grow(&mut self) {
-        self.events = self.events.saturating_add(self.events.div_ceil(10));
+        self.events += self.events.div_ceil(10);
         self.time *= 1.1;
     }
 }
@@ -163,7 +163,7 @@ impl Course {
     }
 
     /// What was measured so far.
-    pub(super) fn measured(&self, subject: &Subject) -> crate::measure::Measured {
+    pub(super) fn measured(&self, subject: &Subject) -> crate::analysis::instruments::Measured {
         self.measurement.as_ref().map(|measurement| measurement.instruments.report(subject)).unwrap_or_default()
     }
 }

@@ -1,7 +1,7 @@
 //! What takes long in a run though nothing happens in it: said before it begins.
 
-use crate::scene::{Growth, GrowthTarget, Scene, Thermostat};
-use crate::space::Boundary;
+use crate::model::space::Boundary;
+use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
 
 /// Steps of the event loop in a second on the clock, to the order of magnitude: an event, a new velocity, a look at a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
@@ -120,7 +120,7 @@ impl Pace {
     }
 
     fn of(scene: &Scene) -> Self {
-        let species = |id: crate::scene::SpeciesId| &scene.species[id.0 as usize];
+        let species = |id: crate::model::SpeciesId| &scene.species[id.0 as usize];
         let moving = || scene.particles.iter().filter(|particle| !species(particle.species).is_static());
         let count = moving().count().max(1) as f64;
         let dimensions = scene.space.dimensions();
@@ -163,7 +163,7 @@ fn crowd(scene: &Scene) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Scene;
+    use crate::model::Scene;
 
     const FLUID: &str = "
         [[species]]

@@ -1,6 +1,6 @@
 //! How far a run has come.
 
-use crate::scene::{Limit, RunPlan};
+use crate::model::{Limit, RunPlan};
 use serde::{Deserialize, Serialize};
 
 /// The part of a run.

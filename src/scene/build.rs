@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 
 use crate::Vector;
+use crate::model::space::{Boundary, Face, Space, displacement_within_period};
+use crate::model::{AuditPlan, CountRegion, Scene, Species};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{Group, MeshDraft};
@@ -11,8 +13,7 @@ use crate::scene::interactions::{Interactions, MOST_KINDS};
 use crate::scene::limits::{AXES, affordable_species, finite, finite_vector, on_flat_axes, positive, restitution};
 use crate::scene::names;
 use crate::scene::place::Place;
-use crate::scene::{AuditPlan, CountRegion, Scene, Species, plans, start, velocity};
-use crate::space::{Boundary, Face, Space, displacement_within_period};
+use crate::scene::{plans, start, velocity};
 
 impl SceneBuilder {
     /// Checks the parts and places the particles.

@@ -1,23 +1,23 @@
 //! A scene built in code, with the same checks as one from a file.
 
 use crate::Vector;
-use crate::measure::Plan;
-use crate::potential::Potential;
+use crate::model::MeasurementPlan;
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Space};
+use crate::model::{AuditPlan, InputFile, OutputPlan, RunPlan};
 use crate::scene::classes::Origins;
 use crate::scene::draft::{
     Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Listed, MeshDraft, Model, PlacedGroup,
     SpeciesDraft,
 };
 use crate::scene::place::Place;
-use crate::scene::{AuditPlan, InputFile, OutputPlan, RunPlan};
-use crate::space::{Boundary, Space};
 
 /// Collects the parts of a scene; [`SceneBuilder::build`] checks them and places the particles.
 ///
 /// Ids count from 0 in the order in which particles are added.
 ///
 /// ```
-/// use carom::potential::Potential;
+/// use carom::model::potential::Potential;
 /// use carom::scene::{Amount, Lattice, SceneBuilder};
 ///
 /// let scene = SceneBuilder::new("fluid")
@@ -52,7 +52,7 @@ pub struct SceneBuilder {
     pub(crate) audit: AuditPlan,
     pub(crate) run: RunPlan,
     pub(crate) output: OutputPlan,
-    pub(crate) measure: Plan,
+    pub(crate) measure: MeasurementPlan,
     pub(crate) inputs: Vec<InputFile>,
     pub(crate) origins: Origins,
 }
@@ -80,7 +80,7 @@ impl SceneBuilder {
             audit: AuditPlan::default(),
             run: RunPlan::default(),
             output: OutputPlan::default(),
-            measure: Plan::default(),
+            measure: MeasurementPlan::default(),
             inputs: Vec::new(),
             origins: Origins::default(),
         }
@@ -271,7 +271,7 @@ impl SceneBuilder {
     }
 
     /// What to measure.
-    pub fn measure(mut self, plan: Plan) -> Self {
+    pub fn measure(mut self, plan: MeasurementPlan) -> Self {
         self.measure = plan;
         self
     }

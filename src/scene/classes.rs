@@ -81,7 +81,7 @@ fn refused(distributed: &Distributed, what: &str, place: &Place) -> SceneError {
 /// Masses go with the volumes: the material is the same, and the given mass is that of the mean diameter.
 fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
     let unsized_space =
-        crate::space::Space { lower: scene.lower, size: crate::Vector::zeros(), boundary: scene.boundary };
+        crate::model::space::Space { lower: scene.lower, size: crate::Vector::zeros(), boundary: scene.boundary };
     let dimensions = unsized_space.dimensions() as f64;
     let mut species = Vec::new();
     for (index, draft) in std::mem::take(&mut scene.species).into_iter().enumerate() {

@@ -3,16 +3,17 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use crate::numbers::id;
-use crate::output::Frame;
-use crate::output::extended_xyz::{FrameReader, ReadError};
+use crate::base::numbers::id;
+use crate::model::InputFile;
+use crate::model::input_file::is_checksum;
+use crate::model::space::{AXES, Boundary};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{BondDraft, Group, Listed, PlacedGroup};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
-use crate::scene::input::{InputFile, is_checksum};
 use crate::scene::place::Place;
-use crate::space::{AXES, Boundary};
+use crate::trajectory::Frame;
+use crate::trajectory::extended_xyz::{FrameReader, ReadError};
 
 /// A frame, and what its file says about it.
 #[derive(Debug)]

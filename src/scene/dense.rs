@@ -5,18 +5,20 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use crate::Vector;
+use crate::engine::{Simulation, Until};
+use crate::model::Region;
+use crate::model::random::{Purpose, Random};
+use crate::model::scene::own_volume;
+use crate::model::space::Space;
+use crate::model::{Growth, GrowthTarget, Scene, SpeciesId};
+use crate::scene::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Group, InteractionDraft, Listed, Model, PlacedGroup, Region, SpeciesDraft};
-use crate::scene::filling::own_volume;
+use crate::scene::draft::{Group, InteractionDraft, Listed, Model, PlacedGroup, SpeciesDraft};
 use crate::scene::limits::AXES;
 use crate::scene::occupancy::{Contacts, Occupancy};
 use crate::scene::place::Place;
 use crate::scene::placement::{insert, wrapped};
-use crate::scene::random::{Purpose, Random};
 use crate::scene::velocity::maxwell;
-use crate::scene::{Growth, GrowthTarget, Scene, SceneBuilder, SpeciesId};
-use crate::simulation::{Simulation, Until};
-use crate::space::Space;
 
 /// Fractions of a line, a plane and space at which the spheres start to grow: half of where random insertion jams.
 const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
@@ -217,9 +219,7 @@ impl Dense<'_> {
                 return Ok(());
             }
             let temperature = 2.0 * simulation.energy().kinetic / degrees;
-            // All particles count in the virial theorem, though the centre of mass is at rest.
-            let all = dimensions * count as f64;
-            let exchanged = (simulation.tally().virial - before.virial) / (all * 0.5 * (1.0 + temperature));
+            let exchanged = (simulation.tally().virial - before.virial) / (degrees * 0.5 * (1.0 + temperature));
             let factor = 1.0 + exchanged / (simulation.time() - time);
             let jams_at = part(simulation) / (1.0 - dimensions / factor);
             if factor > JAMMED || (factor > CLOSE && jams_at * TOLERANCE < 1.0) {

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceCode, SourceSpan};
 use thiserror::Error;
 
-use crate::describe::printable;
-use crate::error::PotentialError;
+use crate::base::text::printable;
+use crate::model::error::PotentialError;
 use crate::scene::place::Place;
 
 /// The kinds of mistakes in a scene.

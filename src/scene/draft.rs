@@ -2,12 +2,12 @@
 //! code or from a file.
 
 use crate::Vector;
-use crate::error::PotentialError;
-use crate::potential::Potential;
+use crate::model::Region;
+use crate::model::error::PotentialError;
+use crate::model::potential::Potential;
 pub use crate::scene::lattice::Lattice;
 use crate::scene::place::Place;
 pub use crate::scene::surface::Surface;
-use serde::{Deserialize, Serialize};
 
 /// How many particles there are in a volume.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,15 +31,6 @@ impl From<Lattice> for Arrangement {
     fn from(lattice: Lattice) -> Self {
         Self::Lattice(lattice)
     }
-}
-
-/// A box, aligned with the axes `[length]`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Region {
-    /// Lower corner.
-    pub lower: Vector,
-    /// Upper corner.
-    pub upper: Vector,
 }
 
 /// Many particles in a region.

@@ -20,7 +20,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use serde_json::json;
 
-use crate::output::Format;
+use crate::model::Format;
 use crate::scene::interactions::MOST_STEPS;
 use crate::scene::names::{SCENE, WORD, WORDS};
 use crate::scene::planning::AUTOMATIC;

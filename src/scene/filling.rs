@@ -3,17 +3,19 @@
 use std::f64::consts::PI;
 
 use crate::Vector;
-use crate::numbers::{index, trunc_to_u64, trunc_to_usize};
+use crate::base::numbers::{index, trunc_to_u64, trunc_to_usize};
+use crate::model::Region;
+use crate::model::scene::own_volume;
+use crate::model::space::{Boundary, Space};
+use crate::model::{Species, SpeciesId};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Amount, Fill, Group, Lattice, Region};
+use crate::scene::draft::{Amount, Fill, Group, Lattice};
 use crate::scene::interactions::species_named;
 use crate::scene::lattice::{Fit, root};
 use crate::scene::limits::{AXES, affordable, finite_vector, positive};
 use crate::scene::occupancy::Contacts;
 use crate::scene::place::Place;
-use crate::scene::{Species, SpeciesId};
-use crate::space::{Boundary, Space};
 
 /// A fill whose numbers are known.
 pub(crate) struct Filling {
@@ -182,15 +184,6 @@ fn key_of(amount: Amount) -> &'static str {
     match amount {
         Amount::NumberDensity(_) => "number_density",
         Amount::PackingFraction(_) => "packing_fraction",
-    }
-}
-
-/// Volume of a sphere, area of a disk, length of a rod `[length^D]`.
-pub(super) fn own_volume(diameter: f64, dimensions: usize) -> f64 {
-    match dimensions {
-        3 => PI / 6.0 * diameter * diameter * diameter,
-        2 => PI / 4.0 * diameter * diameter,
-        _ => diameter,
     }
 }
 

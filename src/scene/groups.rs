@@ -3,22 +3,25 @@
 use std::ops::Range;
 
 use crate::Vector;
-use crate::numbers::{self, id, trunc_to_u64};
+use crate::base::numbers::{self, id, trunc_to_u64};
+use crate::model::Mesh;
+use crate::model::Region;
+use crate::model::random::{Purpose, Random};
+use crate::model::scene::own_volume;
+use crate::model::space::Space;
+use crate::model::{Bond, Particle, ParticleId, Species, SpeciesId};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::dense::Dense;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Arrangement, Chain, Fill, Group, Listed, MeshDraft, PlacedGroup, Region};
-use crate::scene::filling::{Filling, own_volume};
+use crate::scene::draft::{Arrangement, Chain, Fill, Group, Listed, MeshDraft, PlacedGroup};
+use crate::scene::filling::Filling;
 use crate::scene::interactions::{Interactions, species_named};
 use crate::scene::limits::{affordable, finite_vector, not_negative, on_flat_axes, positive};
-use crate::scene::mesh::Mesh;
 use crate::scene::occupancy::{Contacts, Occupancy};
 use crate::scene::place::Place;
 use crate::scene::placement::{Links, grow, insert, wrapped};
-use crate::scene::random::{Purpose, Random};
+use crate::scene::start;
 use crate::scene::surface::{Layout, default_spacing};
-use crate::scene::{Bond, Particle, ParticleId, Species, SpeciesId, start};
-use crate::space::Space;
 
 /// All particles, and which group each came from.
 pub(crate) struct Groups {

@@ -2,16 +2,16 @@
 
 use std::collections::HashMap;
 
-use crate::error::PotentialError;
-use crate::numbers::id;
+use crate::base::numbers::id;
+use crate::model::error::PotentialError;
+use crate::model::species_pairs::SpeciesPairs;
+use crate::model::{Interaction, InteractionId, Species, SpeciesId};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{InteractionDraft, Model};
 use crate::scene::limits::{above_one, finite, positive, restitution};
 use crate::scene::names;
 use crate::scene::occupancy::Contacts;
-use crate::scene::pairs::SpeciesPairs;
 use crate::scene::place::Place;
-use crate::scene::{Interaction, InteractionId, Species, SpeciesId};
 
 /// The most steps of a stepped potential: more are a slip of the keyboard.
 pub(crate) const MOST_STEPS: usize = 10_000;

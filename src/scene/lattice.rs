@@ -1,9 +1,9 @@
 //! Regular starts: the lattice that fits a region best, stretched to fill it.
 
 use crate::Vector;
-use crate::numbers::trunc_to_usize;
-use crate::scene::draft::Region;
-use crate::space::{Boundary, Space};
+use crate::base::numbers::trunc_to_usize;
+use crate::model::Region;
+use crate::model::space::{Boundary, Space};
 
 /// A regular arrangement of sites.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -231,7 +231,7 @@ pub(crate) fn root(volume: f64, dimensions: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::space::minimum_image;
+    use crate::model::space::minimum_image;
 
     fn fit(lattice: Lattice, space: &Space, count: usize) -> Fit {
         Fit::new(lattice, space, &Region { lower: space.lower, upper: space.upper() }, 1.0, count)

@@ -1,10 +1,10 @@
 //! Which numbers a scene may contain.
 
 use crate::Vector;
-use crate::memory;
+use crate::base::memory;
+use crate::model::space::{Boundary, Space};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::place::Place;
-use crate::space::{Boundary, Space};
 
 /// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: products of four, such
 /// as the discriminants of event detection, stay finite.

@@ -2,29 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::ops::Range;
 
 use crate::Vector;
-use crate::numbers::{id, trunc_to_i64};
+use crate::base::numbers::{id, trunc_to_i64};
+use crate::model::Mesh;
+use crate::model::{ParticleId, Scene, SpeciesId};
 use crate::scene::draft::MeshDraft;
 use crate::scene::occupancy::Contacts;
 use crate::scene::surface::Layout;
-use crate::scene::{ParticleId, Scene, SpeciesId};
-
-/// A surface of static spheres.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Mesh {
-    /// Its name, or its number among the meshes.
-    pub name: String,
-    /// The static species.
-    pub species: SpeciesId,
-    /// Ids of its spheres.
-    pub particles: Range<u32>,
-    /// Largest circumradius of a hole between them `[length]`; `None` for spheres at given places.
-    pub hole: Option<f64>,
-    /// The spheres along each of its open ends.
-    pub rims: Vec<Vec<ParticleId>>,
-}
 
 impl Mesh {
     pub(crate) fn new(draft: &MeshDraft, species: SpeciesId, first: usize, layout: &Layout, number: usize) -> Self {

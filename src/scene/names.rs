@@ -12,7 +12,6 @@ pub(crate) const WORD: &str = r"^[\p{Alphabetic}\p{N}][\p{Alphabetic}\p{N}_.+()-
 pub(crate) const WORDS: &str =
     r"^[\p{Alphabetic}\p{N}]([\p{Alphabetic}\p{N}_.+() -]{0,98}[\p{Alphabetic}\p{N}_.+()-])?$";
 pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
-pub(crate) const FILE: &str = "^[A-Za-z0-9_-]{1,50}$";
 
 /// A name that stands in columns of trajectories, in lists with blanks between, and in tables: no formula of a spreadsheet begins with
 /// a letter or a digit.

@@ -1,9 +1,9 @@
 //! Which places are taken: particles in a hashed grid of cells, asked for overlaps.
 
 use crate::Vector;
-use crate::numbers::{id, trunc_to_i64};
-use crate::scene::pairs::SpeciesPairs;
-use crate::space::{Boundary, Space, minimum_image};
+use crate::base::numbers::{id, trunc_to_i64};
+use crate::model::space::{Boundary, Space, minimum_image};
+use crate::model::species_pairs::SpeciesPairs;
 
 /// The distances that the cores of each two species keep `[length]`; 0 where they have none.
 #[derive(Debug, Clone)]
@@ -331,7 +331,7 @@ impl<'a> Grid<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::random::{Purpose, Random};
+    use crate::model::random::{Purpose, Random};
 
     #[test]
     fn overlaps_are_those_of_a_search_over_all_pairs() {

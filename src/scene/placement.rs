@@ -1,11 +1,11 @@
 //! Where particles start: fills, chains and meshes become positions.
 
 use crate::Vector;
+use crate::model::Region;
+use crate::model::random::Random;
+use crate::model::space::{Boundary, Space};
 use crate::scene::diagnostic::SceneErrorKind;
-use crate::scene::draft::Region;
 use crate::scene::occupancy::{Occupancy, Overlapping};
-use crate::scene::random::Random;
-use crate::space::{Boundary, Space};
 
 /// Random attempts to place one particle before it is given up. At 90 % of the density where random insertion jams in
 /// three dimensions, a place is found once in some 10^4 attempts.
@@ -114,7 +114,7 @@ fn meets_itself(chain: &[Vector], position: &Vector, contact: f64, space: &Space
     let periods = space.periods();
     others
         .iter()
-        .any(|other| crate::space::minimum_image(position - other, &periods).norm_squared() < contact * contact)
+        .any(|other| crate::model::space::minimum_image(position - other, &periods).norm_squared() < contact * contact)
 }
 
 /// Whether a particle keeps clear of walls and, along open axes, inside of the box.

@@ -1,11 +1,11 @@
 //! From what was typed about stages, thermostats and measurements to plans.
 
-use crate::measure::Plan;
+use crate::model::MeasurementPlan;
+use crate::model::space::AXES;
+use crate::model::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
 use crate::scene::place::Place;
-use crate::scene::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
-use crate::space::AXES;
 
 fn missing(place: &Place, key: &'static str, why: impl Into<String>) -> SceneError {
     SceneError::new(place.clone(), SceneErrorKind::Missing { key, why: why.into() })
@@ -109,8 +109,8 @@ fn read_axes(words: &[String], place: &Place) -> Result<[bool; 3], SceneError> {
 }
 
 /// What to measure.
-pub(crate) fn read_measure(file: MeasureFile) -> Plan {
-    Plan {
+pub(crate) fn read_measure(file: MeasureFile) -> MeasurementPlan {
+    MeasurementPlan {
         pressure_tensor: file.pressure_tensor.0,
         radial_distribution: file.radial_distribution.0,
         structure_factor: file.structure_factor.0,

@@ -2,17 +2,16 @@
 
 use std::collections::HashMap;
 
-use crate::measure::Plan;
-use crate::measure::profiles::MOST_CELLS;
-use crate::measure::radial_distribution::MOST_BINS;
+use crate::model::MeasurementPlan;
+use crate::model::measurement_plan::{MOST_BINS, MOST_CELLS};
+use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
+use crate::model::space::{AXES, Boundary, Space};
+use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, Thermostat};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{finite, finite_vector, positive};
 use crate::scene::place::Place;
-use crate::scene::stage::{EQUILIBRATION, MEASUREMENT};
-use crate::scene::{Growth, GrowthTarget, Limit, Scene, Species, Thermostat};
-use crate::space::{AXES, Boundary, Space};
 
 fn refuse<T>(place: Place, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
     Err(SceneError::new(place, SceneErrorKind::value(value, expected)))
@@ -167,7 +166,7 @@ fn check_box(lower: Option<[f64; 3]>, upper: Option<[f64; 3]>, space: &Space, pl
     }
 }
 
-fn check_numbers(plan: &Plan, place: &Place) -> Result<(), SceneError> {
+fn check_numbers(plan: &MeasurementPlan, place: &Place) -> Result<(), SceneError> {
     let mut positives: Vec<(Option<f64>, Place)> = Vec::new();
     let mut bins: Vec<(Option<u64>, Place)> = Vec::new();
     let mut note = |kind: &'static str, numbers: &[(&'static str, Option<f64>)], count: Option<u64>| {

@@ -3,25 +3,27 @@
 use std::path::Path;
 
 use crate::Vector;
-use crate::output::Format;
-use crate::potential::Potential;
+use crate::model::Format;
+use crate::model::Region;
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Face};
+use crate::model::{AuditPlan, CountRegion, OutputPlan};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::coordinates;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::draft::{
     Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Lattice, Listed, MeshDraft, Model,
-    PlacedGroup, Region, SpeciesDraft,
+    PlacedGroup, SpeciesDraft,
 };
 use crate::scene::file::{
     AxisFile, ChainFile, CountFile, DiameterFile, FillFile, InteractionFile, MeshFile, OutputFile, SceneFile,
     SpaceFile, SpeciesFile,
 };
 use crate::scene::place::Place;
+use crate::scene::planning;
 use crate::scene::sizes::{self, Class};
 use crate::scene::surface::{Side, Surface};
-use crate::scene::{AuditPlan, CountRegion, OutputPlan, planning};
-use crate::space::{Boundary, Face};
 
 /// The keys of an entry that depend on its kind, and which of them are given.
 pub(super) struct Keys<'k> {
@@ -267,8 +269,8 @@ fn read_interaction(file: InteractionFile, place: &Place) -> Result<InteractionD
 }
 
 /// Which of the lists of a stepped potential an error is about.
-fn stepped(place: &Place, error: &crate::error::PotentialError) -> Place {
-    use crate::error::PotentialError as E;
+fn stepped(place: &Place, error: &crate::model::error::PotentialError) -> Place {
+    use crate::model::error::PotentialError as E;
     match *error {
         E::Radius { index, .. } | E::Order { index, .. } => place.key("radii").index(index),
         E::Energy { index, .. } => place.key("energies").index(index),

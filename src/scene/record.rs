@@ -6,10 +6,11 @@ use serde::Deserialize;
 use toml::de::Deserializer;
 use toml::{Table, Value};
 
+use crate::model::{Limit, Scene};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::place::Place;
+use crate::scene::read_text;
 use crate::scene::source::Source;
-use crate::scene::{Limit, Scene, read_text};
 
 const HEADER: &str = "\
 # The scene of this run as it was run: with the values of the command line, with absolute paths, and with the checksums of the files that it reads.

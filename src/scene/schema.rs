@@ -11,7 +11,7 @@ use crate::scene::file::SceneFile;
 /// default, and the words that it can have.
 ///
 /// A scene that it refuses has a mistake. One that it accepts may still have one, since it knows nothing of what one
-/// part of a scene demands of another: the last word is that of [`Scene::from_toml`](crate::scene::Scene::from_toml).
+/// part of a scene demands of another: the last word is that of [`Scene::from_toml`](crate::model::Scene::from_toml).
 /// In JSON, which has no infinity, an infinite energy is null.
 ///
 /// ```

@@ -3,8 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::Vector;
-use crate::numbers::id;
-use crate::scene::Species;
+use crate::base::numbers::id;
+use crate::model::Species;
+use crate::model::space::{Boundary, Face, Space, nearest_image};
+use crate::model::{ParticleId, SpeciesId};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
@@ -12,8 +14,6 @@ use crate::scene::limits::AXES;
 use crate::scene::occupancy::{Contacts, Occupancy};
 use crate::scene::place::{Place, Step};
 use crate::scene::placement::first_overlap;
-use crate::scene::{ParticleId, SpeciesId};
-use crate::space::{Boundary, Face, Space, nearest_image};
 
 /// A wall or the end of a bond may be passed by the rounding of the coordinates that put the particle there.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -158,7 +158,7 @@ pub(crate) fn list_bonds(
         }
         let interaction = interactions.bond(&draft.interaction, kinds[0], kinds[1], &at("interaction"))?;
         let pair = [ParticleId(a.min(b)), ParticleId(a.max(b))];
-        groups.bonds.push((crate::scene::Bond { pair, interaction }, at("particles")));
+        groups.bonds.push((crate::model::Bond { pair, interaction }, at("particles")));
     }
     let mut seen = HashMap::new();
     for (bond, place) in &groups.bonds {

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::Vector;
-use crate::numbers::trunc_to_usize;
+use crate::base::numbers::trunc_to_usize;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::limits::{finite_vector, not_negative, positive};
 use crate::scene::place::Place;
@@ -321,7 +321,7 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::random::{Purpose, Random};
+    use crate::model::random::{Purpose, Random};
 
     /// Distance from a place to the nearest sphere.
     fn nearest(points: &[Vector], place: &Vector) -> f64 {
@@ -366,7 +366,7 @@ mod tests {
             Vector::new(radius * angle.cos(), radius * angle.sin(), 6.0 * part)
         });
         check(&Surface::Sphere { centre: Vector::zeros(), radius: 5.0 }, 0.8, |random| {
-            let direction = random.direction(&crate::space::Space::periodic_cube(1.0));
+            let direction = random.direction(&crate::model::space::Space::periodic_cube(1.0));
             direction * 5.0
         });
     }

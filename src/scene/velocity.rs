@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use crate::Vector;
+use crate::model::random::{Purpose, Random};
+use crate::model::space::{Boundary, Space};
+use crate::model::{Particle, Scene, Species};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::draft::{Chain, Fill, Group};
-use crate::scene::random::{Purpose, Random};
-use crate::scene::{Particle, Scene, Species};
-use crate::space::{Boundary, Space};
 
 /// Draws velocities for the moving ones among `particles`, at rest as a whole and exactly at a temperature, `T = 2 K / (D (N - 1))`.
 pub(crate) fn maxwell(
@@ -123,9 +123,10 @@ fn settle(particles: &mut [Particle], members: &[Range<usize>], species: &[Speci
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::id;
-    use crate::potential::Potential;
-    use crate::scene::{Arrangement, SpeciesId};
+    use crate::base::numbers::id;
+    use crate::model::SpeciesId;
+    use crate::model::potential::Potential;
+    use crate::scene::Arrangement;
 
     fn start(masses: &[f64], count: usize, space: &Space) -> (Vec<Particle>, Vec<Species>) {
         let species: Vec<Species> = masses

@@ -3,7 +3,7 @@
 use crate::compare::largest_ratio;
 use crate::detection::Algorithm;
 use crate::tally::run;
-use carom::overlap::Side;
+use carom::physics::overlap::Side;
 
 /// States of each family and algorithm; the long run has a hundred times as many.
 const PER_FAMILY: usize = 500;

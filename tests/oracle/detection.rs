@@ -1,10 +1,10 @@
 //! The detection functions, each called with what the engine would build from a float state.
 
 use crate::exact::{Overlap, ROUNDINGS_OF_GENERAL, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
-use carom::detection::{accelerated, inertial, plane};
-use carom::motion::RelativeState;
-use carom::overlap::{Quadratic, Quartic, Side};
-use carom::reference::{self, Polynomial};
+use carom::check::reference::{self, Polynomial};
+use carom::physics::detection::{accelerated, inertial, plane};
+use carom::physics::motion::RelativeState;
+use carom::physics::overlap::{Quadratic, Quartic, Side};
 
 /// Which function is asked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

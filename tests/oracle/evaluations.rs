@@ -4,8 +4,8 @@ use crate::compare::Comparison;
 use crate::detection::{Algorithm, quartic};
 use crate::exact::State;
 use crate::rule::{Kind, Verdict};
-use carom::detection::roots::{bracketed, sign_changes_of_cubic};
-use carom::overlap::Quartic;
+use carom::physics::detection::roots::{bracketed, sign_changes_of_cubic};
+use carom::physics::overlap::Quartic;
 use roots::{Convergency, Roots, find_root_brent, find_roots_cubic, find_roots_quartic};
 use std::cell::Cell;
 

@@ -3,7 +3,7 @@
 use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
 use carom::Vector;
-use carom::overlap::Side;
+use carom::physics::overlap::Side;
 
 /// Unit round-off of a float: half the distance from 1 to the next.
 const ROUND_OFF: f64 = 0.5 * f64::EPSILON;

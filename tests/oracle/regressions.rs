@@ -4,7 +4,7 @@ use crate::compare::{Judgement, compare};
 use crate::detection::Algorithm;
 use crate::exact::State;
 use carom::Vector;
-use carom::overlap::Side;
+use carom::physics::overlap::Side;
 
 fn state(r: [f64; 3], v: [f64; 3], a: [f64; 3], distance: f64) -> State {
     State { position: Vector::from(r), velocity: Vector::from(v), acceleration: Vector::from(a), distance }

@@ -1,13 +1,13 @@
 //! Bonded chains: the pendulum and the polymers of `configs/`.
 
-use carom::potential::Potential;
-use carom::scene::{ParticleId, Scene};
-use carom::simulation::{Simulation, Snapshot, Until};
-use carom::space::minimum_image;
+use carom::engine::{Simulation, Snapshot, Until};
+use carom::model::potential::Potential;
+use carom::model::space::minimum_image;
+use carom::model::{ParticleId, Scene};
 
 /// The largest part by which a bond is longer or shorter than it may be.
 fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
-    let excess = |bond: &carom::scene::Bond| {
+    let excess = |bond: &carom::model::Bond| {
         let [a, b] = bond.pair.map(|id| now.positions[id.0 as usize]);
         let distance = minimum_image(a - b, &scene.space.periods()).norm();
         let potential: &Potential = &scene.interactions[bond.interaction.0 as usize].potential;

@@ -1,12 +1,13 @@
 //! Energy and momentum to round-off, and the formal example with an exact answer.
 
 use carom::Vector;
-use carom::event::{Event, EventKind};
-use carom::potential::Potential;
-use carom::response::Outcome;
-use carom::scene::{Amount, Arrangement, Fill, Lattice, Scene, SceneBuilder};
-use carom::simulation::{Reason, Simulation, Until};
-use carom::space::{Boundary, Space};
+use carom::engine::event::{Event, EventKind};
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::physics::response::Outcome;
+use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
 /// An event rounds each component of two velocities, of the impulse and of the normal a few times, by half a unit in the last
 /// place each.

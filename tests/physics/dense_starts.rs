@@ -1,11 +1,12 @@
 //! Random starts that are too dense for placing one by one.
 
 use carom::Vector;
-use carom::measure::bond_order::per_particle;
-use carom::measure::{Sample, Subject};
-use carom::potential::Potential;
-use carom::scene::{Amount, Arrangement, Fill, Lattice, Scene, SceneBuilder, SceneError, SceneErrorKind};
-use carom::space::Boundary;
+use carom::analysis::instruments::bond_order::per_particle;
+use carom::analysis::instruments::{Sample, Subject};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::Boundary;
+use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder, SceneError, SceneErrorKind};
 
 fn hard(diameter: f64) -> Potential {
     Potential::hard_sphere(diameter).unwrap()

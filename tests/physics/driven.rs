@@ -3,16 +3,15 @@
 use std::ops::ControlFlow;
 
 use carom::Vector;
-use carom::event::EventKind;
-use carom::measure::{Plan, plan};
-use carom::potential::Potential;
+use carom::engine::event::EventKind;
+use carom::engine::{Simulation, Snapshot, Until};
+use carom::model::MeasurementPlan;
+use carom::model::measurement_plan as plan;
+use carom::model::potential::Potential;
+use carom::model::space::{Space, displacement_within_period};
+use carom::model::{Growth, GrowthTarget, Limit, OutputPlan, RunPlan, Scene, StagePlan, Thermostat};
 use carom::run::{self, Finished};
-use carom::scene::{
-    Amount, Arrangement, Fill, Growth, GrowthTarget, Lattice, Limit, OutputPlan, RunPlan, Scene, SceneBuilder,
-    StagePlan, Thermostat,
-};
-use carom::simulation::{Simulation, Snapshot, Until};
-use carom::space::{Space, displacement_within_period};
+use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
 fn hard() -> Potential {
     Potential::hard_sphere(1.0).unwrap()
@@ -217,7 +216,7 @@ fn in_a_sheared_box_nothing_is_ever_missed() {
 
 #[test]
 fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_that_agree() {
-    let walls = carom::space::Boundary::walls(1.0);
+    let walls = carom::model::space::Boundary::walls(1.0);
     let fill = Fill::new(Lattice::SimpleCubic, "A").count(216).amount(Amount::PackingFraction(0.05));
     let run = RunPlan { equilibration: Limit::time(200.0), limit: Limit::time(1500.0), ..RunPlan::default() };
     let scene = SceneBuilder::new("walls")
@@ -283,7 +282,10 @@ fn shear_that_vanishes_is_no_shear() {
         let fluid = fluid("slow", 32, 0.1).run(RunPlan { limit: Limit::time(200.0), ..RunPlan::default() });
         let scene = rate.map_or(fluid.clone(), |rate| fluid.shear(rate));
         let finished = finish(
-            scene.measure(Plan { pressure_tensor: Some(Default::default()), ..Plan::default() }).build().unwrap(),
+            scene
+                .measure(MeasurementPlan { pressure_tensor: Some(Default::default()), ..MeasurementPlan::default() })
+                .build()
+                .unwrap(),
         );
         let pressure = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap().clone();
         let (_, temperature) = *finished.observables.iter().find(|(name, _)| *name == "temperature").unwrap();
@@ -313,7 +315,7 @@ fn what_passes_after_the_last_sample_is_counted() {
         .no_interaction("A", "A")
         .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.0, 0.0))
         .particle("A", Vector::new(2.0, 2.0, 2.0), Vector::new(1.0, 0.0, 0.0))
-        .measure(Plan { flows: vec![gate], ..Plan::default() })
+        .measure(MeasurementPlan { flows: vec![gate], ..MeasurementPlan::default() })
         .run(RunPlan { limit: Limit::time(30.2), ..RunPlan::default() });
     let finished = finish(scene.build().unwrap());
     // At 0.5 + 3 k and at 2 + 3 k, up to 30.2: eleven less one, and ten.

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-use carom::potential::Potential;
+use carom::model::potential::Potential;
+use carom::model::{Limit, RunPlan, Scene, Thermostat};
 use carom::run;
-use carom::scene::{Amount, Lattice, Limit, RunPlan, Scene, SceneBuilder, Thermostat};
+use carom::scene::{Amount, Lattice, SceneBuilder};
 
 /// Ratios of scatter to claimed error, by observable.
 fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<&'static str, f64> {

@@ -4,13 +4,14 @@ use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
 use carom::Vector;
-use carom::observe::Observer;
-use carom::potential::Potential;
+use carom::analysis::observables::Observer;
+use carom::analysis::statistics::Estimate;
+use carom::engine::Simulation;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::model::{Limit, RunPlan, Scene, Thermostat};
 use carom::run;
-use carom::scene::{Arrangement, Fill, Limit, RunPlan, Scene, SceneBuilder, Thermostat};
-use carom::simulation::Simulation;
-use carom::space::{Boundary, Space};
-use carom::statistics::Estimate;
+use carom::scene::{Arrangement, Fill, SceneBuilder};
 
 use super::measure::Mean;
 

@@ -2,11 +2,12 @@
 
 use crate::measure::Mean;
 use carom::Vector;
-use carom::event::EventKind;
-use carom::potential::Potential;
-use carom::scene::{Amount, Lattice, Scene, SceneBuilder};
-use carom::simulation::{Reason, Simulation, Standstill, Until};
-use carom::space::{Boundary, Face, Space};
+use carom::engine::event::EventKind;
+use carom::engine::{Reason, Simulation, Standstill, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Face, Space};
+use carom::scene::{Amount, Lattice, SceneBuilder};
 
 fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
     let mut builder = SceneBuilder::new("gas")

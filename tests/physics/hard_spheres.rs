@@ -1,10 +1,10 @@
 //! Hard spheres, disks and rods in equilibrium.
 
 use crate::measure::{Fluid, Mean};
-use carom::potential::Potential;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::Boundary;
 use carom::scene::{Amount, Lattice, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::Boundary;
 use std::f64::consts::PI;
 
 const BULK: [Boundary; 3] = [Boundary::Periodic; 3];

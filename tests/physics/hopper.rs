@@ -1,8 +1,8 @@
 //! The hopper of `configs/`.
 
 use carom::Vector;
-use carom::scene::Scene;
-use carom::simulation::{Reason, Simulation, Until};
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::Scene;
 
 /// Deepest overlap that rounding explains: positions below 128, six coordinates of a pair some times over, at contact 2.
 const ROUND_OFF: f64 = 10.0 * 64.0 * f64::EPSILON;

@@ -1,10 +1,11 @@
 //! What must not change a trajectory: how it is cut into stretches; and axes that it never leaves.
 
 use carom::Vector;
-use carom::potential::Potential;
-use carom::scene::{Amount, Lattice, Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::{Boundary, Space};
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::scene::{Amount, Lattice, SceneBuilder};
 
 /// A fluid on a lattice, to take the particles from.
 fn lattice(boundary: [Boundary; 3], lattice: Lattice, count: u64, density: f64) -> Scene {

@@ -1,7 +1,7 @@
 //! Fluids measured in blocks, and means with the standard errors that the blocks give.
 
-use carom::event::Event;
-use carom::simulation::{Reason, Simulation, Until};
+use carom::engine::event::Event;
+use carom::engine::{Reason, Simulation, Until};
 
 /// A mean of independent samples and its standard error.
 #[derive(Debug, Clone, Copy)]

@@ -3,12 +3,13 @@
 use std::ops::ControlFlow;
 
 use carom::Vector;
-use carom::output::Summary;
-use carom::output::rates::Rate;
-use carom::potential::Potential;
+use carom::io::Summary;
+use carom::io::rates::Rate;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::model::{Limit, RunPlan, Scene, Thermostat};
 use carom::run::{self, Finished};
-use carom::scene::{Arrangement, Fill, Limit, RunPlan, Scene, SceneBuilder, Thermostat};
-use carom::space::{Boundary, Space};
+use carom::scene::{Arrangement, Fill, SceneBuilder};
 
 fn finish(scene: Scene) -> Finished {
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();

@@ -1,12 +1,14 @@
 //! Sheared boxes against searches over all images.
 
 use carom::Vector;
-use carom::measure::{Plan, plan};
-use carom::potential::Potential;
+use carom::engine::{Simulation, Snapshot, Until};
+use carom::model::MeasurementPlan;
+use carom::model::measurement_plan as plan;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::model::{Limit, RunPlan, Thermostat};
 use carom::run::{self, Finished};
-use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, Limit, RunPlan, SceneBuilder, Thermostat};
-use carom::simulation::{Simulation, Snapshot, Until};
-use carom::space::{Boundary, Space};
+use carom::scene::{Amount, Arrangement, Chain, Fill, Lattice, SceneBuilder};
 use std::collections::HashSet;
 use std::ops::ControlFlow;
 
@@ -123,7 +125,10 @@ fn chains_hold_together_across_the_sides_that_slide() {
             })
             .shear(rate)
             .run(RunPlan { limit: Limit::time(10.0), thermostat: Some(bath), ..RunPlan::default() });
-        let plan = Plan { chains: Some(plan::Chains { interval: Some(0.5), bins: None }), ..Plan::default() };
+        let plan = MeasurementPlan {
+            chains: Some(plan::Chains { interval: Some(0.5), bins: None }),
+            ..MeasurementPlan::default()
+        };
         let finished = finish(scene.measure(plan));
         let simulation = &finished.simulation;
         let (scene, now) = (simulation.scene(), simulation.snapshot());
@@ -205,13 +210,13 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
             .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.3))
             .temperature(1.0)
-            .measure(Plan {
+            .measure(MeasurementPlan {
                 diffusion: Some(plan::Diffusion { span: Some(2.5), ..plan::Diffusion::default() }),
                 radial_distribution: Some(plan::RadialDistribution::default()),
                 structure_factor: Some(plan::StructureFactor::default()),
                 bond_order: Some(plan::BondOrder::default()),
                 free_paths: Some(plan::FreePaths::default()),
-                ..Plan::default()
+                ..MeasurementPlan::default()
             })
             .run(run);
         finish(match rate {
@@ -234,7 +239,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
     }
     let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
     assert_eq!(path.mean, None, "relative to what streams nobody flies straight on");
-    let curve = |measured: &carom::measure::Measured, name: &str| {
+    let curve = |measured: &carom::analysis::instruments::Measured, name: &str| {
         measured.curves.iter().find(|curve| curve.name == name).unwrap().clone()
     };
     for name in ["radial_distribution", "structure_factor"] {
@@ -243,8 +248,9 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
         let mut worst = 0.0_f64;
         let mut known = 0;
         for index in 0..a.series[0].values.len() {
-            let at =
-                |of: &carom::measure::Curve| Some((of.series[0].values[index]?, of.series[0].standard_errors[index]?));
+            let at = |of: &carom::analysis::instruments::Curve| {
+                Some((of.series[0].values[index]?, of.series[0].standard_errors[index]?))
+            };
             let Some((one, other)) = at(&a).zip(at(&b)) else { continue };
             known += 1;
             // Shells of other wave vectors have other means: up to a fifth where S(q) rises.

@@ -1,11 +1,12 @@
 //! One body whose motion is known: between walls, around a ring, on a floor, on a string.
 
 use carom::Vector;
-use carom::event::EventKind;
-use carom::potential::Potential;
-use carom::scene::{Scene, SceneBuilder};
-use carom::simulation::{Reason, Simulation, Until};
-use carom::space::{Boundary, Face, Space};
+use carom::engine::event::EventKind;
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Face, Space};
+use carom::scene::SceneBuilder;
 use std::f64::consts::PI;
 
 fn body(boundary: [Boundary; 3]) -> SceneBuilder {

@@ -5,11 +5,11 @@
 //! Lue, J. Chem. Phys. 133, 124506, 2010). For N particles of constant energy the law is off by a part of order `1 / (D N)`.
 
 use crate::measure::{Fluid, Mean};
-use carom::event::EventKind;
-use carom::potential::Potential;
-use carom::response::Outcome;
+use carom::engine::Simulation;
+use carom::engine::event::EventKind;
+use carom::model::potential::Potential;
+use carom::physics::response::Outcome;
 use carom::scene::{Amount, Lattice, SceneBuilder};
-use carom::simulation::Simulation;
 use std::f64::consts::PI;
 
 fn fluid(potential: &Potential, count: u64, density: f64, temperature: f64) -> Simulation {

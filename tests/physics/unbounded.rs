@@ -2,9 +2,9 @@
 
 use crate::sheared::boxes;
 use carom::Vector;
-use carom::potential::Potential;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
 use carom::scene::{Fill, Lattice, SceneBuilder};
-use carom::simulation::{Simulation, Until};
 
 /// Spheres and their velocities, whose images are those of a sheared lattice; nobody is ever wrapped.
 struct Unbounded {

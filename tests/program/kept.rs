@@ -229,12 +229,12 @@ fn a_run_asks_before_it_fills_the_disk() {
 #[test]
 fn what_no_estimate_can_know_is_counted_and_the_run_can_go_on() {
     let place = Place::with(FLUID);
-    let scene = carom::scene::Scene::from_file(place.path().join("scene.toml")).unwrap();
+    let scene = carom::model::Scene::from_file(place.path().join("scene.toml")).unwrap();
     let folder = place.path().join("run");
-    let create = || carom::output::Folder::create(&folder, &scene, carom::output::Existing::Keep).unwrap();
+    let create = || carom::io::Folder::create(&folder, &scene, carom::io::Existing::Keep).unwrap();
     let mut limited = create().at_most(60_000.0);
     let result = carom::run::run(scene.clone(), &mut limited, &mut |_| std::ops::ControlFlow::Continue(()));
-    assert!(matches!(result, Err(carom::output::OutputError::TooMuch { most: 60_000.0, .. })), "{result:?}");
+    assert!(matches!(result, Err(carom::io::OutputError::TooMuch { most: 60_000.0, .. })), "{result:?}");
     let written = fs::metadata(folder.join("trajectory.xyz.partial")).unwrap().len();
     assert!((30_000..120_000).contains(&written), "{written}");
 }

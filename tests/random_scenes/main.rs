@@ -12,8 +12,8 @@ mod metamorphic;
 use std::ops::ControlFlow;
 use std::panic::catch_unwind;
 
-use carom::scene::Scene;
-use carom::verify::{Certificate, End, Fault, Stretch, Violation, verify};
+use carom::check::verify::{Certificate, End, Fault, Stretch, Violation, verify};
+use carom::model::Scene;
 
 /// Events that are proven of each scene.
 const EVENTS: u64 = 150;

@@ -1,11 +1,11 @@
 //! What changes no physics: where a stretch ends, far-off spheres, a mirror, a shift, units of powers of two, the numbers of the
 //! particles. Each is done to scenes at random, and the events are compared.
 
-use carom::event::{Event, EventKind};
-use carom::potential::Potential;
-use carom::scene::{Particle, ParticleId, Scene};
-use carom::simulation::{Simulation, Until};
-use carom::space::Boundary;
+use carom::engine::event::{Event, EventKind};
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::Boundary;
+use carom::model::{Particle, ParticleId, Scene};
 
 use crate::generator::{self, Dice};
 
@@ -151,7 +151,7 @@ fn spheres_far_away_change_no_event() {
             text +=
                 &format!("[[interaction]]\nspecies = [\"{}\", \"far\"]\npotential = \"hard-sphere\"\n", species.name);
         }
-        let is_closed = |face| matches!(face, carom::space::Face::Wall { .. });
+        let is_closed = |face| matches!(face, carom::model::space::Face::Wall { .. });
         let Boundary::Bounded { upper, .. } = scene.space.boundary[axis] else { continue };
         // Just behind a wall, or where nobody comes in a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };

@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::Command;
 
-use carom::scene::{Scene, SceneError, SceneErrorKind, schema};
+use carom::model::Scene;
+use carom::scene::{SceneError, SceneErrorKind, schema};
 use serde_json::{Value, json};
 use validator::mistakes;
 

@@ -1,10 +1,11 @@
 //! Pairs with an interaction of their own that does not hold them: they meet again through any side of a periodic box.
 
 use carom::Vector;
-use carom::potential::Potential;
-use carom::scene::{Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::{Boundary, Space};
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::scene::SceneBuilder;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 

@@ -3,14 +3,13 @@
 
 use crate::listed::{fluid, hard_sphere, listed, particles, well};
 use carom::Vector;
-use carom::event::{Event, EventKind};
-use carom::potential::Potential;
+use carom::engine::event::{Event, EventKind};
+use carom::engine::{Simulation, Snapshot, Until};
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Face, Space};
+use carom::model::{Limit, OutputPlan, RunPlan, Scene};
 use carom::run;
-use carom::scene::{
-    Amount, Arrangement, Chain, Fill, Limit, MeshDraft, OutputPlan, RunPlan, Scene, SceneBuilder, Surface,
-};
-use carom::simulation::{Simulation, Snapshot, Until};
-use carom::space::{Boundary, Face, Space};
+use carom::scene::{Amount, Arrangement, Chain, Fill, MeshDraft, SceneBuilder, Surface};
 use std::ops::ControlFlow;
 
 /// Scenes, numbers of events, and the fingerprints of where they lead.

@@ -3,12 +3,12 @@
 use crate::listed::{along, line, open_box};
 use crate::watched::Watched;
 use carom::Vector;
-use carom::event::EventKind;
-use carom::potential::Potential;
-use carom::response::Outcome;
+use carom::engine::event::EventKind;
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::physics::response::Outcome;
 use carom::scene::SceneBuilder;
-use carom::simulation::{Reason, Simulation, Until};
-use carom::space::{Boundary, Space};
 
 /// Two beads of diameter 1 in contact, `range` away from the end of their bond; or at its end, `range` away from contact.
 fn pair(space: &Space, range: f64, is_at_end: bool, restitution: f64, velocity: Vector) -> SceneBuilder {

@@ -3,8 +3,8 @@
 use crate::listed::{hard_sphere, open_box};
 use crate::watched::Watched;
 use carom::Vector;
+use carom::engine::{Arrest, Reason, Simulation, Until};
 use carom::scene::SceneBuilder;
-use carom::simulation::{Arrest, Reason, Simulation, Until};
 
 /// `sqrt(3) / 2`: the height of a triangle of edge 1.
 const TRIANGLE: f64 = 0.866_025_403_784_438_6;

@@ -3,10 +3,10 @@
 use crate::listed::{State, along, hard_sphere, line, listed, open_box};
 use crate::watched::Watched;
 use carom::Vector;
-use carom::potential::Potential;
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::Boundary;
 use carom::scene::SceneBuilder;
-use carom::simulation::{Reason, Simulation, Until};
-use carom::space::Boundary;
 
 /// Five spheres, the first at `first` and each at `next` of the one before; `strikers` more of them come from the left
 /// at a speed of 1, in contact with each other, and arrive at time 1.

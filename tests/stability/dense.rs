@@ -3,9 +3,9 @@
 use crate::listed::{fluid, hard_sphere, listed, particles};
 use crate::watched::Watched;
 use carom::Vector;
+use carom::engine::{Snapshot, Until};
+use carom::model::space::Space;
 use carom::scene::Amount;
-use carom::simulation::{Snapshot, Until};
-use carom::space::Space;
 
 /// The densest packing fraction, `pi / sqrt(18)`.
 const DENSEST: f64 = 0.740_480_489_693_061;

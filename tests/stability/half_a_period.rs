@@ -1,10 +1,11 @@
 //! Boxes of four cells, and particles half a period apart: either image can be the one that they meet in.
 
 use carom::Vector;
-use carom::potential::Potential;
-use carom::scene::{Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::Space;
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::Space;
+use carom::scene::SceneBuilder;
 
 /// A ball among static spheres whose centres are on the faces of cells of a quarter of the box.
 fn lorentz_gas(velocity: [f64; 3]) -> Scene {

@@ -3,9 +3,10 @@
 use crate::listed::hard_sphere;
 use crate::watched::Watched;
 use carom::Vector;
-use carom::scene::{Arrangement, Fill, Scene, SceneBuilder};
-use carom::simulation::{Reason, Until};
-use carom::space::{Boundary, Face, Space};
+use carom::engine::{Reason, Until};
+use carom::model::Scene;
+use carom::model::space::{Boundary, Face, Space};
+use carom::scene::{Arrangement, Fill, SceneBuilder};
 use std::time::Instant;
 
 /// The TC model's contact time; gravity, masses and diameters are 1.

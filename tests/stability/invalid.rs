@@ -2,10 +2,11 @@
 
 use crate::listed::{hard_sphere, open_box};
 use carom::Vector;
-use carom::potential::Potential;
-use carom::scene::{Scene, SceneBuilder};
-use carom::simulation::{Reason, Simulation, Snapshot, Until};
-use carom::space::{Space, minimum_image};
+use carom::engine::{Reason, Simulation, Snapshot, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Space, minimum_image};
+use carom::scene::SceneBuilder;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 

@@ -1,10 +1,11 @@
 //! Scenes from given particles.
 
 use carom::Vector;
-use carom::potential::Potential;
-use carom::scene::{Amount, Lattice, Scene, SceneBuilder};
-use carom::simulation::Snapshot;
-use carom::space::{Boundary, Space};
+use carom::engine::Snapshot;
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::scene::{Amount, Lattice, SceneBuilder};
 
 /// Position and velocity.
 pub type State = (Vector, Vector);

@@ -2,10 +2,11 @@
 //! number of events.
 
 use carom::Vector;
-use carom::potential::Potential;
-use carom::scene::{Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::Space;
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::Space;
+use carom::scene::SceneBuilder;
 
 /// The relative change of the energy over a number of events.
 fn drift(scene: Scene, events: u64) -> f64 {

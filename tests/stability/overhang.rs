@@ -1,10 +1,11 @@
 //! Static spheres beyond a wall, as of a mesh that sticks out, do not hide the wall.
 
 use carom::Vector;
-use carom::potential::Potential;
-use carom::scene::{Scene, SceneBuilder};
-use carom::simulation::Simulation;
-use carom::space::{Boundary, Face, Space};
+use carom::engine::Simulation;
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Face, Space};
+use carom::scene::SceneBuilder;
 
 /// A ball between walls, over a row of static spheres along x that sticks out by `overhang` on either side.
 fn over_a_row(overhang: f64) -> Scene {

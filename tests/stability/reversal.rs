@@ -2,10 +2,10 @@
 
 use crate::listed::{State, fluid, hard_sphere, listed, particles, states, well};
 use carom::Vector;
-use carom::potential::Potential;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::{Space, minimum_image};
 use carom::scene::Amount;
-use carom::simulation::{Simulation, Until};
-use carom::space::{Space, minimum_image};
 
 /// A fluid and what binds it.
 struct Fluid {

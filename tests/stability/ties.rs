@@ -2,10 +2,10 @@
 
 use crate::listed::{State, hard_sphere, line, listed};
 use carom::Vector;
-use carom::event::Event;
-use carom::potential::Potential;
-use carom::simulation::{Reason, Simulation, Until};
-use carom::space::{Boundary, Space};
+use carom::engine::event::Event;
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
 
 /// Particles per edge of the lattice.
 const EDGE: u32 = 16;

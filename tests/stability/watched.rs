@@ -1,7 +1,7 @@
 //! A simulation and the books of its energy.
 
-use carom::scene::Scene;
-use carom::simulation::{Reason, Simulation, Until};
+use carom::engine::{Reason, Simulation, Until};
+use carom::model::Scene;
 
 /// Roundings of one event, relative to the energy of the particles that it touches: the streaming of two particles, the dot
 /// product and the square of the impulse's line, their quotient, and two new velocities, of three components each.

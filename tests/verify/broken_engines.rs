@@ -1,9 +1,12 @@
 //! Whole engines with one thing wrong, consistent in themselves: the events of one scene, judged by the rules of another.
 
-use carom::scene::{Limit, Scene};
-use carom::verify::{Fault, Quantity};
+use carom::check::verify::{Fault, Quantity};
+use carom::model::{Limit, Scene};
 
-use crate::{FLUID, Recording, WELL, scene};
+use crate::FLUID;
+use crate::Recording;
+use crate::WELL;
+use crate::scene;
 
 /// The fault of a simulation that takes `wrong` for `right`.
 fn fault(wrong: &Scene, right: Scene) -> Fault {
@@ -37,7 +40,7 @@ fn particles_that_do_not_see_each_other_miss_contacts() {
         potential = \"hard-sphere\"\n[[interaction]]\nspecies = [\"A\", \"B\"]\npotential = \"hard-sphere\"\n[[fill]]";
     let right = scene(&text.replace("[[fill]]", species));
     let mut blind = right.clone();
-    let mut table = carom::scene::SpeciesPairs::new(2);
+    let mut table = carom::model::SpeciesPairs::new(2);
     right.table.iter().filter(|([a, b], _)| a == b).for_each(|([a, b], id)| table.set(a, b, id));
     blind.table = table;
     assert!(matches!(fault(&blind, right), Fault::Missed { .. }));
@@ -88,7 +91,7 @@ fn a_missing_wall_misses_contacts() {
     let text = FLUID.replace("[run]", "[space]\nx = \"walls\"\n[run]");
     let open = changed(&text, "\"walls\"", "\"open\"");
     let found = fault(&open, scene(&text));
-    assert!(matches!(found, Fault::Missed { contact: carom::verify::Contact::Wall { .. }, .. }), "{found:?}");
+    assert!(matches!(found, Fault::Missed { contact: carom::check::verify::Contact::Wall { .. }, .. }), "{found:?}");
     let mut short = scene(&text);
     short.run.limit = Limit::events(10);
     assert!(matches!(fault(&short, open), Fault::Unknown { .. }));

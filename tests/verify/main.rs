@@ -8,10 +8,10 @@ mod tampered_events;
 
 use std::ops::ControlFlow;
 
-use carom::event::Event;
-use carom::scene::Scene;
-use carom::simulation::{Simulation, States};
-use carom::verify::{Certificate, Fault, Stretch, Verifier, verify};
+use carom::check::verify::{Certificate, Fault, Stretch, Verifier, verify};
+use carom::engine::event::Event;
+use carom::engine::{Simulation, States};
+use carom::model::Scene;
 
 fn prove(scene: Scene, from: u64, events: u64) -> Certificate {
     verify(scene, Stretch { from, events }, &mut |_| ControlFlow::Continue(()))

@@ -1,9 +1,14 @@
 //! Scenes of every kind are proven.
 
-use carom::scene::Scene;
-use carom::verify::{Certificate, End, Verifier};
+use carom::check::verify::{Certificate, End, Verifier};
+use carom::model::Scene;
 
-use crate::{FLUID, Recording, WELL, config, prove, scene};
+use crate::FLUID;
+use crate::Recording;
+use crate::WELL;
+use crate::config;
+use crate::prove;
+use crate::scene;
 
 fn assert_proven(name: &str, certificate: &Certificate, events: u64) {
     assert!(certificate.is_proven(), "{name}: {certificate:?}");
@@ -46,7 +51,7 @@ fn a_stretch_may_begin_within_a_run() {
 #[test]
 fn the_end_of_the_run_ends_the_proof() {
     let mut fluid = scene(FLUID);
-    fluid.run.limit = carom::scene::Limit { time: Some(0.5), events: None };
+    fluid.run.limit = carom::model::Limit { time: Some(0.5), events: None };
     let certificate = prove(fluid, 0, 1_000_000);
     assert_eq!(certificate.end, End::RunEnded);
     assert!((certificate.duration - 0.5).abs() < 1e-12, "{certificate:?}");
@@ -200,8 +205,8 @@ fn everything_at_once_is_proven() {
 #[test]
 fn pair_states_of_both_agree_after_a_stretch() {
     let recording = Recording::of(scene(WELL), 3000);
-    let mut simulation = carom::simulation::Simulation::new(recording.scene.clone());
-    simulation.advance(carom::simulation::Until::events(3000)).unwrap();
+    let mut simulation = carom::engine::Simulation::new(recording.scene.clone());
+    simulation.advance(carom::engine::Until::events(3000)).unwrap();
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
     assert_eq!(verifier.compare_pairs(&simulation.captured_pairs()), Ok(()));
@@ -264,11 +269,14 @@ fn wells_that_make_particles_go_round_the_box_at_once_are_proven_or_refused_with
 #[test]
 fn a_caller_who_wants_no_more_ends_the_proof_between_two_events() {
     let mut asked = 0;
-    let certificate =
-        carom::verify::verify(deep("1e12"), carom::verify::Stretch { from: 0, events: 1000 }, &mut |_| {
+    let certificate = carom::check::verify::verify(
+        deep("1e12"),
+        carom::check::verify::Stretch { from: 0, events: 1000 },
+        &mut |_| {
             asked += 1;
             if asked > 3 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
-        });
+        },
+    );
     assert_eq!(certificate.end, End::Interrupted);
 }
 
@@ -297,10 +305,11 @@ fn a_proof_hears_its_caller_however_far_the_next_event_is() {
     ";
     for from in [0, 10] {
         let mut asked = 0;
-        let certificate = carom::verify::verify(scene(pipe), carom::verify::Stretch { from, events: 10 }, &mut |_| {
-            asked += 1;
-            if asked > 5 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
-        });
+        let certificate =
+            carom::check::verify::verify(scene(pipe), carom::check::verify::Stretch { from, events: 10 }, &mut |_| {
+                asked += 1;
+                if asked > 5 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
+            });
         assert_eq!(certificate.end, End::Interrupted);
     }
 }

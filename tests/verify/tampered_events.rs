@@ -1,13 +1,16 @@
 //! A true sequence of events with one thing changed.
 
 use carom::Vector;
-use carom::event::EventKind;
-use carom::response::Outcome;
-use carom::scene::ParticleId;
-use carom::simulation::{Simulation, Until};
-use carom::verify::{Contact, Fault, Quantity, Verifier};
+use carom::check::verify::{Contact, Fault, Quantity, Verifier};
+use carom::engine::event::EventKind;
+use carom::engine::{Simulation, Until};
+use carom::model::ParticleId;
+use carom::physics::response::Outcome;
 
-use crate::{FLUID, Recording, WELL, scene};
+use crate::FLUID;
+use crate::Recording;
+use crate::WELL;
+use crate::scene;
 
 /// The event that is tampered with.
 const K: usize = 300;
@@ -135,7 +138,7 @@ fn a_wrong_outcome_is_told() {
 
 #[test]
 fn wrong_numbers_are_told() {
-    let reported = |outcome, change: &dyn Fn(&mut carom::event::Event)| {
+    let reported = |outcome, change: &dyn Fn(&mut carom::engine::event::Event)| {
         let mut recording = well();
         let at = first(&recording, outcome);
         change(&mut recording.events[at].0);

@@ -5,10 +5,11 @@ use super::{COST, Method, UNREST, sheet, timed};
 use crate::Outcome;
 use crate::sheet::number;
 use carom::Vector;
-use carom::potential::Potential;
-use carom::scene::{Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::{Boundary, Face, Space};
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Face, Space};
+use carom::scene::SceneBuilder;
 
 pub const SHEET: &str = "granular_column";
 

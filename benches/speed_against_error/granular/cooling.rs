@@ -5,10 +5,10 @@ use super::{COST, Method, sheet};
 use crate::Outcome;
 use crate::clock::Stopwatch;
 use crate::sheet::number;
-use carom::potential::Potential;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::Space;
 use carom::scene::{Amount, Lattice, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::Space;
 use std::f64::consts::PI;
 
 pub const SHEET: &str = "granular_cooling";

@@ -6,10 +6,10 @@ use crate::Outcome;
 use crate::clock::Stopwatch;
 use crate::sheet::number;
 use carom::Vector;
-use carom::potential::Potential;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Face, Space};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::{Boundary, Face, Space};
 
 pub const SHEET: &str = "granular_heap";
 

@@ -2,7 +2,7 @@
 
 use super::problem::{Pair, Problem};
 use super::{paper, textbook};
-use carom::detection::{accelerated, inertial};
+use carom::physics::detection::{accelerated, inertial};
 
 /// A way to find the time of the next event.
 pub struct Method {

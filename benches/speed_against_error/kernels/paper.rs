@@ -4,7 +4,7 @@
 //! two where `f'` has a double one.
 
 use super::problem::Pair;
-use carom::overlap::Side;
+use carom::physics::overlap::Side;
 
 /// The time of the next event; brackets are bisected to a relative width.
 pub fn next_event(pair: &Pair, width: f64) -> Option<f64> {

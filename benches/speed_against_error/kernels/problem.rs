@@ -1,8 +1,8 @@
 //! What detection is asked: four problems, one for each of the paper's algorithms.
 
 use crate::oracle::exact::{Overlap, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
-use carom::motion::RelativeState;
-use carom::overlap::{Quadratic, Quartic, Side};
+use carom::physics::motion::RelativeState;
+use carom::physics::overlap::{Quadratic, Quartic, Side};
 
 /// With or without relative acceleration, from outside or inside.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

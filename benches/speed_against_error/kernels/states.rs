@@ -5,7 +5,7 @@ use crate::oracle::cases::FAMILIES;
 use crate::oracle::exact::State;
 use crate::oracle::random::Random;
 use carom::Vector;
-use carom::overlap::Side;
+use carom::physics::overlap::Side;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Class {

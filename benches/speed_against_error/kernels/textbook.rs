@@ -2,7 +2,7 @@
 
 use super::paper::bisect;
 use super::problem::Pair;
-use carom::overlap::Side;
+use carom::physics::overlap::Side;
 
 /// `t = (-B -+ sqrt(B^2 - V2 R2)) / V2`, the minus from outside.
 pub fn quadratic(pair: &Pair) -> Option<f64> {

@@ -3,10 +3,11 @@
 use super::fluid::{Fluid, State, Thermodynamics};
 use super::{CUTOFF, verlet};
 use crate::Outcome;
-use carom::potential::Potential;
-use carom::scene::{Scene, SceneBuilder};
-use carom::simulation::{Simulation, Until};
-use carom::space::Space;
+use carom::engine::{Simulation, Until};
+use carom::model::Scene;
+use carom::model::potential::Potential;
+use carom::model::space::Space;
+use carom::scene::SceneBuilder;
 
 /// Where the hard core stands: at exp(-50/1.5) no pair has that energy.
 const CORE_ENERGY: f64 = 50.0;

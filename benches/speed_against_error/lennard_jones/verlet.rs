@@ -4,9 +4,9 @@ use super::fluid::{Fluid, State, Thermodynamics};
 use super::{CUTOFF, Plan};
 use crate::neighbours::{List, Periods};
 use carom::Vector;
-use carom::potential::Potential;
+use carom::engine::Simulation;
+use carom::model::potential::Potential;
 use carom::scene::{Amount, Lattice, SceneBuilder};
-use carom::simulation::Simulation;
 
 const PARTICLES: u64 = 864;
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Driver;
-use crate::observe::{Answer, Equilibrium, Observer};
+use crate::analysis::observables::{Answer, Equilibrium, Observer};
 use crate::run::Recorder;
 use crate::run::progress::Stage;
 

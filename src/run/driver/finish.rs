@@ -1,7 +1,7 @@
 //! The end of a run.
 
 use super::Driver;
-use crate::measure::Sample;
+use crate::analysis::instruments::Sample;
 use crate::run::progress::Stage;
 use crate::run::{Ending, Finished, Recorder, Stretch};
 

@@ -5,9 +5,9 @@ use std::ops::ControlFlow;
 use serde::{Deserialize, Serialize};
 
 use super::Driver;
+use crate::model::{Growth, GrowthTarget, Limit};
 use crate::run::progress::Stage;
 use crate::run::{Ending, Jam, Recorder};
-use crate::scene::{Growth, GrowthTarget, Limit};
 
 /// Growth may go this much too far, so that rounding does not leave it short of its target.
 const BEYOND: f64 = 1.0 + 1e-12;
@@ -20,7 +20,7 @@ const CONTACTS: u64 = 10;
 
 /// The compressibility factor of growing spheres from one look to the next.
 ///
-/// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::observe::Observer), with the momenta `p` exchanged at contacts. Growth heats and a thermostat cools, so that
+/// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::analysis::observables::Observer), with the momenta `p` exchanged at contacts. Growth heats and a thermostat cools, so that
 /// what is exchanged in each piece of the time, from one scaling to the next, is divided by the temperature in that piece: the mean of
 /// those at its ends.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -165,11 +165,12 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::measure::Subject;
-    use crate::potential::Potential;
+    use crate::analysis::instruments::Subject;
+    use crate::engine::Simulation;
+    use crate::model::potential::Potential;
+    use crate::model::{RunPlan, StagePlan, Thermostat};
     use crate::run::{Course, Ending, Progress};
-    use crate::scene::{Amount, Arrangement, RunPlan, SceneBuilder, StagePlan, Thermostat};
-    use crate::simulation::Simulation;
+    use crate::scene::{Amount, Arrangement, SceneBuilder};
 
     /// The factor by which 32 spheres have grown when they have come to a pressure, at most `step` events at a time.
     fn grown(step: u64) -> f64 {
@@ -219,8 +220,8 @@ mod tests {
             thermostat,
             growth: Some(Growth { rate, until: GrowthTarget::PackingFraction(packing_fraction) }),
         };
-        let mut space = crate::space::Space::periodic_cube(8.0);
-        (space.size.z, space.boundary[2]) = (0.0, crate::space::Boundary::Flat);
+        let mut space = crate::model::space::Space::periodic_cube(8.0);
+        (space.size.z, space.boundary[2]) = (0.0, crate::model::space::Boundary::Flat);
         let scene = SceneBuilder::new("disks")
             .space(space)
             .species("A", 1.0, 0.5)

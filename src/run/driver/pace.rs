@@ -1,9 +1,9 @@
 //! How often a run writes, where the scene leaves it open.
 
 use super::{Driver, Monitor};
+use crate::analysis::ticks::Ticks;
+use crate::model::Limit;
 use crate::run::{Ending, Recorder};
-use crate::scene::Limit;
-use crate::ticks::Ticks;
 
 /// A run that chooses its interval itself aims at this many rows, and at most twice as many.
 const ROWS: u32 = 200;

@@ -1,11 +1,11 @@
 //! What acts on each stage of a run.
 
 use super::Driver;
-use crate::measure::Subject;
+use crate::analysis::instruments::Subject;
+use crate::model::{Limit, Thermostat};
 use crate::run::Recorder;
 use crate::run::course::Start;
 use crate::run::progress::Stage;
-use crate::scene::{Limit, Thermostat};
 
 /// The temperature is looked at so often between two scalings, because it does not go on a straight line there.
 const GLANCES: f64 = 4.0;
@@ -34,7 +34,6 @@ impl<R: Recorder> Driver<'_, R> {
         }
         self.course.stage = Start::of(&self.simulation, stage, limit);
         self.course.has_begun = true;
-        (self.course.quiet_steps, self.course.quiet_rows) = (0, 0);
         self.begin_monitor();
         self.course.observer.begin();
         (self.course.rows, self.course.last_row) = (None, None);

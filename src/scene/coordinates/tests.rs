@@ -1,10 +1,11 @@
 use super::*;
 use crate::Vector;
-use crate::output::extended_xyz::write_frame;
-use crate::potential::Potential;
-use crate::scene::{Chain, Fill, Lattice, Scene};
-use crate::simulation::{Simulation, Until};
-use crate::space::Space;
+use crate::engine::{Simulation, Until};
+use crate::model::Scene;
+use crate::model::potential::Potential;
+use crate::model::space::Space;
+use crate::scene::{Chain, Fill, Lattice};
+use crate::trajectory::extended_xyz::write_frame;
 
 #[test]
 fn columns_are_found_by_name() {
@@ -212,7 +213,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
 }
 
 /// A frame without particles in the box of a snapshot.
-fn frame_of(snapshot: &crate::simulation::Snapshot) -> Frame {
+fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
     let mut frame = chains();
     (frame.lower, frame.size, frame.displacement) = (Vector::zeros(), Vector::repeat(5.0), snapshot.displacement);
     frame

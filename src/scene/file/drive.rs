@@ -4,10 +4,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::model::space::AXES;
 use crate::scene::names::WORDS;
 use crate::scene::planning::THERMOSTATS;
 use crate::scene::schema::{keys_by_kind, words};
-use crate::space::AXES;
 
 /// `[[stage]]`: a stretch before the run, until a time, a number of events or the end of growth.
 #[derive(Debug, Deserialize, JsonSchema)]

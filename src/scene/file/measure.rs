@@ -9,7 +9,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
-use crate::measure::plan::{
+use crate::model::measurement_plan::{
     BondOrder, Chains, Diffusion, Flow, FreePaths, PressureTensor, Profile, RadialDistribution, StructureFactor,
     Transport,
 };

@@ -1,0 +1,7 @@
+//! What is measured, how well it is known, and what theory and other simulations say.
+
+pub mod instruments;
+pub mod observables;
+pub mod published;
+pub mod statistics;
+pub(crate) mod ticks;

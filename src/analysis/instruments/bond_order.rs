@@ -1,0 +1,221 @@
+//! Bond-orientational order: how much the directions of a particle's neighbours are those of a crystal.
+//!
+//! P. J. Steinhardt, D. R. Nelson and M. Ronchetti, Phys. Rev. B 28, 784 (1983),
+//! [doi:10.1103/PhysRevB.28.784](https://doi.org/10.1103/PhysRevB.28.784).
+
+mod harmonics;
+
+use super::instrument::{Instrument, Setup};
+use super::near::Near;
+use super::quantity::{Curve, Measured, Number, Scalar, Series, Variable};
+use super::schedule::Schedule;
+use super::subject::{Sample, Subject};
+use crate::analysis::statistics::CurveAverage;
+use crate::base::numbers::trunc_to_usize;
+use crate::base::text::digits;
+use crate::model::measurement_plan as plan;
+use crate::model::measurement_plan::{BINS, MOST_BINS};
+use crate::model::space::Boundary;
+use harmonics::Harmonics;
+use serde::{Deserialize, Serialize};
+
+/// The degrees that are measured.
+const DEGREES: [usize; 2] = [6, 4];
+
+/// `q_l` of each particle that moves, in the order of all ids; in two dimensions `|psi_l|`.
+///
+/// `q_l = sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2)` with the mean `q_lm` of `Y_lm` over the directions of all neighbours, which are the
+/// particles that move and are closer than `cutoff` `[length]`; `psi_l` is the mean of `exp(i l phi)`. The cutoff is at most half of
+/// the shortest period. 0 for static particles, for those without neighbours, on a line, and for a degree of 0 or above 8.
+#[must_use]
+pub fn per_particle(subject: &Subject, sample: &Sample<'_>, cutoff: f64, degree: usize) -> Vec<f64> {
+    let mut values = vec![0.0; subject.species.len()];
+    if let Some(harmonics) = Harmonics::new(degree, &axes(subject)) {
+        let near = near(subject, sample, cutoff);
+        near.for_each_particle(|id, separations| {
+            let mut sums = vec![0.0; harmonics.count()];
+            separations.iter().for_each(|separation| harmonics.add(separation, &mut sums));
+            values[id as usize] = length(&sums, separations.len()).unwrap_or(0.0);
+        });
+    }
+    values
+}
+
+/// What a plan asks for of each particle: `q6` and `q4`, or `psi6` and `psi4` in two dimensions; nothing on a line.
+pub(super) fn scalars(plan: &plan::BondOrder, subject: &Subject, sample: &Sample<'_>) -> Vec<Scalar> {
+    let Some(symbol) = symbol(subject) else { return Vec::new() };
+    let cutoff = cutoff(plan, subject);
+    let scalar =
+        |degree| Scalar { name: format!("{symbol}{degree}"), values: per_particle(subject, sample, cutoff, degree) };
+    DEGREES.map(scalar).into()
+}
+
+/// What the bond order is called; `None` on a line, where there is none.
+fn symbol(subject: &Subject) -> Option<&'static str> {
+    match subject.space.dimensions() {
+        3 => Some("q"),
+        2 => Some("psi"),
+        _ => None,
+    }
+}
+
+/// Up to which distance particles are neighbours.
+fn cutoff(plan: &plan::BondOrder, subject: &Subject) -> f64 {
+    let diameters = subject.moving.iter().map(|&id| subject.diameters[subject.species[id as usize] as usize]);
+    let cutoff = plan.cutoff.unwrap_or_else(|| 1.4 * diameters.fold(0.0, f64::max));
+    cutoff.min(Near::largest_range(&subject.space))
+}
+
+fn axes(subject: &Subject) -> Vec<usize> {
+    (0..3).filter(|&k| subject.space.boundary[k] != Boundary::Flat).collect()
+}
+
+fn near(subject: &Subject, sample: &Sample<'_>, cutoff: f64) -> Near {
+    let range = cutoff.min(Near::largest_range(&subject.space));
+    Near::new(&subject.space, range, &subject.moving, sample)
+}
+
+/// The length of a mean of `count`; `None` for the mean of none.
+fn length(sums: &[f64], count: usize) -> Option<f64> {
+    (count > 0).then(|| sums.iter().map(|sum| sum * sum).sum::<f64>().sqrt() / count as f64)
+}
+
+/// Distribution, mean and global value of `q_6` and `q_4`, or of `psi_6` and `psi_4` in two dimensions. Nothing on a line.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct BondOrder {
+    schedule: Schedule,
+    cutoff: f64,
+    bins: usize,
+    /// The number of neighbours, then for each degree the mean, the global value, and the density in each bin.
+    curve: CurveAverage,
+}
+
+impl BondOrder {
+    pub fn new(plan: &plan::BondOrder, setup: &Setup<'_>) -> Self {
+        let subject = setup.subject;
+        let cutoff = cutoff(plan, subject);
+        let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
+        let count = subject.moving.len() as f64;
+        let cube = (0..subject.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
+        // Three operations to find, and for one in six of those some hundred and fifty.
+        let work = count * (100.0 + 30.0 * (count * cube / subject.space.volume()).min(count));
+        Self {
+            schedule: Schedule::new(setup, plan.interval, work),
+            cutoff,
+            bins,
+            curve: CurveAverage::new(1 + DEGREES.len() * (2 + bins)),
+        }
+    }
+
+    /// The element of the curve with the mean of a degree; the global value and the bins follow.
+    fn first(&self, degree: usize) -> usize {
+        1 + degree * (2 + self.bins)
+    }
+}
+
+impl Instrument for BondOrder {
+    fn next_sample(&self) -> f64 {
+        self.schedule.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        if !self.schedule.is_due(sample.time) {
+            return;
+        }
+        let axes = axes(subject);
+        let orders: Vec<Harmonics> = DEGREES.iter().filter_map(|&degree| Harmonics::new(degree, &axes)).collect();
+        let mut of_all: Vec<Vec<f64>> = orders.iter().map(|harmonics| vec![0.0; harmonics.count()]).collect();
+        let mut of_one = of_all.clone();
+        let mut values = vec![0.0; self.curve.len()];
+        let (mut bonds, mut bonded) = (0, 0.0_f64);
+        near(subject, sample, self.cutoff).for_each_particle(|_, separations| {
+            bonds += separations.len();
+            bonded += f64::from(u8::from(!separations.is_empty()));
+            for (index, harmonics) in orders.iter().enumerate() {
+                of_one[index].fill(0.0);
+                separations.iter().for_each(|separation| harmonics.add(separation, &mut of_one[index]));
+                of_all[index].iter_mut().zip(&of_one[index]).for_each(|(all, one)| *all += one);
+                if let Some(order) = length(&of_one[index], separations.len()) {
+                    let first = self.first(index);
+                    values[first] += order;
+                    values[first + 2 + trunc_to_usize(order * self.bins as f64).min(self.bins - 1)] += self.bins as f64;
+                }
+            }
+        });
+        // Without neighbours there is no order, and nothing is added.
+        values[1..].iter_mut().for_each(|value| *value /= bonded);
+        values[0] = bonds as f64 / subject.moving.len() as f64;
+        for (index, sums) in of_all.iter().enumerate() {
+            values[self.first(index) + 1] = length(sums, bonds).unwrap_or(f64::NAN);
+        }
+        self.curve.add_all(values);
+    }
+
+    fn report(&self, subject: &Subject, measured: &mut Measured) {
+        let Some(symbol) = symbol(subject) else { return };
+        let global = match symbol {
+            "q" => "sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2) of the mean of Y_lm",
+            _ => "|mean of exp(i l phi)|",
+        };
+        let neighbours = format!("neighbours closer than {}", digits(self.cutoff));
+        let number = |name: String, title: String, element: usize, method: String| {
+            let estimate = self.curve.estimate(element);
+            Number {
+                name,
+                title,
+                unit: "1".to_owned(),
+                mean: estimate.map(|estimate| estimate.mean),
+                standard_error: estimate.and_then(|estimate| estimate.standard_error),
+                method,
+            }
+        };
+        let (means, errors) = (self.curve.means(), self.curve.standard_errors());
+        let mut series = Vec::new();
+        measured.numbers.push(number(
+            "neighbours".to_owned(),
+            "Number of neighbours".to_owned(),
+            0,
+            format!("mean number of {neighbours}"),
+        ));
+        for (index, degree) in DEGREES.iter().enumerate() {
+            let first = self.first(index);
+            let one = format!("{symbol}{degree} = {global} over the {neighbours}");
+            let method = format!("mean over the particles that have neighbours of {one} of each");
+            measured.numbers.push(number(
+                format!("{symbol}{degree}"),
+                format!("Bond order {symbol}{degree}"),
+                first,
+                method,
+            ));
+            let method = format!("{one}, of all particles at once");
+            let name = format!("{symbol}{degree}_global");
+            measured.numbers.push(number(name, format!("Global bond order {symbol}{degree}"), first + 1, method));
+            let range = first + 2..first + 2 + self.bins;
+            series.push(Series {
+                name: format!("p({symbol}{degree})"),
+                unit: "1".to_owned(),
+                values: means[range.clone()].to_vec(),
+                standard_errors: errors[range].to_vec(),
+            });
+        }
+        let centre = |bin: usize| (bin as f64 + 0.5) / self.bins as f64;
+        measured.curves.push(Curve {
+            name: "bond_order".to_owned(),
+            title: "Distribution of the bond order of particles".to_owned(),
+            method: format!(
+                "probability density of {symbol}_l = {global} over the {neighbours}, among particles that have any"
+            ),
+            variables: vec![Variable {
+                name: symbol.to_owned(),
+                unit: "1".to_owned(),
+                values: (0..self.bins).map(centre).collect(),
+            }],
+            series,
+            is_logarithmic: [false; 2],
+            published: Vec::new(),
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,195 @@
+//! Sizes of bonded particles: bond lengths, end-to-end distances, radii of gyration.
+
+mod report;
+mod topology;
+
+use super::instrument::{Instrument, Setup};
+use super::quantity::Measured;
+use super::schedule::Schedule;
+use super::subject::{Sample, Subject};
+use crate::Vector;
+use crate::analysis::statistics::CurveAverage;
+use crate::base::numbers::{id, trunc_to_usize};
+use crate::model::measurement_plan as plan;
+use crate::model::measurement_plan::{BINS, MOST_BINS};
+use crate::model::space::nearest_image;
+use serde::{Deserialize, Serialize};
+use topology::{Component, Topology};
+
+/// Sizes of components that are told apart: the smallest ones.
+const MOST_GROUPS: usize = 256;
+
+/// Lengths of linear chains whose end-to-end distances have a distribution of their own: the shortest ones.
+const MOST_DISTRIBUTIONS: usize = 8;
+
+/// End-to-end distances are counted up to this many times the length of a random walk, which none of a million exceeds.
+const LONGEST_WALK: f64 = 4.0;
+
+/// Bond lengths, and the extent of each connected component, unwrapped along its bonds by nearest images: bonds are shorter than
+/// half a period.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Chains {
+    schedule: Schedule,
+    bins: usize,
+    bond_lengths: [f64; 2],
+    groups: Vec<Group>,
+    /// Mean length and square of a bond, then the density of each bin.
+    bonds: CurveAverage,
+    /// Mean square end-to-end distance and radius of gyration of each group.
+    sizes: CurveAverage,
+    /// Densities of the end-to-end distances, group by group.
+    ends: CurveAverage,
+    /// Follows from the bonds of the scene.
+    #[serde(skip)]
+    topology: Option<Topology>,
+}
+
+/// Components of the same kind and number of particles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Group {
+    is_linear: bool,
+    particles: u32,
+    components: u32,
+    /// Number among the distributions, and the end of this one `[length]`.
+    distribution: Option<(usize, f64)>,
+}
+
+impl Chains {
+    pub fn new(plan: &plan::Chains, setup: &Setup<'_>) -> Self {
+        let subject = setup.subject;
+        let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
+        let topology = Topology::of(subject);
+        let groups = groups(&topology, subject.bond_lengths[1]);
+        let distributions = groups.iter().filter(|group| group.distribution.is_some()).count();
+        Self {
+            schedule: Schedule::new(setup, plan.interval, 50.0 * subject.bonds.len() as f64),
+            bins,
+            bond_lengths: subject.bond_lengths,
+            bonds: CurveAverage::new(2 + bins),
+            sizes: CurveAverage::new(2 * groups.len()),
+            ends: CurveAverage::new(distributions * bins),
+            groups,
+            topology: Some(topology),
+        }
+    }
+
+    /// The group of a component.
+    fn group_of(&self, component: &Component) -> Option<usize> {
+        self.groups.iter().position(|group| group.holds(component))
+    }
+
+    fn sample_bonds(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        let [shortest, longest] = self.bond_lengths;
+        let periods = subject.space.periods();
+        let each = 1.0 / subject.bonds.len() as f64;
+        let density = each * self.bins as f64 / (longest - shortest);
+        let mut values = vec![0.0; 2 + self.bins];
+        for &[a, b] in &subject.bonds {
+            let separation = sample.positions[a as usize] - sample.positions[b as usize];
+            let length = nearest_image(separation, &periods, sample.displacement).norm();
+            values[0] += each * length;
+            values[1] += each * length * length;
+            // At an end by as much as rounding may be outside.
+            let at = (length - shortest) / (longest - shortest) * self.bins as f64;
+            if at > -1e-6 && at < self.bins as f64 * (1.0 + 1e-6) {
+                values[2 + trunc_to_usize(at).min(self.bins - 1)] += density;
+            }
+        }
+        self.bonds.add_all(values);
+    }
+
+    fn sample_components(&mut self, topology: &Topology, sample: &Sample<'_>, subject: &Subject) {
+        let mut sizes = vec![0.0; self.sizes.len()];
+        let mut ends = vec![0.0; self.ends.len()];
+        for component in &topology.components {
+            let Some(index) = self.group_of(component) else { continue };
+            let group = &self.groups[index];
+            let each = 1.0 / f64::from(group.components);
+            let path = unwrapped(component, sample, subject);
+            let end_to_end = path.last().map_or(0.0, Vector::norm_squared);
+            sizes[2 * index] += each * if group.is_linear { end_to_end } else { f64::NAN };
+            sizes[2 * index + 1] += each * gyration(&path);
+            if let Some((distribution, longest)) = group.distribution {
+                let bin = trunc_to_usize(end_to_end.sqrt() / longest * self.bins as f64);
+                if bin < self.bins {
+                    ends[distribution * self.bins + bin] += each * self.bins as f64 / longest;
+                }
+            }
+        }
+        self.sizes.add_all(sizes);
+        self.ends.add_all(ends);
+    }
+}
+
+impl Instrument for Chains {
+    fn next_sample(&self) -> f64 {
+        self.schedule.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        if !self.schedule.is_due(sample.time) || subject.bonds.is_empty() {
+            return;
+        }
+        let topology = self.topology.take().unwrap_or_else(|| Topology::of(subject));
+        self.sample_bonds(sample, subject);
+        self.sample_components(&topology, sample, subject);
+        self.topology = Some(topology);
+    }
+
+    fn report(&self, _subject: &Subject, measured: &mut Measured) {
+        if !self.groups.is_empty() {
+            self.report_bonds(measured);
+            self.report_sizes(measured);
+            self.report_ends(measured);
+        }
+    }
+}
+
+impl Group {
+    fn holds(&self, component: &Component) -> bool {
+        self.is_linear == component.is_linear && self.particles as usize == component.ids.len()
+    }
+}
+
+/// The kinds of components, linear ones first, by number of particles.
+fn groups(topology: &Topology, longest_bond: f64) -> Vec<Group> {
+    let mut kinds: Vec<(bool, u32)> =
+        topology.components.iter().map(|component| (!component.is_linear, id(component.ids.len()))).collect();
+    kinds.sort_unstable();
+    let group = |same: &[(bool, u32)]| Group {
+        is_linear: !same[0].0,
+        particles: same[0].1,
+        components: id(same.len()),
+        distribution: None,
+    };
+    let mut groups: Vec<Group> = kinds.chunk_by(|a, b| a == b).map(group).take(MOST_GROUPS).collect();
+    let linear = groups.iter_mut().filter(|group| group.is_linear && longest_bond > 0.0);
+    for (index, group) in linear.take(MOST_DISTRIBUTIONS).enumerate() {
+        let bonds = f64::from(group.particles - 1);
+        group.distribution = Some((index, longest_bond * bonds.min(LONGEST_WALK * bonds.sqrt())));
+    }
+    groups
+}
+
+/// The positions of a component's particles from its first one, along the bonds.
+fn unwrapped(component: &Component, sample: &Sample<'_>, subject: &Subject) -> Vec<Vector> {
+    let periods = subject.space.periods();
+    let mut path: Vec<Vector> = Vec::with_capacity(component.ids.len());
+    for (&id, &parent) in component.ids.iter().zip(&component.parents) {
+        let from = component.ids[parent as usize] as usize;
+        let apart = sample.positions[id as usize] - sample.positions[from];
+        let step = nearest_image(apart, &periods, sample.displacement);
+        path.push(path.get(parent as usize).map_or(step, |at| at + step));
+    }
+    path
+}
+
+/// The square of the radius of gyration, `sum_i |r_i - mean r|^2 / n`.
+fn gyration(path: &[Vector]) -> f64 {
+    let count = path.len() as f64;
+    let centre = path.iter().sum::<Vector>() / count;
+    path.iter().map(|position| (position - centre).norm_squared()).sum::<f64>() / count
+}
+
+#[cfg(test)]
+mod tests;

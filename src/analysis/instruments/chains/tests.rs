@@ -1,0 +1,81 @@
+use super::*;
+use crate::model::space::Space;
+
+/// Two straight chains of four across the box's sides, a ring of three, and a particle on its own.
+fn scene(displacement: f64) -> (Subject, Vec<Vector>) {
+    let subject = Subject {
+        bonds: vec![[0, 1], [1, 2], [2, 3], [4, 5], [5, 6], [6, 7], [8, 9], [9, 10], [8, 10]],
+        bond_lengths: [0.5, 1.5],
+        ..Subject::of_points(Space::periodic_cube(5.0), 12)
+    };
+    let mut positions: Vec<Vector> = (0..4).map(|k| Vector::new((3.5 + f64::from(k)) % 5.0, 0.0, 4.9)).collect();
+    positions.extend((0..4).map(|k| {
+        let y = 8.25 - 1.25 * f64::from(k);
+        Vector::new((1.0 - (y / 5.0).floor() * displacement).rem_euclid(5.0), y % 5.0, 2.0)
+    }));
+    positions.extend([Vector::zeros(), Vector::new(1.0, 0.0, 0.0), Vector::new(0.5, 0.75_f64.sqrt(), 0.0)]);
+    positions.push(Vector::repeat(2.5));
+    (subject, positions)
+}
+
+fn sample(time: f64, positions: &[Vector], displacement: f64) -> Sample<'_> {
+    Sample { time, positions, velocities: &[], images: &[], displacement }
+}
+
+fn measured(instrument: &Chains, subject: &Subject) -> Measured {
+    let mut measured = Measured::default();
+    instrument.report(subject, &mut measured);
+    measured
+}
+
+#[test]
+fn sizes_are_those_of_straight_chains_and_triangles() {
+    // Also where the image that a chain goes on in is displaced.
+    [0.0, 0.9, -2.2].into_iter().for_each(check_sizes);
+}
+
+fn check_sizes(displacement: f64) {
+    let (subject, positions) = scene(displacement);
+    let plan = plan::Chains { bins: Some(10), interval: Some(1.0) };
+    let setup = Setup { subject: &subject, sample: sample(0.0, &positions, displacement), duration: 10.0 };
+    let mut instrument = Chains::new(&plan, &setup);
+    for k in 1..=10 {
+        instrument.sample(&sample(f64::from(k), &positions, displacement), &subject);
+        // A checkpoint in between changes nothing.
+        let record = serde_json::to_string(&instrument).unwrap();
+        instrument = serde_json::from_str(&record).unwrap();
+    }
+    let Measured { numbers, curves } = measured(&instrument, &subject);
+    let value = |name: &str| numbers.iter().find(|number| number.name == name).unwrap();
+    let is = |name: &str, expected: f64| (value(name).mean.unwrap() - expected).abs() < 1e-12;
+    assert!(is("bond_length", (6.0 + 3.75) / 9.0) && is("mean_square_bond_length", (6.0 + 3.0 * 1.5625) / 9.0));
+    assert!(is("mean_square_end_to_end_distance_4", 0.5 * (9.0 + 9.0 * 1.5625)));
+    // (1.5^2 + 0.5^2) 2 / 4 for bonds of 1.
+    assert!(is("mean_square_radius_of_gyration_4", 0.5 * (1.25 + 1.25 * 1.5625)));
+    assert!(value("bond_length").standard_error.unwrap() < 1e-12);
+    let curve = |name: &str| curves.iter().find(|curve| curve.name == name).unwrap();
+    let sizes = curve("chain_size");
+    assert_eq!(sizes.variables[0].values, [3.0, 4.0]);
+    assert_eq!(sizes.series.len(), 3);
+    assert_eq!((sizes.series[0].values[0], sizes.series[1].values[0], sizes.series[2].values[1]), (None, None, None));
+    // A triangle's corners are 1 / sqrt(3) from its centre.
+    assert!((sizes.series[2].values[0].unwrap() - 1.0 / 3.0).abs() < 1e-12);
+    // Bins of 0.1 from 0.5: lengths of 1 and 1.25; of 0.45 up to 3 bonds of 1.5: distances of 3 and 3.75.
+    let lengths = &curve("bond_length").series[0].values;
+    assert!((lengths[7].unwrap() - 10.0 / 3.0).abs() < 1e-9);
+    assert!((lengths[4].unwrap() + lengths[5].unwrap() - 20.0 / 3.0).abs() < 1e-9, "1 is between two bins");
+    let ends = &curve("end_to_end_distance_4").series[0].values;
+    assert!((ends[6].unwrap() - 0.5 / 0.45).abs() < 1e-9 && (ends[8].unwrap() - 0.5 / 0.45).abs() < 1e-9);
+}
+
+#[test]
+fn without_bonds_there_is_nothing_to_say() {
+    let subject = Subject::of_points(Space::periodic_cube(5.0), 2);
+    let positions = [Vector::zeros(), Vector::repeat(1.0)];
+    let setup = Setup { subject: &subject, sample: sample(0.0, &positions, 0.0), duration: 10.0 };
+    let mut instrument = Chains::new(&plan::Chains::default(), &setup);
+    let next = instrument.next_sample();
+    instrument.sample(&sample(next, &positions, 0.0), &subject);
+    assert!(instrument.next_sample() > next);
+    assert_eq!(measured(&instrument, &subject), Measured::default());
+}

@@ -1,0 +1,97 @@
+//! Which particles hang together, and in which order.
+
+use crate::analysis::instruments::subject::Subject;
+use crate::base::numbers::id;
+use std::collections::VecDeque;
+
+/// All particles with bonds, by connected component.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Topology {
+    pub components: Vec<Component>,
+}
+
+/// Particles that are connected by bonds.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Component {
+    /// Their ids, each later than one that it is bonded to; a linear chain from one end to the other.
+    pub ids: Vec<u32>,
+    /// For each, where in `ids` that one is; the first one is its own.
+    pub parents: Vec<u32>,
+    /// Whether it is a chain with two ends.
+    pub is_linear: bool,
+}
+
+impl Topology {
+    /// The components, those with an end first, in the order of their first ids.
+    pub fn of(subject: &Subject) -> Self {
+        let (starts, partners) = adjacency(subject);
+        let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
+        let count = id(subject.species.len());
+        let ends = (0..count).filter(|&id| partners_of(id).len() == 1);
+        let others = (0..count).filter(|&id| partners_of(id).len() > 1);
+        let mut is_known = vec![false; count as usize];
+        let mut components = Vec::new();
+        for first in ends.chain(others) {
+            if is_known[first as usize] {
+                continue;
+            }
+            is_known[first as usize] = true;
+            let (mut ids, mut parents) = (vec![first], vec![0]);
+            let mut waiting = VecDeque::from([0]);
+            while let Some(place) = waiting.pop_front() {
+                for &partner in partners_of(ids[place as usize]) {
+                    if !std::mem::replace(&mut is_known[partner as usize], true) {
+                        waiting.push_back(id(ids.len()));
+                        ids.push(partner);
+                        parents.push(place);
+                    }
+                }
+            }
+            let ends: usize = ids.iter().map(|&id| partners_of(id).len()).sum();
+            let is_linear = ids.iter().all(|&id| partners_of(id).len() <= 2) && ends == 2 * (ids.len() - 1);
+            components.push(Component { ids, parents, is_linear });
+        }
+        Self { components }
+    }
+}
+
+/// Where the partners of each particle begin, and the partners.
+fn adjacency(subject: &Subject) -> (Vec<usize>, Vec<u32>) {
+    let mut starts = vec![0; subject.species.len() + 1];
+    subject.bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);
+    (1..starts.len()).for_each(|id| starts[id] += starts[id - 1]);
+    let mut next = starts.clone();
+    let mut partners = vec![0; 2 * subject.bonds.len()];
+    for &[a, b] in &subject.bonds {
+        for (one, other) in [(a, b), (b, a)] {
+            partners[next[one as usize]] = other;
+            next[one as usize] += 1;
+        }
+    }
+    (starts, partners)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::space::Space;
+
+    fn topology(count: u32, bonds: &[[u32; 2]]) -> Topology {
+        Topology::of(&Subject { bonds: bonds.to_vec(), ..Subject::of_points(Space::periodic_cube(9.0), count) })
+    }
+
+    #[test]
+    fn a_chain_runs_from_end_to_end() {
+        let Topology { components } = topology(7, &[[3, 1], [1, 5], [5, 2], [0, 6]]);
+        assert_eq!(components.len(), 2);
+        assert_eq!(components[0], Component { ids: vec![0, 6], parents: vec![0, 0], is_linear: true });
+        assert_eq!(components[1].ids, [2, 5, 1, 3]);
+        assert_eq!((&components[1].parents[..], components[1].is_linear), (&[0, 0, 1, 2][..], true));
+    }
+
+    #[test]
+    fn rings_and_stars_are_not_linear() {
+        let Topology { components } = topology(8, &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [4, 6]]);
+        assert_eq!(components.iter().map(|c| (c.ids.len(), c.is_linear)).collect::<Vec<_>>(), [(4, false), (3, false)]);
+    }
+}

@@ -1,0 +1,187 @@
+//! Mean squared displacement, velocity autocorrelation and diffusion coefficients.
+
+mod lags;
+mod report;
+mod tracers;
+
+use serde::{Deserialize, Serialize};
+
+use super::instrument::{Instrument, Setup};
+use super::quantity::Measured;
+use super::subject::{Sample, Subject};
+use crate::Vector;
+use crate::analysis::statistics::CurveAverage;
+use crate::model::measurement_plan::Diffusion as Plan;
+use lags::{LOGARITHMIC, Lags, TICKS_PER_STEP, logarithmic, next_logarithmic};
+use tracers::Tracers;
+
+/// Memory for the positions and velocities at all origins `[byte]`.
+const BUDGET: usize = 64 << 20;
+
+/// Origins that are kept beyond the span, for the long ones of the logarithmic times; half of them go when there are more.
+const MOST_LONG: usize = 16;
+
+/// Origins younger than the span: four overlap, one ends, one begins.
+const MOST_YOUNG: usize = 6;
+
+/// Curves of each group of particles.
+const MSD: usize = 0;
+const VACF: usize = 1;
+const INTEGRAL: usize = 2;
+const CURVES: usize = 3;
+
+/// Follows particles from several origins on.
+///
+/// Each origin is compared with the samples at linear times, `k interval` up to the span, and at logarithmic times from 1/32 of an
+/// interval to the whole run. Only some samples after each origin are closer than an interval. Of origins older than the span
+/// there are ever fewer: 16, evenly spaced in the time so far, so that memory and work stay bounded. A mean over all particles from one
+/// origin is one value; errors come from blocks of origins.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Diffusion {
+    lags: Lags,
+    tracers: Tracers,
+    origins: Vec<Origin>,
+    /// The tick of the next sample.
+    next: u64,
+    /// Of how many origins one is kept.
+    long_stride: u64,
+    linear: CurveAverage,
+    logarithmic: CurveAverage,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Origin {
+    tick: u64,
+    positions: Vec<Vector>,
+    /// Empty after the span.
+    velocities: Vec<Vector>,
+    /// By group, MSD or VACF, and linear time; empty after the span.
+    curve: Vec<f64>,
+}
+
+impl Origin {
+    fn is_young(&self) -> bool {
+        !self.curve.is_empty()
+    }
+}
+
+impl Diffusion {
+    pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
+        let lags = Lags::new(plan, setup);
+        let each = size_of::<Vector>() * (2 * MOST_YOUNG + MOST_LONG + 1);
+        let tracers = Tracers::new(&setup.sample, setup.subject, BUDGET / each);
+        let groups = tracers.groups();
+        let mut diffusion = Self {
+            linear: CurveAverage::new(groups * CURVES * (lags.steps + 1)),
+            logarithmic: CurveAverage::new(groups * LOGARITHMIC),
+            lags,
+            tracers,
+            origins: Vec::new(),
+            next: 0,
+            long_stride: 1,
+        };
+        diffusion.look(&setup.sample, setup.subject, 0);
+        diffusion
+    }
+
+    /// Looks at a sample that was asked for.
+    fn look(&mut self, sample: &Sample<'_>, subject: &Subject, now: u64) {
+        let frame = self.tracers.frame(sample, subject);
+        let groups = self.tracers.groups();
+        let length = self.lags.steps + 1;
+        if now.is_multiple_of(self.lags.origin_ticks()) {
+            let (positions, velocities) = (frame.positions.clone(), frame.velocities.clone());
+            self.origins.push(Origin { tick: now, positions, velocities, curve: vec![0.0; groups * 2 * length] });
+        }
+        for origin in &mut self.origins {
+            let age = now - origin.tick;
+            let linear = self.lags.linear(age).filter(|_| origin.is_young());
+            let logarithmic = logarithmic(age);
+            if linear.is_none() && logarithmic.is_none() {
+                continue;
+            }
+            let moved = |k: usize| (frame.positions[k] - origin.positions[k]).norm_squared();
+            let displacements = self.tracers.means(moved);
+            if let Some(number) = logarithmic {
+                for (group, value) in displacements.iter().enumerate() {
+                    self.logarithmic.add(group * LOGARITHMIC + number, *value);
+                }
+            }
+            if let Some(step) = linear {
+                let correlations = self.tracers.means(|k| frame.velocities[k].dot(&origin.velocities[k]));
+                for (group, (msd, vacf)) in displacements.into_iter().zip(correlations).enumerate() {
+                    origin.curve[(2 * group + MSD) * length + step] = msd;
+                    origin.curve[(2 * group + VACF) * length + step] = vacf;
+                }
+            }
+        }
+        self.retire(now, subject);
+        self.next = self.next_tick(now);
+    }
+
+    /// Adds the curves of origins that have come to the span, and keeps a few of them.
+    fn retire(&mut self, now: u64, subject: &Subject) {
+        let span = self.lags.steps as u64 * TICKS_PER_STEP;
+        let (length, groups) = (self.lags.steps + 1, self.tracers.groups());
+        // Trapezoids, by axis.
+        let weight = 0.5 * self.lags.interval() / Tracers::dimensions(subject);
+        for origin in self.origins.iter_mut().filter(|origin| origin.is_young() && now - origin.tick >= span) {
+            let mut values = Vec::with_capacity(groups * CURVES * length);
+            for curves in origin.curve.chunks_exact(2 * length) {
+                values.extend_from_slice(curves);
+                let mut integral = 0.0;
+                values.push(0.0);
+                for pair in curves[length..].windows(2) {
+                    integral += weight * (pair[0] + pair[1]);
+                    values.push(integral);
+                }
+            }
+            self.linear.add_all(values);
+            (origin.curve, origin.velocities) = (Vec::new(), Vec::new());
+        }
+        let origin_ticks = self.lags.origin_ticks();
+        let is_kept =
+            |origin: &Origin, stride: u64| origin.is_young() || (origin.tick / origin_ticks).is_multiple_of(stride);
+        self.origins.retain(|origin| is_kept(origin, self.long_stride));
+        if self.origins.iter().filter(|origin| !origin.is_young()).count() > MOST_LONG {
+            self.long_stride *= 2;
+            self.origins.retain(|origin| is_kept(origin, self.long_stride));
+        }
+    }
+
+    /// The next tick after `now` at which there is something to see.
+    fn next_tick(&self, now: u64) -> u64 {
+        let of = |origin: &Origin| {
+            let age = now - origin.tick;
+            let linear = self.lags.next_linear(age).filter(|_| origin.is_young());
+            origin.tick + linear.unwrap_or(u64::MAX - origin.tick).min(next_logarithmic(age))
+        };
+        let origin_ticks = self.lags.origin_ticks();
+        let begin = (now / origin_ticks + 1).saturating_mul(origin_ticks);
+        self.origins.iter().map(of).fold(begin, u64::min)
+    }
+}
+
+impl Instrument for Diffusion {
+    fn next_sample(&self) -> f64 {
+        self.lags.time(self.next)
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        let now = self.lags.passed(sample.time);
+        if now > self.next {
+            // A sample was missed: no origin on the way will be complete.
+            self.origins.clear();
+            self.next = self.next_tick(now);
+        } else if now == self.next {
+            self.look(sample, subject, now);
+        }
+    }
+
+    fn report(&self, subject: &Subject, measured: &mut Measured) {
+        report::report(self, subject, measured);
+    }
+}
+
+#[cfg(test)]
+mod tests;

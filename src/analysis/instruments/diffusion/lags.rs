@@ -1,0 +1,179 @@
+//! At which times the motion of particles is looked at, after each of several origins.
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::instruments::free_time::mean_free_time;
+use crate::analysis::instruments::instrument::Setup;
+use crate::analysis::instruments::stretches::{EARLY, feasible};
+use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
+use crate::model::measurement_plan::Diffusion as Plan;
+
+/// Ticks in a linear step, a power of two: how much finer the shortest logarithmic time is.
+pub(super) const TICKS_PER_STEP: u64 = 32;
+
+/// Linear steps in a mean free time, and mean free times in the longest linear time, unless they are given.
+const STEPS_PER_FREE_TIME: f64 = 5.0;
+const LONGEST_FREE_TIMES: f64 = 100.0;
+
+/// Fewest and most linear steps that are chosen, and most that can be asked for.
+const FEWEST_STEPS: f64 = 50.0;
+const MOST_CHOSEN: f64 = 500.0;
+const MOST_STEPS: f64 = 2000.0;
+
+/// New origins in a longest linear time, unless there would be many more than [`ORIGINS`] in all.
+const OVERLAPPING: u64 = 4;
+
+/// Origins that a run is expected to have, at most.
+const ORIGINS: f64 = 256.0;
+
+/// A grid of times that everything happens at, counted in ticks since the start.
+///
+/// The linear times are multiples of the interval, up to the span; the logarithmic ones are 1, 2, 3, 4, 6, 8, 12, ... ticks. Origins are
+/// multiples of the interval, a quarter of the span apart, or more in a long run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Lags {
+    start: f64,
+    /// Duration of a tick `[time]`.
+    tick: f64,
+    /// Number of linear times.
+    pub steps: usize,
+    /// Linear steps between two origins.
+    pub stride: u64,
+}
+
+impl Lags {
+    /// `interval = span / steps`. Where they are left open, the span is 100 mean free times or a quarter of the duration if that is less,
+    /// and there are 50 to 500 steps, five in a mean free time. Without a mean free time, a quarter of the duration and 100 steps.
+    pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
+        let free_time = mean_free_time(setup.subject, &setup.sample);
+        let quarter = 0.25 * setup.duration;
+        let (interval, steps) = match (plan.interval, plan.span) {
+            (Some(interval), Some(span)) => (interval, (span / interval).round()),
+            (Some(interval), None) => (interval, (quarter / interval).floor().min(MOST_CHOSEN)),
+            (None, span) => {
+                let longest = free_time.map_or(quarter, |time| quarter.min(LONGEST_FREE_TIMES * time));
+                let span = span.unwrap_or(longest);
+                let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
+                let steps = fitting.clamp(FEWEST_STEPS, MOST_CHOSEN);
+                (span / steps, steps)
+            }
+        };
+        let (interval, steps) = (feasible(interval, setup.duration), trunc_to_usize(steps.clamp(1.0, MOST_STEPS)));
+        // More than a tick counter holds is no number of origins either.
+        let apart = trunc_to_u64((setup.duration / interval / ORIGINS).ceil().clamp(1.0, 1e9));
+        Self {
+            start: setup.sample.time,
+            tick: interval / TICKS_PER_STEP as f64,
+            steps,
+            stride: (steps as u64).div_ceil(OVERLAPPING).max(apart),
+        }
+    }
+
+    /// Spacing of the linear times `[time]`.
+    pub fn interval(&self) -> f64 {
+        self.tick * TICKS_PER_STEP as f64
+    }
+
+    /// Ticks between two origins.
+    pub fn origin_ticks(&self) -> u64 {
+        self.stride.saturating_mul(TICKS_PER_STEP)
+    }
+
+    /// A simulated time.
+    pub fn time(&self, ticks: u64) -> f64 {
+        self.start + self.duration(ticks)
+    }
+
+    /// The length of some ticks `[time]`.
+    pub fn duration(&self, ticks: u64) -> f64 {
+        ticks as f64 * self.tick
+    }
+
+    /// Ticks that have passed at a time, within rounding of it.
+    pub fn passed(&self, time: f64) -> u64 {
+        trunc_to_u64((time - self.start) / self.tick + EARLY)
+    }
+
+    /// The number of a linear time, if ticks are one.
+    pub fn linear(&self, ticks: u64) -> Option<usize> {
+        let step = ticks / TICKS_PER_STEP;
+        (ticks.is_multiple_of(TICKS_PER_STEP) && step <= self.steps as u64).then_some(step as usize)
+    }
+
+    /// The next linear time after some ticks; none after the last.
+    pub fn next_linear(&self, ticks: u64) -> Option<u64> {
+        let step = ticks / TICKS_PER_STEP + 1;
+        (step <= self.steps as u64).then_some(step * TICKS_PER_STEP)
+    }
+}
+
+/// Number of logarithmic times: no run has 2^63 ticks.
+pub(super) const LOGARITHMIC: usize = 126;
+
+/// A logarithmic time in ticks: 1, 2, 3, 4, 6, 8, 12, ...
+pub(super) fn logarithmic_ticks(number: usize) -> u64 {
+    match number {
+        0 => 1,
+        odd if odd % 2 == 1 => 2 << (odd / 2),
+        even => 3 << (even / 2 - 1),
+    }
+}
+
+/// The number of the last logarithmic time up to some ticks.
+fn logarithmic_up_to(ticks: u64) -> Option<usize> {
+    let power = ticks.checked_ilog2()? as usize;
+    let number = (2 * power).saturating_sub(1);
+    Some(if power >= 1 && logarithmic_ticks(number + 1) <= ticks { number + 1 } else { number })
+}
+
+/// The number of a logarithmic time, if ticks are one.
+pub(super) fn logarithmic(ticks: u64) -> Option<usize> {
+    logarithmic_up_to(ticks).filter(|&number| logarithmic_ticks(number) == ticks)
+}
+
+/// The next logarithmic time after some ticks.
+pub(super) fn next_logarithmic(ticks: u64) -> u64 {
+    logarithmic_ticks(logarithmic_up_to(ticks).map_or(0, |number| number + 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::instruments::trial::{hard_spheres, instrument};
+
+    #[test]
+    fn logarithmic_times_follow_each_other() {
+        let times: Vec<u64> = (0..10).map(logarithmic_ticks).collect();
+        assert_eq!(times, [1, 2, 3, 4, 6, 8, 12, 16, 24, 32]);
+        let mut ticks = 0;
+        for (number, time) in times.iter().enumerate() {
+            assert_eq!(next_logarithmic(ticks), *time);
+            assert_eq!(logarithmic(*time), Some(number));
+            ticks = *time;
+        }
+        assert_eq!([0, 5, 7, 25].map(logarithmic), [None; 4]);
+        assert_eq!(logarithmic(logarithmic_ticks(LOGARITHMIC - 2)), Some(LOGARITHMIC - 2));
+    }
+
+    #[test]
+    fn times_fit_the_fluid_and_the_run() {
+        let (subject, simulation) = hard_spheres(108, 0.3);
+        let lags = |plan: Plan, duration| instrument(&simulation, &subject, duration, |setup| Lags::new(&plan, setup));
+        let long = lags(Plan::default(), 1000.0);
+        // The mean free time is 0.099: 500 steps of a fifth of it, and origins spread over the run.
+        assert_eq!(long.steps, 500);
+        assert!((long.interval() / 0.0199 - 1.0).abs() < 0.01, "{}", long.interval());
+        assert_eq!(long.stride, trunc_to_u64((1000.0 / long.interval() / 256.0).ceil()));
+        let short = lags(Plan::default(), 4.0);
+        assert_eq!((short.steps, short.stride), (50, 13));
+        assert_eq!(short.interval(), 0.02);
+        let given = lags(Plan { interval: Some(0.1), span: Some(3.0) }, 1000.0);
+        assert_eq!((given.steps, given.stride), (30, 40));
+        assert_eq!(given.passed(given.time(77).next_down()), 77);
+        assert_eq!([0, 32, 33, 960, 992].map(|t| given.linear(t)), [Some(0), Some(1), None, Some(30), None]);
+        assert_eq!(
+            [0, 31, 32, 959, 960].map(|t| given.next_linear(t)),
+            [Some(32), Some(32), Some(64), Some(960), None]
+        );
+    }
+}

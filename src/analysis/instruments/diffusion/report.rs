@@ -1,0 +1,146 @@
+//! Curves and coefficients of diffusion.
+
+use super::lags::{LOGARITHMIC, logarithmic_ticks};
+use super::tracers::Tracers;
+use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
+use crate::analysis::instruments::quantity::{Curve, Measured, Number, Series, Variable};
+use crate::analysis::instruments::slope::{of_means, straight_slope};
+use crate::analysis::instruments::subject::Subject;
+use crate::analysis::statistics::Estimate;
+
+/// What has to be left of the autocorrelation after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
+const SMOOTH: f64 = 0.8;
+
+pub(super) fn report(diffusion: &Diffusion, subject: &Subject, measured: &mut Measured) {
+    let groups = diffusion.tracers.groups();
+    for group in 0..groups {
+        let (suffix, of) = match group.checked_sub(1).and_then(|index| species(diffusion, subject, index)) {
+            Some(name) => (format!("_{name}"), format!(" of {name}")),
+            None => (String::new(), String::new()),
+        };
+        let unit = "length^2 / time";
+        let (name, title) = (format!("diffusion_coefficient{suffix}"), format!("Diffusion coefficient{of}"));
+        let einstein = einstein(diffusion, subject, group);
+        measured.numbers.push(Number::estimated(&name, &title, unit, einstein, &method(EINSTEIN, subject)));
+        let name = format!("diffusion_coefficient_green_kubo{suffix}");
+        let title = format!("Diffusion coefficient{of}, Green and Kubo");
+        let green_kubo = green_kubo(diffusion, group);
+        measured.numbers.push(Number::estimated(&name, &title, unit, green_kubo, &method(GREEN_KUBO, subject)));
+    }
+    measured.curves.push(linear(diffusion, subject, MSD));
+    measured.curves.push(logarithmic(diffusion, subject));
+    measured.curves.push(linear(diffusion, subject, VACF));
+    measured.curves.push(linear(diffusion, subject, INTEGRAL));
+}
+
+/// How something is measured, with what differs in a sheared box.
+fn method(at_rest: &str, subject: &Subject) -> String {
+    if subject.shear_rate == 0.0 { at_rest.to_owned() } else { format!("{at_rest} {SHEARED}") }
+}
+
+fn species<'a>(diffusion: &Diffusion, subject: &'a Subject, index: usize) -> Option<&'a str> {
+    let id = *diffusion.tracers.species.get(index)?;
+    Some(subject.species_names.get(id as usize)?)
+}
+
+/// First element of a linear curve.
+fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
+    (group * CURVES + kind) * (diffusion.lags.steps + 1)
+}
+
+/// `D = 1 / (2 d) d<r^2>/dt`, `d` the number of axes, over the straight part.
+fn einstein(diffusion: &Diffusion, subject: &Subject, group: usize) -> Option<Estimate> {
+    let steps = diffusion.lags.steps;
+    let offset = offset(diffusion, group, MSD);
+    let slope = straight_slope(steps, diffusion.lags.interval(), offset, of_means(&diffusion.linear))?;
+    let scale = 0.5 / Tracers::dimensions(subject);
+    Some(Estimate { mean: slope.mean * scale, standard_error: slope.standard_error.map(|error| error * scale) })
+}
+
+/// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next for trapezoids.
+///
+/// An end that the noise chooses, such as where the autocorrelation vanishes in it, would cut off the tail and tell an error without it.
+fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
+    let first = offset(diffusion, group, VACF);
+    let at = |step: usize| Some(diffusion.linear.estimate(first + step)?.mean);
+    let steps = diffusion.lags.steps;
+    let is_smooth = at(1)? > SMOOTH * at(0)?;
+    diffusion.linear.estimate(offset(diffusion, group, INTEGRAL) + steps).filter(|_| is_smooth)
+}
+
+fn linear(diffusion: &Diffusion, subject: &Subject, kind: usize) -> Curve {
+    let steps = diffusion.lags.steps;
+    let times = (0..=steps).map(|step| diffusion.lags.interval() * step as f64).collect();
+    let elements = |group| (0..=steps).map(|step| offset(diffusion, group, kind) + step).collect();
+    let (name, title, symbol, unit, method) = match kind {
+        MSD => ("mean_squared_displacement", "Mean squared displacement", "<dr^2>", "length^2", DISPLACEMENT),
+        VACF => {
+            ("velocity_autocorrelation", "Velocity autocorrelation", "<v(0).v(t)>", "length^2 / time^2", CORRELATION)
+        }
+        _ => ("diffusion_integral", "Integral of the velocity autocorrelation", "D(t)", "length^2 / time", RUNNING),
+    };
+    Curve {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        method: self::method(method, subject),
+        variables: vec![time(times)],
+        series: series(diffusion, subject, symbol, unit, &diffusion.linear, elements),
+        is_logarithmic: [false, false],
+        published: Vec::new(),
+    }
+}
+
+fn logarithmic(diffusion: &Diffusion, subject: &Subject) -> Curve {
+    let average = &diffusion.logarithmic;
+    let numbers: Vec<usize> = (0..LOGARITHMIC).filter(|&number| average.estimate(number).is_some()).collect();
+    let times = numbers.iter().map(|&number| diffusion.lags.duration(logarithmic_ticks(number))).collect();
+    let elements = |group| numbers.iter().map(|number| group * LOGARITHMIC + number).collect();
+    Curve {
+        name: "mean_squared_displacement_logarithmic".to_owned(),
+        title: "Mean squared displacement at logarithmic times".to_owned(),
+        method: method(DISPLACEMENT, subject),
+        variables: vec![time(times)],
+        series: series(diffusion, subject, "<dr^2>", "length^2", average, elements),
+        is_logarithmic: [true, true],
+        published: Vec::new(),
+    }
+}
+
+fn time(values: Vec<f64>) -> Variable {
+    Variable { name: "t".to_owned(), unit: "time".to_owned(), values }
+}
+
+/// One series for each group of particles.
+fn series(
+    diffusion: &Diffusion,
+    subject: &Subject,
+    symbol: &str,
+    unit: &str,
+    average: &crate::analysis::statistics::CurveAverage,
+    elements: impl Fn(usize) -> Vec<usize>,
+) -> Vec<Series> {
+    let of = |group: usize| {
+        let name = group.checked_sub(1).and_then(|index| species(diffusion, subject, index));
+        let estimates: Vec<_> = elements(group).into_iter().map(|element| average.estimate(element)).collect();
+        Series {
+            name: name.map_or(symbol.to_owned(), |name| format!("{symbol} {name}")),
+            unit: unit.to_owned(),
+            values: estimates.iter().map(|estimate| Some(estimate.as_ref()?.mean)).collect(),
+            standard_errors: estimates.iter().map(|estimate| estimate.as_ref()?.standard_error).collect(),
+        }
+    };
+    (0..diffusion.tracers.groups()).map(of).collect()
+}
+
+const DISPLACEMENT: &str = "<|r(t) - r(0)|^2> over particles and origins, of unwrapped positions; where momentum is conserved \
+    relative to the centre of mass, and divided by 1 - m / M.";
+const CORRELATION: &str = "<v(0) . v(t)> over particles and origins; where momentum is conserved relative to the centre of mass, and \
+    divided by 1 - m / M, so that it is D T / m at t = 0.";
+const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by trapezoids, D the number of axes.";
+const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
+    squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors. Not corrected for \
+    the size of the box.";
+const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve. Not corrected for \
+    the size of the box.";
+const SHEARED: &str = "In this sheared box r and v are their components across the flow, along y and z, where nothing streams and momentum is conserved \
+    unless a heat bath kicks; the axes count without x.";

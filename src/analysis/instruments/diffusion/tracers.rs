@@ -1,0 +1,143 @@
+//! The particles whose motion is followed.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+use crate::Vector;
+use crate::analysis::instruments::subject::{Sample, Subject};
+use crate::base::numbers::id;
+
+/// The stream of random numbers for the choice, apart from those of a start, which count from 0.
+const STREAM: u64 = u64::MAX;
+
+/// All moving particles, or a random choice of them that depends on the seed alone; in the frame of the centre of mass.
+///
+/// Relative to the centre of mass, a particle of mass `m` in a system of mass `M` moves by `1 - m / M` less, squared: `<m v^2>` is
+/// `D T (1 - m / M)` where `T` counts the degrees of freedom that are left. Squares of displacements and velocities are divided by that, or by
+/// its mean over the axes where walls or the like leave only some components of the momentum as they are.
+///
+/// In a sheared box only components across the flow are followed, those along y and z: they go on as in a box at rest, while one
+/// along x streams, differently for each particle and time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Tracers {
+    ids: Vec<u32>,
+    /// Of each, an index into `species`.
+    kinds: Vec<u32>,
+    /// The species that they belong to.
+    pub species: Vec<u32>,
+    /// How many there are of each species, and what their squares are multiplied with.
+    counts: Vec<u64>,
+    scales: Vec<f64>,
+    drift: Vector,
+    start: f64,
+}
+
+/// Where tracers are and how they move, relative to the centre of mass.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Frame {
+    /// Positions as if never wrapped `[length]`.
+    pub positions: Vec<Vector>,
+    /// Velocities `[length / time]`.
+    pub velocities: Vec<Vector>,
+}
+
+impl Tracers {
+    /// At most `most` of the particles that move.
+    pub fn new(sample: &Sample<'_>, subject: &Subject, most: usize) -> Self {
+        let ids = choice(&subject.moving, most, subject.seed);
+        let species_of = |id: &u32| subject.species[*id as usize];
+        let mut species: Vec<u32> = ids.iter().map(species_of).collect();
+        species.sort_unstable();
+        species.dedup();
+        let kinds: Vec<u32> =
+            ids.iter().map(|particle| id(species.partition_point(|s| *s < species_of(particle)))).collect();
+        let mut counts = vec![0; species.len()];
+        let mut scales = vec![1.0; species.len()];
+        let followed: Vec<usize> = subject.axes().filter(|&axis| subject.shear_rate == 0.0 || axis > 0).collect();
+        for (id, kind) in ids.iter().zip(&kinds) {
+            counts[*kind as usize] += 1;
+            if subject.conserved_axes != [false; 3] {
+                let parts = followed.iter().map(|&axis| subject.free_part(subject.masses[*id as usize], axis));
+                scales[*kind as usize] = followed.len() as f64 / parts.sum::<f64>();
+            }
+        }
+        let drift = across(subject, subject.common_velocity(sample.velocities));
+        Self { ids, kinds, species, counts, scales, drift, start: sample.time }
+    }
+
+    /// Number of axes that are followed.
+    pub fn dimensions(subject: &Subject) -> f64 {
+        let along = if subject.shear_rate == 0.0 { 0 } else { 1 };
+        (subject.space.dimensions() - along) as f64
+    }
+
+    /// Number of curves: of all particles, and of each species if there are several.
+    pub fn groups(&self) -> usize {
+        if self.species.len() > 1 { 1 + self.species.len() } else { 1 }
+    }
+
+    pub fn frame(&self, sample: &Sample<'_>, subject: &Subject) -> Frame {
+        let drifted = self.drift * (sample.time - self.start);
+        let ids = || self.ids.iter().map(|&id| id as usize);
+        Frame {
+            positions: ids().map(|id| across(subject, sample.unwrapped(id, &subject.space)) - drifted).collect(),
+            velocities: ids().map(|id| across(subject, sample.velocities[id]) - self.drift).collect(),
+        }
+    }
+
+    /// Mean over the particles of each group of `square(k)`, a product of two vectors of tracer `k`.
+    pub fn means(&self, square: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut sums = vec![0.0; self.species.len()];
+        for (k, kind) in self.kinds.iter().enumerate() {
+            sums[*kind as usize] += square(k);
+        }
+        sums.iter_mut().zip(&self.scales).for_each(|(sum, scale)| *sum *= scale);
+        let mut means = vec![sums.iter().sum::<f64>() / self.ids.len() as f64];
+        if self.species.len() > 1 {
+            means.extend(sums.iter().zip(&self.counts).map(|(sum, count)| sum / *count as f64));
+        }
+        means
+    }
+}
+
+/// The components that are followed: all, or those across the flow of a sheared box.
+fn across(subject: &Subject, vector: Vector) -> Vector {
+    if subject.shear_rate == 0.0 { vector } else { Vector::new(0.0, vector.y, vector.z) }
+}
+
+/// A random choice in the old order; each has the same chance.
+fn choice(ids: &[u32], most: usize, seed: u64) -> Vec<u32> {
+    if ids.len() <= most {
+        return ids.to_vec();
+    }
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    random.set_stream(STREAM);
+    let mut chosen = Vec::with_capacity(most);
+    for (passed, &id) in ids.iter().enumerate() {
+        let (left, missing) = ((ids.len() - passed) as u128, (most - chosen.len()) as u128);
+        if (u128::from(random.next_u64()) * left) >> 64 < missing {
+            chosen.push(id);
+        }
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_choice_depends_on_the_seed_and_has_the_size_that_was_asked_for() {
+        let ids: Vec<u32> = (0..1000).collect();
+        let chosen = choice(&ids, 300, 7);
+        assert_eq!(chosen.len(), 300);
+        assert!(chosen.is_sorted());
+        assert_eq!(chosen, choice(&ids, 300, 7));
+        assert_ne!(chosen, choice(&ids, 300, 8));
+        assert_eq!(choice(&ids, 1000, 7), ids);
+        // Half of them from each half: 150 with a standard deviation of sqrt(300 * 0.7) / 2 = 7.2.
+        let low = chosen.iter().filter(|id| **id < 500).count();
+        assert!(low.abs_diff(150) < 30, "{low}");
+    }
+}

@@ -1,0 +1,83 @@
+use super::*;
+use crate::analysis::instruments::trial::{Recorded, hard_spheres, instrument, measure, number, report, start};
+use crate::engine::Simulation;
+use crate::model::space::Space;
+use crate::scene::SceneBuilder;
+
+fn plan(axis: &str, at: f64) -> Plan {
+    Plan { name: "gate".into(), axis: axis.into(), at, lower: None, upper: None, species: None, interval: None }
+}
+
+/// Two particles that meet nobody, in a periodic cube of edge 10: 2 times around along x in 10 time units, 3.5 times back along y.
+fn two() -> (Subject, Simulation) {
+    let scene = SceneBuilder::new("two")
+        .space(Space::periodic_cube(10.0))
+        .species("A", 1.0, 1.0)
+        .species("B", 1.0, 1.0)
+        .no_interaction("A", "A")
+        .no_interaction("A", "B")
+        .no_interaction("B", "B")
+        .particle("A", Vector::new(1.0, 5.0, 2.5), Vector::new(2.0, 0.5, 0.0))
+        .particle("B", Vector::new(5.0, 4.0, 7.5), Vector::new(0.0, -3.5, 0.0));
+    start(scene.build().unwrap())
+}
+
+fn counted(plan: &Plan, duration: f64) -> Option<f64> {
+    let (subject, mut simulation) = two();
+    let mut flow = instrument(&simulation, &subject, duration, |setup| Flow::new(plan, setup));
+    measure(&mut simulation, &subject, &mut flow, duration);
+    number(&report(&flow, &subject), "flow_gate_count").mean
+}
+
+#[test]
+fn passages_are_signed_and_go_around_the_box() {
+    assert_eq!(counted(&plan("x", 4.0), 10.0), Some(2.0));
+    assert_eq!(counted(&plan("x", 0.5), 10.0), Some(2.0));
+    // A once at 10 = 0 and to 10.0 exactly; B from 4 to -31: at 3, -7, -17, -27.
+    assert_eq!(counted(&plan("y", 3.0), 10.0), Some(-4.0));
+    assert_eq!(counted(&plan("z", 5.0), 10.0), Some(0.0));
+    let a = Plan { species: Some("A".into()), ..plan("y", 7.0) };
+    assert_eq!(counted(&a, 10.0), Some(1.0));
+    assert_eq!(counted(&plan("w", 4.0), 10.0), Some(0.0));
+    // Few samples, several passages between two of them.
+    let coarse = Plan { interval: Some(50.0), ..plan("y", 3.0) };
+    assert_eq!(counted(&coarse, 10.0), Some(-4.0));
+}
+
+#[test]
+fn only_what_crosses_inside_the_rectangle_counts() {
+    // A passes x = 4 at t = 1.5, 6.5 with y = 5.75, 8.25; again at 11.5 with y = 10.75, in the box 0.75.
+    let gate = |lower: [f64; 3], upper: [f64; 3]| Plan { lower: Some(lower), upper: Some(upper), ..plan("x", 4.0) };
+    assert_eq!(counted(&gate([0.0, 5.7, 2.0], [0.0, 5.8, 3.0]), 12.0), Some(1.0));
+    assert_eq!(counted(&gate([0.0, 5.0, 2.0], [0.0, 9.0, 3.0]), 12.0), Some(2.0));
+    assert_eq!(counted(&gate([0.0, 0.7, 2.0], [0.0, 0.8, 3.0]), 12.0), Some(1.0));
+    assert_eq!(counted(&gate([0.0, 5.0, 3.0], [0.0, 9.0, 4.0]), 12.0), Some(0.0));
+    assert_eq!(counted(&Plan { upper: Some([0.0, 7.0, 9.0]), ..plan("x", 4.0) }, 10.0), Some(1.0));
+}
+
+#[test]
+fn a_steady_flow_has_its_rate_and_curve() {
+    let (subject, mut simulation) = two();
+    let mut flow = instrument(&simulation, &subject, 1000.0, |setup| Flow::new(&plan("x", 4.0), setup));
+    measure(&mut simulation, &subject, &mut flow, 1000.0);
+    let measured = report(&flow, &subject);
+    let rate = number(&measured, "flow_gate_rate");
+    // Every 5 time units.
+    assert!((rate.mean.unwrap() - 0.2).abs() < 1e-9, "{rate:?}");
+    // A row every time unit, with a passage in each fifth one: as if they were independent, the error were sqrt(0.16 / 1000) = 0.0126.
+    let error = rate.standard_error.unwrap();
+    assert!(error < 0.0126 / 4.0, "{error}");
+    let curve = &measured.curves[0];
+    assert_eq!(curve.name, "flow_gate");
+    assert_eq!(curve.series[0].values.last(), Some(&Some(200.0)));
+    assert_eq!(curve.variables[0].values.last(), Some(&1000.0));
+}
+
+#[test]
+fn it_goes_on_from_a_record_bit_by_bit() {
+    let (subject, mut simulation) = hard_spheres(32, 0.2);
+    let mut both = Recorded::new(instrument(&simulation, &subject, 10.0, |setup| Flow::new(&plan("x", 1.0), setup)));
+    measure(&mut simulation, &subject, &mut both, 1.0);
+    assert_eq!(both.again, both.instrument);
+    assert!(both.instrument.passages.total() != 0 || both.instrument.passages.rate().is_some());
+}

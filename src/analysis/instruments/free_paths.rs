@@ -1,0 +1,259 @@
+//! Free paths and free times between hard-core contacts.
+
+mod histogram;
+
+use serde::{Deserialize, Serialize};
+
+use super::instrument::{Instrument, Setup};
+use super::quantity::{Curve, Measured, Number, Published, Series, Variable};
+use super::subject::{Sample, Subject};
+use crate::analysis::statistics::{BlockAverage, Estimate};
+use crate::base::numbers::index;
+use crate::engine::event::{Event, EventKind};
+use crate::model::measurement_plan::FreePaths as Plan;
+use crate::physics::response::Outcome;
+use histogram::Histogram;
+
+/// Bins if nothing else is asked for, and most that can be.
+const BINS: u64 = 100;
+const MOST_BINS: u64 = 10_000;
+
+/// Flights that make one value for the error of the mean.
+const BLOCK: u64 = 64;
+
+/// Follows each particle from one Core event to the next.
+///
+/// A free path is the length of the flight, over straight pieces where events of other kinds come between; its free time the time that
+/// this takes. Flights that were under way at the start, or are at the end, do not count. Of particles that accelerate there
+/// are no paths, nor in a sheared box: relative to what streams around them they accelerate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct FreePaths {
+    /// By particle id.
+    flights: Vec<Flight>,
+    times: Flown,
+    /// None where particles accelerate, or stream.
+    paths: Option<Flown>,
+}
+
+/// A particle on its way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Flight {
+    /// Time of its last Core event; none before the first one.
+    begin: Option<f64>,
+    /// Time of its last event of any kind, and the path up to there since the last Core event.
+    turned: f64,
+    path: f64,
+}
+
+/// Flights that have ended: their distribution and mean.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Flown {
+    histogram: Histogram,
+    mean: BlockAverage,
+    block_sum: f64,
+    block_count: u64,
+}
+
+impl Flown {
+    fn new(bins: u64) -> Self {
+        let histogram = Histogram::new(index(bins));
+        Self { histogram, mean: BlockAverage::new(1.0), block_sum: 0.0, block_count: 0 }
+    }
+
+    fn add(&mut self, value: f64) {
+        self.histogram.add(value);
+        self.block_sum += value;
+        self.block_count += 1;
+        if self.block_count == BLOCK {
+            self.mean.add(self.block_sum / BLOCK as f64, 1.0);
+            (self.block_sum, self.block_count) = (0.0, 0);
+        }
+    }
+
+    /// The mean of all flights, with the error from those in whole blocks.
+    fn estimate(&self) -> Option<Estimate> {
+        let mean = self.histogram.mean()?;
+        Some(Estimate { mean, standard_error: self.mean.estimate().and_then(|estimate| estimate.standard_error) })
+    }
+}
+
+impl FreePaths {
+    pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
+        let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS);
+        let flight = Flight { begin: None, turned: setup.sample.time, path: 0.0 };
+        Self {
+            flights: vec![flight; setup.subject.masses.len()],
+            times: Flown::new(bins),
+            paths: (!setup.subject.is_accelerated && setup.subject.shear_rate == 0.0).then(|| Flown::new(bins)),
+        }
+    }
+
+    fn turn(&mut self, id: u32, time: f64, speed: f64, is_core: bool) {
+        let Some(flight) = self.flights.get_mut(id as usize) else { return };
+        flight.path += speed * (time - flight.turned).max(0.0);
+        flight.turned = time;
+        if !is_core {
+            return;
+        }
+        if let Some(begin) = flight.begin {
+            self.times.add((time - begin).max(0.0));
+            if let Some(paths) = &mut self.paths {
+                paths.add(flight.path);
+            }
+        }
+        (flight.begin, flight.path) = (Some(time), 0.0);
+    }
+}
+
+impl Instrument for FreePaths {
+    fn next_sample(&self) -> f64 {
+        f64::INFINITY
+    }
+
+    fn sample(&mut self, _: &Sample<'_>, _: &Subject) {}
+
+    fn has_events(&self) -> bool {
+        true
+    }
+
+    fn event(&mut self, event: &Event, subject: &Subject) {
+        let is_core = event.kind == EventKind::Pair(Outcome::Core);
+        for (id, before) in [Some(event.particle), event.partner].into_iter().zip(&event.before) {
+            if let Some(id) = id.filter(|id| subject.masses.get(id.0 as usize).is_some_and(|mass| mass.is_finite())) {
+                self.turn(id.0, event.time, before.norm(), is_core);
+            }
+        }
+    }
+
+    fn report(&self, _: &Subject, measured: &mut Measured) {
+        let path = self.paths.as_ref();
+        let (times, paths) = (self.times.estimate(), path.and_then(Flown::estimate));
+        measured.numbers.push(Number::estimated("mean_free_time", "Mean free time", "time", times, TIME));
+        measured.numbers.push(Number::estimated("mean_free_path", "Mean free path", "length", paths, PATH));
+        measured.curves.push(curve("free_times", "Distribution of free times", "t", "time", &self.times, TIME));
+        if let Some(paths) = path {
+            measured.curves.push(curve("free_paths", "Distribution of free paths", "l", "length", paths, PATH));
+        }
+    }
+}
+
+fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, method: &str) -> Curve {
+    let density = flown.histogram.density();
+    let centres: Vec<f64> = density.iter().map(|bin| bin.centre).collect();
+    let mean = flown.histogram.mean().filter(|mean| *mean > 0.0);
+    let exponential = |mean: f64| Published {
+        label: "exponential of the same mean".to_owned(),
+        source: EXPONENTIAL.to_owned(),
+        y: centres.iter().map(|x| libm::exp(-x / mean) / mean).collect(),
+        x: centres.clone(),
+    };
+    Curve {
+        name: name.to_owned(),
+        title: title.to_owned(),
+        method: format!("{method} Bins up to eight means of the first flights; errors as of independent flights."),
+        published: mean.map(exponential).into_iter().collect(),
+        series: vec![Series {
+            name: format!("p({variable})"),
+            unit: format!("1 / {unit}"),
+            values: density.iter().map(|bin| Some(bin.density)).collect(),
+            standard_errors: density.iter().map(|bin| bin.error).collect(),
+        }],
+        variables: vec![Variable { name: variable.to_owned(), unit: unit.to_owned(), values: centres }],
+        is_logarithmic: [false, true],
+    }
+}
+
+const TIME: &str = "Time between two successive Core events of a particle.";
+const PATH: &str =
+    "Length of the way between two successive Core events of a particle; force-free flight in a box at rest only.";
+const EXPONENTIAL: &str = "Exact if each particle collided at a rate of its own that never changes. In a dilute gas fast particles collide more \
+    often, which leaves more of the longest times: Visco, van Wijland and Trizac, Phys. Rev. E 77, 041117 (2008), \
+    doi:10.1103/PhysRevE.77.041117";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::analysis::instruments::trial::{
+        Recorded, equilibrate, estimate, hard_spheres, instrument, measure, number, report, start,
+    };
+    use crate::analysis::published::HardSphereFluid;
+    use crate::engine::Simulation;
+    use crate::model::measurement_plan as plan;
+    use crate::model::potential::Potential;
+    use crate::model::space::{Boundary, Space};
+    use crate::scene::SceneBuilder;
+
+    fn free_paths(simulation: &Simulation, subject: &Subject) -> FreePaths {
+        instrument(simulation, subject, 1.0, |setup| FreePaths::new(&plan::FreePaths { bins: Some(40) }, setup))
+    }
+
+    #[test]
+    fn free_times_are_the_inverse_of_the_collision_rate() {
+        let (subject, mut simulation) = hard_spheres(256, 0.05);
+        equilibrate(&mut simulation, 50);
+        let mut instrument = free_paths(&simulation, &subject);
+        let core = simulation.tally().core;
+        measure(&mut simulation, &subject, &mut instrument, 100.0);
+        let measured = report(&instrument, &subject);
+        let (time, error) = estimate(&measured, "mean_free_time");
+        let rate = 2.0 * (simulation.tally().core - core) as f64 / (256.0 * 100.0);
+        // Of each particle's 80 flights the one at both ends is missing, which is longer than others: 1/80 of the difference.
+        assert!((time * rate - 1.0).abs() < 4.0 * error * rate + 1.0 / 80.0, "{time} {error} {rate}");
+        let fluid = HardSphereFluid::reduced(0.05);
+        assert!((time * fluid.collision_rate() - 1.0).abs() < 4.0 * error / time + 1.0 / 80.0);
+        let (path, error) = estimate(&measured, "mean_free_path");
+        assert!((path / fluid.mean_free_path() - 1.0).abs() < 4.0 * error / path + 1.0 / 80.0, "{path} {error}");
+        let curve = &measured.curves[1];
+        let width = curve.variables[0].values[1] - curve.variables[0].values[0];
+        let sum: f64 = curve.series[0].values.iter().flatten().map(|p| p * width).sum();
+        // An exponential leaves exp(-8) = 3e-4 beyond eight means.
+        assert!(sum <= 1.0 && sum > 0.997, "{sum}");
+        assert_eq!(curve.published[0].x.len(), 40);
+    }
+
+    #[test]
+    fn a_path_goes_on_past_walls_and_falling_particles_have_none() {
+        let walls = Space { boundary: [Boundary::walls(1.0), Boundary::Flat, Boundary::Flat], ..line() };
+        let scene = |gravity: f64| {
+            SceneBuilder::new("line")
+                .space(walls.clone())
+                .species("A", 1.0, 1.0)
+                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .gravity(Vector::new(gravity, 0.0, 0.0))
+                .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(1.0, 0.0, 0.0))
+                .particle("A", Vector::new(7.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0))
+                .build()
+                .unwrap()
+        };
+        let measured = |gravity: f64| {
+            let (subject, mut simulation) = start(scene(gravity));
+            let mut instrument = free_paths(&simulation, &subject);
+            measure(&mut simulation, &subject, &mut instrument, 20.0);
+            report(&instrument, &subject)
+        };
+        // They meet at x = 5, fly 4 to the walls and 4 back, every 8 time units.
+        let still = measured(0.0);
+        assert_eq!(number(&still, "mean_free_path").mean, Some(8.0));
+        assert_eq!(number(&still, "mean_free_time").mean, Some(8.0));
+        let falling = measured(-0.01);
+        assert!(number(&falling, "mean_free_time").mean.is_some());
+        assert_eq!(number(&falling, "mean_free_path").mean, None);
+        assert_eq!(falling.curves.len(), 1);
+    }
+
+    #[test]
+    fn it_goes_on_from_a_record_bit_by_bit() {
+        let (subject, mut simulation) = hard_spheres(108, 0.3);
+        let mut both = Recorded::new(free_paths(&simulation, &subject));
+        for _ in 0..4 {
+            measure(&mut simulation, &subject, &mut both, 1.0);
+        }
+        assert!(number(&report(&both, &subject), "mean_free_path").standard_error.is_some());
+        assert_eq!(both.again, both.instrument);
+    }
+
+    fn line() -> Space {
+        Space { size: Vector::new(10.0, 0.0, 0.0), ..Space::periodic_cube(10.0) }
+    }
+}

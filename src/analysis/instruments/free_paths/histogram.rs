@@ -1,0 +1,133 @@
+//! A histogram of positive values that finds its bins itself.
+
+use crate::base::numbers::trunc_to_usize;
+use serde::{Deserialize, Serialize};
+
+/// Values from which the width of the bins is chosen.
+const FIRST: usize = 1000;
+
+/// The last bin ends at this many means of the first values.
+const MEANS: f64 = 8.0;
+
+/// Even bins from 0 to eight means of the first thousand values. What lies beyond is counted, too.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Histogram {
+    /// Values before there are bins.
+    first: Vec<f64>,
+    /// 0 before there are bins.
+    width: f64,
+    counts: Vec<u64>,
+    count: u64,
+    sum: f64,
+}
+
+/// One bin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bin {
+    pub centre: f64,
+    /// Part of all values in the bin, by its width.
+    pub density: f64,
+    /// Standard error of independent values; none of an empty bin.
+    pub error: Option<f64>,
+}
+
+impl Histogram {
+    pub fn new(bins: usize) -> Self {
+        Self { first: Vec::new(), width: 0.0, counts: vec![0; bins], count: 0, sum: 0.0 }
+    }
+
+    pub fn add(&mut self, value: f64) {
+        self.count += 1;
+        self.sum += value;
+        if self.width > 0.0 {
+            self.put(value);
+            return;
+        }
+        self.first.push(value);
+        if self.first.len() >= FIRST {
+            self.choose();
+        }
+    }
+
+    /// The mean of all values, `None` without any.
+    pub fn mean(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / self.count as f64)
+    }
+
+    /// All bins; none before there are values.
+    pub fn density(&self) -> Vec<Bin> {
+        let mut binned = self.clone();
+        if binned.width == 0.0 {
+            binned.choose();
+        }
+        if binned.width == 0.0 {
+            return Vec::new();
+        }
+        let scale = 1.0 / (binned.count as f64 * binned.width);
+        let bin = |(k, &count): (usize, &u64)| Bin {
+            centre: (k as f64 + 0.5) * binned.width,
+            density: count as f64 * scale,
+            error: (count > 0).then(|| (count as f64).sqrt() * scale),
+        };
+        binned.counts.iter().enumerate().map(bin).collect()
+    }
+
+    fn put(&mut self, value: f64) {
+        if let Some(count) = self.counts.get_mut(trunc_to_usize(value / self.width)) {
+            *count += 1;
+        }
+    }
+
+    /// Chooses the bins; there are none as long as all values are zero.
+    fn choose(&mut self) {
+        let width = self.mean().unwrap_or(0.0) * MEANS / self.counts.len() as f64;
+        // Values that are all zero fill one bin of any width.
+        let is_full = self.first.len() >= FIRST;
+        self.width = if width > 0.0 || !is_full { width } else { f64::MIN_POSITIVE };
+        if self.width > 0.0 {
+            for value in std::mem::take(&mut self.first) {
+                self.put(value);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_is_counted_whenever_the_bins_were_chosen() {
+        let mut histogram = Histogram::new(16);
+        assert_eq!((histogram.mean(), histogram.density()), (None, Vec::new()));
+        for k in 0..4000_u32 {
+            histogram.add(f64::from(k % 8) + 0.5);
+            if [0, 10, 998, 999, 1500, 3999].contains(&k) {
+                let bins = histogram.density();
+                let width = 2.0 * bins[0].centre;
+                let sum: f64 = bins.iter().map(|bin| bin.density * width).sum();
+                assert!((sum - 1.0).abs() < 1e-12, "{k}: {sum}");
+            }
+        }
+        assert_eq!(histogram.mean(), Some(4.0));
+        let bins = histogram.density();
+        assert_eq!(bins[0].centre, 1.0, "16 bins up to eight means of 4");
+        // 1000 of 4000 values in each of four bins of 2.
+        assert_eq!(bins[3], Bin { centre: 7.0, density: 0.125, error: Some(1000.0_f64.sqrt() / 8000.0) });
+        assert_eq!(bins[4], Bin { centre: 9.0, density: 0.0, error: None });
+        assert!(histogram.first.is_empty());
+    }
+
+    #[test]
+    fn values_beyond_the_last_bin_count_in_the_mean_and_zeros_need_no_memory() {
+        let mut histogram = Histogram::new(8);
+        (0..1000).for_each(|_| histogram.add(1.0));
+        (0..1000).for_each(|_| histogram.add(100.0));
+        assert_eq!(histogram.mean(), Some(50.5));
+        assert_eq!(histogram.density()[1].density, 0.5);
+        let mut zeros = Histogram::new(8);
+        (0..5000).for_each(|_| zeros.add(0.0));
+        assert!(zeros.first.is_empty());
+        assert!(zeros.density().iter().all(|bin| bin.density.is_finite()));
+    }
+}

@@ -1,0 +1,214 @@
+//! Momentum and energy that flow through a system: the integrals that pressure and transport coefficients are made of.
+
+use serde::{Deserialize, Serialize};
+
+use super::subject::{Sample, Subject};
+use crate::Vector;
+use crate::engine::event::{Event, EventKind};
+
+/// The components of a symmetric tensor, in the order in which they are kept.
+pub(super) const COMPONENTS: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
+
+/// A symmetric tensor.
+pub(super) type Tensor = [f64; 6];
+
+/// Sum of the components on the diagonal.
+pub(super) fn trace(tensor: &Tensor) -> f64 {
+    tensor[0] + tensor[1] + tensor[2]
+}
+
+/// What an event does to momentum and energy, in the frame of the centre of mass.
+pub(super) struct Transfer {
+    /// `r_ij`, the shortest; zero for a wall `[length]`.
+    pub apart: Vector,
+    /// How many times smaller than the box the volume is that the centres of each can reach.
+    crowding: [f64; 2],
+    /// `r_ij` as a flow through the volume that the centres of each can reach: `c r_ij`, or between two species along an axis with walls
+    /// `c_i x_i - c_j x_j`, with `x` from the middle of the box and the crowding `c` of each `[length]`.
+    arm: Vector,
+    /// Momentum that the particle gained; that of its partner, reversed, if the particle is static `[mass length / time]`.
+    pub momentum: Vector,
+    /// Kinetic energy that the particle gained `[energy]`.
+    pub energy: f64,
+    /// Of each that moves: mass, velocity before, velocity after.
+    pub movers: [Option<(f64, Vector, Vector)>; 2],
+}
+
+impl Transfer {
+    pub fn of(event: &Event, subject: &Subject, drift: &Vector) -> Self {
+        let ids = [Some(event.particle), event.partner];
+        let movers = std::array::from_fn(|k| {
+            let mass = *subject.masses.get(ids[k]?.0 as usize)?;
+            mass.is_finite().then_some((mass, event.before[k] - drift, event.after[k] - drift))
+        });
+        let gained = |mover: &Option<(f64, Vector, Vector)>| mover.map(|(m, before, after)| (after - before) * m);
+        let momentum = gained(&movers[0]).or_else(|| Some(-gained(&movers[1])?)).unwrap_or_default();
+        let energy =
+            movers[0].map_or(0.0, |(m, before, after)| 0.5 * m * (after.norm_squared() - before.norm_squared()));
+        let apart = match event.kind {
+            // As the engine saw it, also across the sides of a sheared box.
+            EventKind::Pair(_) => event.normal * event.distance,
+            EventKind::Wall { .. } | EventKind::Thermostat => Vector::zeros(),
+        };
+        let crowding = ids.map(|id| id.map_or(1.0, |id| subject.crowding_of(id.0)));
+        let arm = arm(event, subject, &apart, crowding);
+        Self { apart, crowding, arm, momentum, energy, movers }
+    }
+}
+
+fn arm(event: &Event, subject: &Subject, apart: &Vector, crowding: [f64; 2]) -> Vector {
+    let [ci, cj] = crowding;
+    if event.partner.is_none() || ci == cj {
+        return apart * ci;
+    }
+    let middle = subject.space.lower + 0.5 * subject.space.size;
+    Vector::from_fn(|axis, _| {
+        let [xi, xj] = event.positions.map(|position| position[axis] - middle[axis]);
+        if subject.space.walls(axis) == 2 { ci * xi - cj * xj } else { 0.5 * (ci + cj) * apart[axis] }
+    })
+}
+
+/// Integrals over time of the kinetic and of the collisional flow of momentum, `sum m v_a v_b dt` and `sum r_a J_b`.
+///
+/// Between walls, which keep centres a radius away, each part counts as many times more as the volume is smaller that the centres of its
+/// species can reach: what comes out is divided by that of the box.
+///
+/// The kinetic sum changes at events only, unless particles accelerate, or stream in a sheared box: then the integral is that of a straight line between two
+/// samples. Each sample takes away what rounding has added up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct MomentumFlow {
+    time: f64,
+    /// Velocity of the centre of mass.
+    drift: Vector,
+    /// Whether the kinetic sum changes between events.
+    is_changing: bool,
+    /// `sum m v_a v_b` now `[energy]`.
+    flow: Tensor,
+    /// Its integral `[energy time]`.
+    pub kinetic: Tensor,
+    /// `sum r_a J_b`, symmetrised, which matters for sliding contacts only `[energy time]`.
+    pub collisional: Tensor,
+}
+
+impl MomentumFlow {
+    pub fn new(sample: &Sample<'_>, subject: &Subject) -> Self {
+        let drift = subject.drift(sample.velocities);
+        Self {
+            time: sample.time,
+            drift,
+            is_changing: subject.is_accelerated || subject.shear_rate != 0.0,
+            flow: kinetic_flow(sample, subject, &drift),
+            kinetic: [0.0; 6],
+            collisional: [0.0; 6],
+        }
+    }
+
+    /// Goes on to a time up to which nothing happens.
+    pub fn pass(&mut self, time: f64) {
+        if !self.is_changing {
+            let passed = (time - self.time).max(0.0);
+            self.kinetic.iter_mut().zip(&self.flow).for_each(|(sum, flow)| *sum += flow * passed);
+            self.time = self.time.max(time);
+        }
+    }
+
+    /// Goes on to an event and past it.
+    pub fn event(&mut self, event: &Event, subject: &Subject) -> Transfer {
+        self.pass(event.time);
+        let transfer = Transfer::of(event, subject, &self.drift);
+        for (k, [a, b]) in COMPONENTS.into_iter().enumerate() {
+            let Transfer { arm, momentum, .. } = &transfer;
+            self.collisional[k] += 0.5 * (arm[a] * momentum[b] + arm[b] * momentum[a]);
+            if !self.is_changing {
+                for (mover, crowding) in transfer.movers.iter().zip(transfer.crowding) {
+                    let Some((mass, before, after)) = mover else { continue };
+                    self.flow[k] += crowding * mass * (after[a] * after[b] - before[a] * before[b]);
+                }
+            }
+        }
+        transfer
+    }
+
+    /// Goes on to a sample, without an event on the way, and takes the flow from there.
+    pub fn synchronise(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        self.pass(sample.time);
+        let flow = kinetic_flow(sample, subject, &self.drift);
+        if self.is_changing {
+            let passed = (sample.time - self.time).max(0.0);
+            for (sum, (before, after)) in self.kinetic.iter_mut().zip(self.flow.iter().zip(&flow)) {
+                *sum += 0.5 * (before + after) * passed;
+            }
+            self.time = self.time.max(sample.time);
+        }
+        self.flow = flow;
+    }
+
+    /// The time that it has come to `[time]`.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Velocity of the centre of mass `[length / time]`.
+    pub fn drift(&self) -> &Vector {
+        &self.drift
+    }
+
+    /// Starts the integrals again.
+    pub fn restart(&mut self) {
+        (self.kinetic, self.collisional) = ([0.0; 6], [0.0; 6]);
+    }
+}
+
+fn kinetic_flow(sample: &Sample<'_>, subject: &Subject, drift: &Vector) -> Tensor {
+    let mut flow = [0.0; 6];
+    for &id in &subject.moving {
+        let streaming = subject.streaming_velocity(&sample.positions[id as usize]);
+        let mass = subject.masses[id as usize] * subject.crowding_of(id);
+        let v = sample.velocities[id as usize] - drift - streaming;
+        for (sum, [a, b]) in flow.iter_mut().zip(COMPONENTS) {
+            *sum += mass * v[a] * v[b];
+        }
+    }
+    flow
+}
+
+/// Integral over time of the flow of kinetic energy, `sum (m/2 v^2) v dt + sum r_ij dE_i`, for particles without potential energy.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct HeatFlow {
+    time: f64,
+    flow: Vector,
+    /// The integral `[energy length]`.
+    pub integral: Vector,
+}
+
+impl HeatFlow {
+    pub fn new(sample: &Sample<'_>, subject: &Subject, drift: &Vector) -> Self {
+        Self { time: sample.time, flow: energy_flow(sample, subject, drift), integral: Vector::zeros() }
+    }
+
+    pub fn pass(&mut self, time: f64) {
+        self.integral += self.flow * (time - self.time).max(0.0);
+        self.time = self.time.max(time);
+    }
+
+    /// Past an event, up to which it has gone.
+    pub fn event(&mut self, transfer: &Transfer) {
+        self.integral += transfer.apart * transfer.energy;
+        for (mass, before, after) in transfer.movers.iter().flatten() {
+            self.flow += (after * after.norm_squared() - before * before.norm_squared()) * (0.5 * mass);
+        }
+    }
+
+    pub fn synchronise(&mut self, sample: &Sample<'_>, subject: &Subject, drift: &Vector) {
+        self.pass(sample.time);
+        self.flow = energy_flow(sample, subject, drift);
+    }
+}
+
+fn energy_flow(sample: &Sample<'_>, subject: &Subject, drift: &Vector) -> Vector {
+    let flow_of = |&id: &u32| {
+        let v = sample.velocities[id as usize] - drift;
+        v * (0.5 * subject.masses[id as usize] * v.norm_squared())
+    };
+    subject.moving.iter().map(flow_of).sum()
+}

@@ -1,0 +1,289 @@
+//! Pressure tensor and event rates.
+
+use serde::{Deserialize, Serialize};
+
+use super::instrument::{Instrument, Setup};
+use super::momentum_flow::{COMPONENTS, MomentumFlow, Tensor};
+use super::quantity::{Measured, Number};
+use super::stretches::Stretches;
+use super::subject::{Sample, Subject};
+use crate::analysis::statistics::{BlockAverage, Estimate};
+use crate::engine::event::{Event, EventKind};
+use crate::model::ParticleId;
+use crate::model::measurement_plan::PressureTensor as Plan;
+use crate::physics::response::Outcome;
+
+/// Blocks that a run is cut into if nothing else is asked for.
+const BLOCKS: u32 = 1000;
+
+/// Kinds of events, in the order of the rates.
+const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
+
+/// Measures the pressure tensor from all events.
+///
+/// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`, with velocities relative to the centre of mass, where momentum along `a` or `b`
+/// is conserved; otherwise without the factor. Between walls each species has the volume `V` that its centres can reach, a radius away from
+/// them, and `r_a` is measured for each particle from the middle. The trace is `D (N T + W / (D t))`, as in [`Observer`](crate::analysis::observables::Observer), which derives
+/// it; `Z` is the mean of the trace over that of its kinetic part, `D rho T`. The kinetic part is exact, but for accelerated
+/// particles, where it is that of a straight line between samples.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct PressureTensor {
+    stretches: Stretches,
+    flow: MomentumFlow,
+    block_start: f64,
+    /// How often a particle that moves took part in an event, in this block and in all, in the order of [`RATES`].
+    counts: [u64; 5],
+    totals: [u64; 5],
+    tensor: Vec<BlockAverage>,
+    pressure: BlockAverage,
+    /// The kinetic part of the pressure.
+    ideal: BlockAverage,
+    rates: Vec<BlockAverage>,
+}
+
+impl PressureTensor {
+    pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
+        let start = setup.sample.time;
+        let stretches = Stretches::new(start, plan.interval, setup.duration, BLOCKS);
+        let average = BlockAverage::new(stretches.interval());
+        Self {
+            stretches,
+            flow: MomentumFlow::new(&setup.sample, setup.subject),
+            block_start: start,
+            counts: [0; 5],
+            totals: [0; 5],
+            tensor: vec![average.clone(); 6],
+            pressure: average.clone(),
+            ideal: average.clone(),
+            rates: vec![average; 5],
+        }
+    }
+
+    fn close_block(&mut self, duration: f64, subject: &Subject) {
+        let moving = subject.moving.len() as f64;
+        let axes = subject.pressed_axes();
+        let scale = 1.0 / (subject.space.volume() * duration);
+        let mut kinetic = self.flow.kinetic;
+        for (flow, [a, b]) in kinetic.iter_mut().zip(COMPONENTS) {
+            if (subject.conserved_axes[a] || subject.conserved_axes[b]) && moving > 1.0 {
+                *flow *= moving / (moving - 1.0);
+            }
+        }
+        let collisional = &self.flow.collisional;
+        for (average, (kinetic, collisional)) in self.tensor.iter_mut().zip(kinetic.iter().zip(collisional)) {
+            average.add(scale * (kinetic + collisional), duration);
+        }
+        let mean = |tensor: &Tensor| axes.iter().map(|&axis| tensor[axis]).sum::<f64>() / axes.len() as f64;
+        self.pressure.add(scale * (mean(&kinetic) + mean(collisional)), duration);
+        self.ideal.add(scale * mean(&kinetic), duration);
+        for (k, average) in self.rates.iter_mut().enumerate() {
+            average.add(self.counts[k] as f64 / (moving * duration), duration);
+            self.totals[k] += self.counts[k];
+        }
+        self.counts = [0; 5];
+        self.flow.restart();
+    }
+}
+
+impl Instrument for PressureTensor {
+    fn next_sample(&self) -> f64 {
+        self.stretches.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        self.flow.synchronise(sample, subject);
+        let duration = sample.time - self.block_start;
+        if duration > 0.0 {
+            self.close_block(duration, subject);
+            self.block_start = sample.time;
+        }
+        self.stretches.pass(sample.time);
+    }
+
+    /// What came after the last sample counts, too.
+    fn end(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        self.sample(sample, subject);
+    }
+
+    fn has_events(&self) -> bool {
+        true
+    }
+
+    fn event(&mut self, event: &Event, subject: &Subject) {
+        self.flow.event(event, subject);
+        let kind = match event.kind {
+            EventKind::Pair(Outcome::Core) => 0,
+            EventKind::Pair(Outcome::Capture) => 1,
+            EventKind::Pair(Outcome::Release) => 2,
+            EventKind::Pair(Outcome::Bounce) => 3,
+            EventKind::Wall { .. } => 4,
+            EventKind::Thermostat => return,
+        };
+        let moves = |id: &&ParticleId| subject.masses[id.0 as usize].is_finite();
+        self.counts[kind] += [Some(event.particle), event.partner].iter().flatten().filter(moves).count() as u64;
+    }
+
+    fn report(&self, subject: &Subject, measured: &mut Measured) {
+        let has_volume = subject.space.is_closed() && subject.moving.len() == subject.masses.len();
+        let inside = |average: &BlockAverage| average.estimate().filter(|_| has_volume);
+        let axes: Vec<usize> = subject.axes().collect();
+        let numbers = &mut measured.numbers;
+        let unit = "energy / length^D";
+        for ([a, b], average) in COMPONENTS.into_iter().zip(&self.tensor) {
+            if axes.contains(&a) && axes.contains(&b) {
+                let [a, b] = [a, b].map(|axis| ["x", "y", "z"][axis]);
+                let (name, title) = (format!("pressure_{a}{b}"), format!("Pressure tensor, {a}{b}"));
+                numbers.push(Number::estimated(&name, &title, unit, inside(average), TENSOR));
+            }
+        }
+        numbers.push(Number::estimated("pressure", "Pressure", unit, inside(&self.pressure), TRACE));
+        let compressibility = self.pressure.ratio(&self.ideal).filter(|_| has_volume && subject.is_homogeneous);
+        if subject.shear_rate != 0.0 {
+            let viscosity = inside(&self.tensor[3]).map(|stress| stress.over(-subject.shear_rate));
+            let title = "Shear viscosity, from the stress of the sheared box";
+            numbers.push(Number::estimated("viscosity_in_shear", title, "energy time / length^D", viscosity, IN_SHEAR));
+        }
+        let title = "Compressibility factor";
+        numbers.push(Number::estimated("compressibility_factor", title, "1", compressibility, COMPRESSIBILITY));
+        for (k, (kind, average)) in RATES.into_iter().zip(&self.rates).enumerate() {
+            if self.totals[k] > 0 || kind == "core" {
+                let (name, title) = (format!("{kind}_rate"), format!("Rate of {kind} events per particle"));
+                numbers.push(rate(&name, &title, average.estimate()));
+            }
+        }
+    }
+}
+
+const IN_SHEAR: &str = "eta = - P_xy / (dv_x / dy), with peculiar velocities in the pressure tensor.";
+
+fn rate(name: &str, title: &str, estimate: Option<Estimate>) -> Number {
+    let method = "Events of the kind that a moving particle takes part in, by time: n / (N t), where one of two such particles counts twice.";
+    Number::estimated(name, title, "1 / time", estimate, method)
+}
+
+const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair events, with the volume that centres can reach; where momentum is conserved the first sum is in \
+    the frame of the centre of mass, with N / (N - 1); it is exact between events.";
+const TRACE: &str =
+    "The mean of the pressure tensor's diagonal over the axes, between walls over those across which there are walls.";
+const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure over that of its kinetic part.";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::analysis::instruments::trial::{
+        Recorded, equilibrate, estimate, hard_spheres, instrument, measure, number, report, start,
+    };
+    use crate::analysis::observables::Observer;
+    use crate::engine::Simulation;
+    use crate::model::potential::Potential;
+    use crate::model::space::{Boundary, Space};
+    use crate::scene::SceneBuilder;
+
+    fn tensor(simulation: &Simulation, subject: &Subject, duration: f64) -> PressureTensor {
+        instrument(simulation, subject, duration, |setup| PressureTensor::new(&Plan::default(), setup))
+    }
+
+    #[test]
+    fn the_trace_is_the_pressure_of_the_observer() {
+        let (subject, mut simulation) = hard_spheres(108, 0.3);
+        equilibrate(&mut simulation, 20);
+        let mut observer = Observer::new(simulation.scene());
+        observer.row(&simulation);
+        let mut instrument = tensor(&simulation, &subject, 5.0);
+        measure(&mut simulation, &subject, &mut instrument, 5.0);
+        let row = observer.row(&simulation);
+        let measured = report(&instrument, &subject);
+        let pressure = number(&measured, "pressure").mean.unwrap();
+        // 2700 events, each rounded a few times.
+        assert!((pressure / row.pressure.unwrap() - 1.0).abs() < 1e-12, "{pressure} {row:?}");
+        let diagonal: f64 =
+            ["xx", "yy", "zz"].map(|ab| number(&measured, &format!("pressure_{ab}")).mean.unwrap()).iter().sum();
+        assert!((diagonal / 3.0 / pressure - 1.0).abs() < 1e-12);
+        let (rate, z) = (number(&measured, "core_rate"), number(&measured, "compressibility_factor"));
+        assert!((rate.mean.unwrap() / row.collision_rate.unwrap() - 1.0).abs() < 1e-12);
+        let observed = observer.estimates().iter().find(|(name, _)| *name == "compressibility_factor").unwrap().1.mean;
+        assert!((z.mean.unwrap() / observed - 1.0).abs() < 1e-12);
+        assert!(measured.numbers.iter().all(|number| number.name != "wall_rate" && number.name != "capture_rate"));
+    }
+
+    #[test]
+    fn a_fluid_has_its_published_pressure_in_all_directions_and_no_shear() {
+        let (subject, mut simulation) = hard_spheres(256, 0.3);
+        equilibrate(&mut simulation, 50);
+        let mut instrument = tensor(&simulation, &subject, 20.0);
+        measure(&mut simulation, &subject, &mut instrument, 20.0);
+        let measured = report(&instrument, &subject);
+        // 256 spheres have 0.2 % less.
+        let expected = crate::analysis::published::hard_spheres(0.3) * 0.572_957_8;
+        for ab in ["xx", "yy", "zz"] {
+            let (mean, error) = estimate(&measured, &format!("pressure_{ab}"));
+            assert!((mean - expected).abs() < 4.0 * error + 0.004 * expected, "{ab}: {mean} {error} {expected}");
+            assert!(error < 0.05 * expected);
+        }
+        for ab in ["xy", "xz", "yz"] {
+            let (mean, error) = estimate(&measured, &format!("pressure_{ab}"));
+            assert!(mean.abs() < 4.0 * error, "{ab}: {mean} {error}");
+        }
+    }
+
+    #[test]
+    fn it_goes_on_from_a_record_bit_by_bit() {
+        let (subject, mut simulation) = hard_spheres(32, 0.2);
+        let mut both = Recorded::new(tensor(&simulation, &subject, 1.0));
+        measure(&mut simulation, &subject, &mut both, 0.1);
+        assert_eq!(both.again, both.instrument);
+    }
+
+    #[test]
+    fn one_particle_between_walls_has_the_kinetic_pressure_of_its_velocity() {
+        let walls = Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat], ..flat_box() };
+        let (subject, mut simulation) = start(
+            SceneBuilder::new("box")
+                .space(walls)
+                .species("A", 2.0, 1.0)
+                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .particle("A", Vector::new(3.0, 5.0, 0.0), Vector::new(3.0, 1.0, 0.0))
+                .build()
+                .unwrap(),
+        );
+        let mut instrument = tensor(&simulation, &subject, 4.0);
+        measure(&mut simulation, &subject, &mut instrument, 4.0);
+        let measured = report(&instrument, &subject);
+        let mean = |name: &str| number(&measured, name).mean.unwrap();
+        // m v_a v_b / V on 90 areas, where the centre can be; the wall turns the sign of v_x after 6.5 / 3, once.
+        assert!((mean("pressure_xx") - 0.2).abs() < 1e-12);
+        assert!((mean("pressure_yy") - 0.02 / 0.9).abs() < 1e-12);
+        assert!((mean("pressure") - 0.2).abs() < 1e-12, "that on the walls");
+        let forth = 6.5 / 3.0;
+        assert!((mean("pressure_xy") - 0.06 / 0.9 * (2.0 * forth - 4.0) / 4.0).abs() < 1e-12);
+        assert!((mean("wall_rate") - 1.0 / 4.0).abs() < 1e-12);
+        assert_eq!(number(&measured, "compressibility_factor").mean, None);
+        assert!(measured.numbers.iter().all(|number| !number.name.contains("z")));
+    }
+
+    #[test]
+    fn an_open_box_has_no_pressure_and_a_falling_particle_the_mean_of_its_samples() {
+        let open = Space { boundary: [Boundary::OPEN; 3], ..Space::periodic_cube(10.0) };
+        let scene = |space| {
+            SceneBuilder::new("fall").space(space).species("A", 1.0, 1.0).gravity(Vector::new(0.0, 0.0, -1.0)).particle(
+                "A",
+                Vector::repeat(5.0),
+                Vector::zeros(),
+            )
+        };
+        for (space, pressure) in [(open, None), (Space::periodic_cube(10.0), Some(0.001 / 3.0))] {
+            let (subject, mut simulation) = start(scene(space).build().unwrap());
+            let mut instrument = tensor(&simulation, &subject, 1.0);
+            measure(&mut simulation, &subject, &mut instrument, 1.0);
+            // The mean of (g t)^2 from 0 to 1, by straight lines between 1000 samples: 1/6 of (1/1000)^2 more.
+            let zz = number(&report(&instrument, &subject), "pressure_zz").mean;
+            assert_eq!(zz.is_some(), pressure.is_some());
+            assert!((zz.unwrap_or(0.0) - pressure.unwrap_or(0.0)).abs() < 0.2e-9, "{zz:?}");
+        }
+    }
+
+    fn flat_box() -> Space {
+        Space { size: Vector::new(10.0, 10.0, 0.0), ..Space::periodic_cube(10.0) }
+    }
+}

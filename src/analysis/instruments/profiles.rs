@@ -1,0 +1,238 @@
+//! Density, flow velocity and temperature on a grid.
+
+use super::instrument::{Instrument, Setup};
+use super::quantity::{Curve, Measured, Series, Variable};
+use super::schedule::Schedule;
+use super::subject::{Sample, Subject};
+use crate::Vector;
+use crate::analysis::statistics::{CurveAverage, Estimate};
+use crate::base::numbers::{index, trunc_to_usize};
+use crate::model::measurement_plan as plan;
+use crate::model::measurement_plan::MOST_CELLS;
+use crate::model::space::{Boundary, Space};
+use serde::{Deserialize, Serialize};
+
+/// What is averaged in each cell: number, mass, momentum along three axes, and relative to what streams `m |v|^2` and its momentum along x.
+const ELEMENTS: usize = 7;
+
+/// Means over time in cells: number density, velocity of flow and kinetic temperature.
+///
+/// With `N` particles in a cell, `M = <sum m>`, `P = <sum m v>` and `A = <sum m |v|^2>`: the density is `<N> / V`, the velocity `u = P / M`,
+/// and the temperature `<sum m |v - u|^2> / f` with `<sum m |v - u|^2> = A - P^2 / M`. Errors follow from those of the means and their
+/// correlations.
+///
+/// Of `S` samples of `D` components each, the mean `u` takes one of each component of all `S <N>`, and a component of the total momentum
+/// that is conserved takes the part `M / M_total` of one from each sample, because there `<m v^2> = T (1 - m / M_total)`; what it takes is
+/// not taken again by the mean:
+/// `f = D (<N> - 1 / S) - c (M / M_total) (1 - 1 / S)` with `c` conserved components.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Profile {
+    name: String,
+    schedule: Schedule,
+    lower: Vector,
+    size: Vector,
+    bins: [usize; 3],
+    /// Ids of the particles that count.
+    ids: Vec<u32>,
+    samples: u64,
+    curve: CurveAverage,
+}
+
+impl Profile {
+    pub fn new(plan: &plan::Profile, setup: &Setup<'_>) -> Self {
+        let subject = setup.subject;
+        let space = &subject.space;
+        let lower = plan.lower.map_or(space.lower, Vector::from);
+        let upper = plan.upper.map_or(space.upper(), Vector::from);
+        let species = plan.species.as_ref().map(|name| subject.species_names.iter().position(|other| other == name));
+        let counts = |&&id: &&u32| species.is_none_or(|species| species == Some(subject.species[id as usize] as usize));
+        let ids: Vec<u32> = subject.moving.iter().filter(counts).copied().collect();
+        let bins = affordable(plan.bins);
+        Self {
+            name: plan.name.clone(),
+            schedule: Schedule::new(setup, plan.interval, 10.0 * ids.len() as f64),
+            lower,
+            size: upper - lower,
+            curve: CurveAverage::new(bins.iter().product::<usize>() * ELEMENTS),
+            bins,
+            ids,
+            samples: 0,
+        }
+    }
+
+    /// The cell of a position; `None` outside of the grid.
+    fn cell_of(&self, position: &Vector, space: &Space) -> Option<usize> {
+        let mut cell = 0;
+        for k in (0..3).rev() {
+            let index = match space.boundary[k] {
+                Boundary::Flat => 0,
+                boundary => {
+                    let mut offset = position[k] - self.lower[k];
+                    // By round-off outside of the box, or in a grid that reaches over its side.
+                    if boundary == Boundary::Periodic && offset < 0.0 {
+                        // The sum may round to the period itself.
+                        offset = (offset + space.size[k]).min(space.size[k].next_down());
+                    } else if boundary == Boundary::Periodic && offset >= space.size[k] {
+                        offset -= space.size[k];
+                    }
+                    if !(0.0..self.size[k]).contains(&offset) {
+                        return None;
+                    }
+                    trunc_to_usize(offset / self.size[k] * self.bins[k] as f64).min(self.bins[k] - 1)
+                }
+            };
+            cell = cell * self.bins[k] + index;
+        }
+        Some(cell)
+    }
+
+    /// Volume, area or length of a cell.
+    fn cell_volume(&self, space: &Space) -> f64 {
+        let edge = |k: usize| self.size[k] / self.bins[k] as f64;
+        (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(edge).product()
+    }
+}
+
+/// Numbers of bins of which there are no more than [`MOST_CELLS`]: the last axes are coarser if there would be.
+fn affordable(bins: [u64; 3]) -> [usize; 3] {
+    let mut left = MOST_CELLS;
+    bins.map(|count| {
+        let count = count.clamp(1, left);
+        left /= count;
+        index(count)
+    })
+}
+
+impl Instrument for Profile {
+    fn next_sample(&self) -> f64 {
+        self.schedule.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        if !self.schedule.is_due(sample.time) {
+            return;
+        }
+        let mut values = vec![0.0; self.curve.len()];
+        for &id in &self.ids {
+            let Some(cell) = self.cell_of(&sample.positions[id as usize], &subject.space) else { continue };
+            let (mass, velocity) = (subject.masses[id as usize], sample.velocities[id as usize]);
+            let momentum = mass * velocity;
+            let streaming = subject.streaming_velocity(&sample.positions[id as usize]);
+            let peculiar = velocity - streaming;
+            let square = mass * peculiar.norm_squared();
+            let parts = [1.0, mass, momentum.x, momentum.y, momentum.z, square, mass * streaming.x];
+            let sums = &mut values[cell * ELEMENTS..(cell + 1) * ELEMENTS];
+            sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += part);
+        }
+        self.samples += 1;
+        self.curve.add_all(values);
+    }
+
+    fn report(&self, subject: &Subject, measured: &mut Measured) {
+        let dimensions = subject.space.dimensions();
+        let volume = self.cell_volume(&subject.space);
+        let cells: Vec<Cell> = (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, subject)).collect();
+        let series = |name: &str, unit: &str, value: &dyn Fn(&Cell) -> Option<Estimate>| Series {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            values: cells.iter().map(|cell| Some(value(cell)?.mean)).collect(),
+            standard_errors: cells.iter().map(|cell| value(cell)?.standard_error).collect(),
+        };
+        let speed = "length / time";
+        measured.curves.push(Curve {
+            name: format!("profile_{}", self.name),
+            title: format!("Profile {}", self.name),
+            method: format!(
+                "means over {} samples in each cell: number density <N> / V, velocity u = <sum m v> / <sum m>, temperature \
+                 <sum m |v - u|^2> over the number of free components of v - u in the cell{}",
+                self.samples,
+                if subject.shear_rate == 0.0 { "" } else { ", both v and u in it relative to what streams where each particle is" }
+            ),
+            variables: self.variables(),
+            series: vec![
+                series("density", &format!("1 / length^{dimensions}"), &|cell| cell.density),
+                series("velocity x", speed, &|cell| cell.velocity[0]),
+                series("velocity y", speed, &|cell| cell.velocity[1]),
+                series("velocity z", speed, &|cell| cell.velocity[2]),
+                series("temperature", "energy", &|cell| cell.temperature),
+            ],
+            is_logarithmic: [false; 2],
+            published: Vec::new(),
+        });
+    }
+}
+
+/// What is known of a cell.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cell {
+    density: Option<Estimate>,
+    velocity: [Option<Estimate>; 3],
+    temperature: Option<Estimate>,
+}
+
+impl Profile {
+    /// Centres of the cells along axes with more than one, x first; along x if there are none.
+    fn variables(&self) -> Vec<Variable> {
+        let axes = (0..3).filter(|&k| self.bins[k] > 1 || (k == 0 && self.bins == [1; 3]));
+        let cells = self.bins.iter().product();
+        let variable = |k: usize| {
+            let stride: usize = self.bins[..k].iter().product();
+            let centre = |cell: usize| {
+                self.lower[k] + self.size[k] * (((cell / stride % self.bins[k]) as f64 + 0.5) / self.bins[k] as f64)
+            };
+            let name = ["x", "y", "z"][k].to_owned();
+            Variable { name, unit: "length".to_owned(), values: (0..cells).map(centre).collect() }
+        };
+        axes.map(variable).collect()
+    }
+
+    fn cell(&self, cell: usize, volume: f64, subject: &Subject) -> Cell {
+        let dimensions = subject.space.dimensions() as f64;
+        let conserved = subject.conserved_axes.iter().filter(|is_conserved| **is_conserved).count() as f64;
+        let first = cell * ELEMENTS;
+        let mean = |element: usize| self.curve.estimate(first + element).map(|estimate| estimate.mean);
+        let (Some(number), Some(mass)) = (mean(0), mean(1)) else { return Cell::default() };
+        if number <= 0.0 {
+            // How rare "never" is, is not known.
+            return Cell { density: Some(Estimate { mean: 0.0, standard_error: None }), ..Cell::default() };
+        }
+        let flow = Vector::from_fn(|k, _| mean(2 + k).unwrap_or(0.0) / mass);
+        // Relative to what streams, which is along x.
+        let common = flow - Vector::new(mean(6).unwrap_or(0.0) / mass, 0.0, 0.0);
+        let error = |terms: &[(usize, f64)]| self.curve.combination(terms).and_then(|sum| sum.standard_error);
+        let velocity = |k: usize| Estimate {
+            mean: flow[k],
+            standard_error: error(&[(first + 2 + k, 1.0 / mass), (first + 1, -flow[k] / mass)]),
+        };
+        Cell {
+            density: self.curve.combination(&[(first, 1.0 / volume)]),
+            velocity: std::array::from_fn(|k| Some(velocity(k))),
+            temperature: mean(5).and_then(|square| {
+                let counted = number * self.samples as f64;
+                // What is left of the difference of two equal numbers means nothing.
+                let fluctuation = (square - mass * common.norm_squared()).max(0.0);
+                let samples = self.samples as f64;
+                let shared = conserved * mass / subject.moving_mass();
+                let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
+                let temperature = fluctuation / degrees;
+                // T = (A - P^2 / M) / f, by its derivatives, as if f were in proportion to N.
+                let part = 1.0 / degrees;
+                let terms = [
+                    (first + 5, part),
+                    (first + 2, -2.0 * common.x * part),
+                    (first + 3, -2.0 * common.y * part),
+                    (first + 4, -2.0 * common.z * part),
+                    (first + 6, 2.0 * common.x * part),
+                    (first + 1, common.norm_squared() * part),
+                    (first, -temperature / number),
+                ];
+                // All of them free but one, or nothing is.
+                (counted > 1.5 && degrees > 0.5 / samples)
+                    .then(|| Estimate { mean: temperature, standard_error: error(&terms) })
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

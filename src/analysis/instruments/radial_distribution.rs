@@ -1,0 +1,298 @@
+//! The radial distribution function, and its value at contact.
+
+mod contact;
+mod room;
+mod unequal;
+
+use super::instrument::{Instrument, Setup};
+use super::near::Near;
+use super::quantity::{Curve, Measured, Number, Series, Variable};
+use super::schedule::Schedule;
+use super::subject::{Sample, Subject};
+use crate::analysis::statistics::CurveAverage;
+use crate::base::numbers::{id, index, trunc_to_usize};
+use crate::base::text::digits;
+use crate::model::measurement_plan as plan;
+use crate::model::measurement_plan::{MOST_BINS, RADIAL_BINS};
+use crate::model::space::Boundary;
+use contact::CONTACT_BINS;
+use room::Room;
+use serde::{Deserialize, Serialize};
+use unequal::Rooms;
+
+/// With more species than this, all particles that move count as one.
+const MOST_SPECIES: usize = 8;
+
+/// `g(r)` of each two species of which one moves.
+///
+/// `g_AB(r) = n_AB(r) / n_ideal(r)`, where `n_AB` is the number of pairs (`N_A (N_A - 1) / 2` of one species, `N_A N_B` of two) whose
+/// distance is in the bin, and `n_ideal` the number that is expected in the same room of points that know nothing of each other.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct RadialDistribution {
+    schedule: Schedule,
+    cutoff: f64,
+    bins: usize,
+    /// Ids of the particles that are in a pair.
+    ids: Vec<u32>,
+    /// Number of the class of each species; none for those that do not count.
+    classes: Vec<Option<usize>>,
+    pairs: Vec<Pair>,
+    /// Numbers of pairs that are expected of points, in all bins of all pairs, then in all their bins near contact.
+    ideal: Vec<f64>,
+    curve: CurveAverage,
+}
+
+/// Two classes of particles.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Pair {
+    classes: [usize; 2],
+    names: [String; 2],
+    /// Where the cores touch `[length]`, if they have any and that is within reach.
+    core: Option<f64>,
+}
+
+/// Particles that count as the same.
+struct Class {
+    name: String,
+    species: Vec<usize>,
+    count: f64,
+    is_moving: bool,
+}
+
+impl RadialDistribution {
+    pub fn new(plan: &plan::RadialDistribution, setup: &Setup<'_>) -> Self {
+        let subject = setup.subject;
+        let all = classes(subject);
+        let reach = Near::largest_range(&subject.space).min(shortest_room(subject));
+        let cutoff = plan.cutoff.unwrap_or_else(|| default_cutoff(subject)).min(reach);
+        let bins = index(plan.bins.unwrap_or(RADIAL_BINS).clamp(1, MOST_BINS));
+        let mut pairs = Vec::new();
+        let (mut ideal, mut ideal_contact) = (Vec::new(), Vec::new());
+        for (a, first) in all.iter().enumerate() {
+            for (b, second) in all.iter().enumerate().skip(a).filter(|(_, second)| first.is_moving || second.is_moving)
+            {
+                let diameters = [mean_diameter(subject, first), mean_diameter(subject, second)];
+                let probability = room_of(subject, diameters);
+                let number = if a == b { 0.5 * first.count * (first.count - 1.0) } else { first.count * second.count };
+                let core = core(subject, first, second).filter(|&core| contact::end(core) <= reach);
+                ideal.extend(edges(0.0, cutoff, bins).map(|[from, to]| number * probability(from, to)));
+                let near = core.map(|core| edges(core, contact::end(core), CONTACT_BINS)).into_iter().flatten();
+                let before = ideal_contact.len();
+                ideal_contact.extend(near.map(|[from, to]| number * probability(from, to)));
+                ideal_contact.resize(before + CONTACT_BINS, 0.0);
+                pairs.push(Pair { classes: [a, b], names: [first.name.clone(), second.name.clone()], core });
+            }
+        }
+        ideal.extend(ideal_contact);
+        let mut of_species = vec![None; subject.species_names.len()];
+        all.iter().enumerate().for_each(|(class, Class { species, .. })| {
+            species.iter().for_each(|&species| of_species[species] = Some(class));
+        });
+        let counts = |&id: &u32| of_species[subject.species[id as usize] as usize].is_some();
+        let ids: Vec<u32> = (0..id(subject.species.len())).filter(counts).collect();
+        let mut new = Self {
+            schedule: Schedule::new(setup, plan.interval, 0.0),
+            cutoff,
+            bins,
+            classes: of_species,
+            pairs,
+            curve: CurveAverage::new(ideal.len()),
+            ideal,
+            ids,
+        };
+        new.schedule = Schedule::new(setup, plan.interval, new.work(subject));
+        new
+    }
+
+    /// Operations of one sample: some ten for each two particles in neighbouring cells.
+    fn work(&self, subject: &Subject) -> f64 {
+        let count = self.ids.len() as f64;
+        let cube = (0..subject.space.dimensions()).fold(1.0, |product, _| product * 3.0 * self.range());
+        let near = count * cube / subject.space.volume();
+        50.0 * count + 5.0 * count * near.min(count)
+    }
+
+    /// How far apart pairs are looked for.
+    fn range(&self) -> f64 {
+        self.pairs.iter().filter_map(|pair| pair.core).map(contact::end).fold(self.cutoff, f64::max)
+    }
+
+    /// The pair of each two classes.
+    fn pair_table(&self) -> Vec<Option<usize>> {
+        let count = self.classes.iter().flatten().max().map_or(0, |last| last + 1);
+        let mut table = vec![None; count * count];
+        for (index, &Pair { classes: [a, b], .. }) in self.pairs.iter().enumerate() {
+            (table[a * count + b], table[b * count + a]) = (Some(index), Some(index));
+        }
+        table
+    }
+}
+
+impl Instrument for RadialDistribution {
+    fn next_sample(&self) -> f64 {
+        self.schedule.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        if !self.schedule.is_due(sample.time) {
+            return;
+        }
+        let table = self.pair_table();
+        let count = table.len().isqrt();
+        let class = |id: u32| self.classes[subject.species[id as usize] as usize];
+        let mut numbers = vec![0_u64; self.ideal.len()];
+        let first_contact = self.pairs.len() * self.bins;
+        let scale = self.bins as f64 / self.cutoff;
+        Near::new(&subject.space, self.range(), &self.ids, sample).for_each_pair(|a, b, square| {
+            let Some(pair) = class(a).zip(class(b)).and_then(|(a, b)| table[a * count + b]) else { return };
+            let distance = square.sqrt();
+            let bin = trunc_to_usize(distance * scale);
+            if bin < self.bins {
+                numbers[pair * self.bins + bin] += 1;
+            }
+            if let Some(bin) = self.pairs[pair].core.and_then(|core| contact::bin(distance, core)) {
+                numbers[first_contact + pair * CONTACT_BINS + bin] += 1;
+            }
+        });
+        self.curve.add_all(numbers.iter().zip(&self.ideal).map(|(&number, ideal)| number as f64 / ideal));
+    }
+
+    fn report(&self, subject: &Subject, measured: &mut Measured) {
+        let (means, errors) = (self.curve.means(), self.curve.standard_errors());
+        let mut series = Vec::new();
+        for (index, pair) in self.pairs.iter().enumerate() {
+            let range = index * self.bins..(index + 1) * self.bins;
+            series.push(Series {
+                name: format!("g(r) {}-{}", pair.names[0], pair.names[1]),
+                unit: "1".to_owned(),
+                values: means[range.clone()].to_vec(),
+                standard_errors: errors[range].to_vec(),
+            });
+            measured.numbers.extend(self.contact_value(index, pair));
+        }
+        if series.is_empty() {
+            return;
+        }
+        let centres = edges(0.0, self.cutoff, self.bins).map(|[from, to]| 0.5 * (from + to)).collect();
+        measured.curves.push(Curve {
+            name: "radial_distribution".to_owned(),
+            title: "Radial distribution function".to_owned(),
+            method: self.method(subject),
+            variables: vec![Variable { name: "r".to_owned(), unit: "length".to_owned(), values: centres }],
+            series,
+            is_logarithmic: [false; 2],
+            published: Vec::new(),
+        });
+    }
+}
+
+impl RadialDistribution {
+    fn method(&self, subject: &Subject) -> String {
+        let shell = match subject.space.dimensions() {
+            3 => "4 pi r^2 dr",
+            2 => "2 pi r dr",
+            _ => "2 dr",
+        };
+        let room = if subject.space.is_fully_periodic() {
+            format!("their number times {shell} / V, integrated over the bin")
+        } else {
+            format!(
+                "what points spread evenly over the box have, less half a diameter at walls: their number times {shell} / V \
+                 with the part of the shell that is inside; meshes and the density's own profile are not corrected for"
+            )
+        };
+        format!(
+            "g(r) = n(r) / n_ideal(r): pairs in a bin of {} over the number that is expected without correlations, {room}; \
+             N (N - 1) / 2 pairs of one species, N_A N_B of two",
+            digits(self.cutoff / self.bins as f64)
+        )
+    }
+
+    fn contact_value(&self, index: usize, pair: &Pair) -> Option<Number> {
+        let core = pair.core?;
+        let first = self.pairs.len() * self.bins + index * CONTACT_BINS;
+        let estimate = contact::extrapolate(&self.curve, &self.ideal, first);
+        let [a, b] = &pair.names;
+        Some(Number {
+            name: format!("contact_value_{a}_{b}"),
+            title: format!("Contact value g(sigma+) {a}-{b}"),
+            unit: "1".to_owned(),
+            mean: estimate.map(|estimate| estimate.mean),
+            standard_error: estimate.and_then(|estimate| estimate.standard_error),
+            method: format!(
+                "ln g(r) at r = {}, from a quadratic fit over at most the {CONTACT_BINS} bins up to {}, as far as g(r) is \
+                 above half of its first values",
+                digits(core),
+                digits(contact::end(core))
+            ),
+        })
+    }
+}
+
+/// Lower and upper ends of even bins.
+fn edges(from: f64, to: f64, bins: usize) -> impl Iterator<Item = [f64; 2]> {
+    let edge = move |k: usize| from + (to - from) * (k as f64 / bins as f64);
+    (0..bins).map(move |k| [edge(k), edge(k + 1)])
+}
+
+/// The species that have particles; all that move as one, if there are many.
+fn classes(subject: &Subject) -> Vec<Class> {
+    let mut counts = vec![0_u64; subject.species_names.len()];
+    subject.species.iter().for_each(|&species| counts[species as usize] += 1);
+    let mut is_moving = vec![false; counts.len()];
+    subject.moving.iter().for_each(|&id| is_moving[subject.species[id as usize] as usize] = true);
+    let present = (0..counts.len()).filter(|&species| counts[species] > 0);
+    let one = |species: usize| Class {
+        name: subject.species_names[species].clone(),
+        species: vec![species],
+        count: counts[species] as f64,
+        is_moving: is_moving[species],
+    };
+    let all: Vec<Class> = present.clone().map(one).collect();
+    if all.len() <= MOST_SPECIES {
+        return all;
+    }
+    let species = present.filter(|&species| is_moving[species]).collect();
+    vec![Class { name: "all".to_owned(), species, count: subject.moving.len() as f64, is_moving: true }]
+}
+
+fn mean_diameter(subject: &Subject, class: &Class) -> f64 {
+    class.species.iter().map(|&species| subject.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
+}
+
+/// The probability of distances between points of particles with these diameters: between walls, large ones have less room.
+fn room_of(subject: &Subject, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
+    let is_walled = subject.space.boundary.iter().any(|boundary| matches!(boundary, Boundary::Bounded { .. }));
+    if is_walled && diameters[0] != diameters[1] {
+        let rooms = Rooms::new(&subject.space, diameters);
+        return Box::new(move |from, to| rooms.probability(from, to));
+    }
+    let room = Room::new(&subject.space, diameters[0]);
+    Box::new(move |from, to| room.probability(from, to))
+}
+
+/// The distance at which the cores of two species touch.
+fn core(subject: &Subject, first: &Class, second: &Class) -> Option<f64> {
+    match (&first.species[..], &second.species[..]) {
+        (&[a], &[b]) => subject.cores.get(a, b),
+        _ => None,
+    }
+}
+
+/// Half of the shortest edge, or four times the largest diameter if that is less.
+fn default_cutoff(subject: &Subject) -> f64 {
+    let space = &subject.space;
+    let edges = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(|k| space.size[k]);
+    let diameter = subject.diameters.iter().copied().fold(0.0, f64::max);
+    let half = 0.5 * edges.fold(f64::INFINITY, f64::min);
+    if diameter > 0.0 { half.min(4.0 * diameter) } else { half }
+}
+
+/// The shortest edge of the room along axes that are not periodic: [`Room`] is exact up to it.
+fn shortest_room(subject: &Subject) -> f64 {
+    let diameter = subject.diameters.iter().copied().fold(0.0, f64::max);
+    Room::new(&subject.space, diameter).shortest()
+}
+
+#[cfg(test)]
+mod tests;

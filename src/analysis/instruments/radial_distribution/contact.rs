@@ -1,0 +1,107 @@
+//! The radial distribution function at the contact of two cores, extrapolated from just outside.
+
+use crate::analysis::statistics::{CurveAverage, Estimate};
+use crate::base::numbers::trunc_to_usize;
+use nalgebra::{Matrix3, Vector3};
+
+/// Number of bins from the contact outwards.
+pub(super) const CONTACT_BINS: usize = 20;
+
+/// Width of all of them, over the distance of contact.
+const WIDTH: f64 = 0.1;
+
+/// Fewer bins than this do not fix a parabola well.
+const FEWEST_BINS: usize = 8;
+
+/// Where the bins end `[length]`.
+pub(super) fn end(core: f64) -> f64 {
+    core * (1.0 + WIDTH)
+}
+
+/// The bin of a distance. Pairs in contact are as often a rounding error inside as they are outside.
+pub(super) fn bin(distance: f64, core: f64) -> Option<usize> {
+    let at = (distance / core - 1.0) / WIDTH;
+    (at > -1e-6 && at < 1.0).then(|| trunc_to_usize(at * CONTACT_BINS as f64))
+}
+
+/// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that fits the bins from element `first` on best, each
+/// weighted with the pairs in it. Near a crystal's density `g` falls within a small part of a diameter: the fit ends where `g` is
+/// half of what it was. Where that is within the first bin, as it is near jamming, the bins say nothing about the contact.
+///
+/// The error follows from those of the bins and their correlations, by `d ln g = dg / g`.
+pub(super) fn extrapolate(curve: &CurveAverage, ideal: &[f64], first: usize) -> Option<Estimate> {
+    let values: Vec<f64> =
+        (first..first + CONTACT_BINS).map(|k| curve.estimate(k).map(|e| e.mean)).collect::<Option<_>>()?;
+    if values[1] < 0.5 * values[0] {
+        return None;
+    }
+    let half = 0.25 * (values[0] + values[1]);
+    let used = values.iter().position(|&value| value < half).unwrap_or(CONTACT_BINS).max(FEWEST_BINS);
+    if values[..used].iter().any(|&value| value <= 0.0) {
+        return None;
+    }
+    let row = |k: usize| {
+        let x = (k as f64 + 0.5) / CONTACT_BINS as f64;
+        Vector3::new(1.0, x, x * x)
+    };
+    let weight = |k: usize| values[k] * ideal[first + k];
+    let normal: Matrix3<f64> = (0..used).map(|k| row(k) * row(k).transpose() * weight(k)).sum();
+    let inverse = normal.try_inverse()?;
+    let share = |k: usize| (inverse.row(0) * row(k))[0] * weight(k);
+    let logarithm: f64 = (0..used).map(|k| share(k) * libm::log(values[k])).sum();
+    let mean = libm::exp(logarithm);
+    let terms: Vec<(usize, f64)> = (0..used).map(|k| (first + k, mean * share(k) / values[k])).collect();
+    let standard_error = curve.combination(&terms)?.standard_error;
+    mean.is_finite().then_some(Estimate { mean, standard_error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_exponential_is_extrapolated_exactly() {
+        for decay in [0.1, 1.0, 5.0] {
+            let mut curve = CurveAverage::new(CONTACT_BINS + 3);
+            let value = |k: usize| 3.0 * (-decay * (k as f64 + 0.5) / CONTACT_BINS as f64).exp();
+            // Up or down by a tenth, without an order.
+            let noise: Vec<f64> = (0..32_u32).map(|k| if k * k * 7 % 13 < 6 { 1.1 } else { 0.9 }).collect();
+            for factor in &noise {
+                (0..CONTACT_BINS).for_each(|k| curve.add(k + 3, factor * value(k)));
+            }
+            let Estimate { mean, standard_error } = extrapolate(&curve, &[1.0; CONTACT_BINS + 3], 3).unwrap();
+            // The condition of the normal equations is some 1e5.
+            let average = noise.iter().sum::<f64>() / 32.0;
+            assert!((mean - 3.0 * average).abs() < 1e-9, "{mean}");
+            // All bins go up and down together.
+            let expected = 3.0 * crate::analysis::statistics::standard_error(&noise).unwrap();
+            assert!((standard_error.unwrap() / expected - 1.0).abs() < 1e-6, "{standard_error:?}");
+        }
+    }
+
+    #[test]
+    fn what_falls_by_half_within_a_bin_is_not_extrapolated() {
+        for (ratio, is_known) in [(0.501_f64, true), (0.499, false)] {
+            let mut curve = CurveAverage::new(CONTACT_BINS);
+            (0..32).for_each(|_| curve.add_all((0..).take(CONTACT_BINS).map(|k| 100.0 * ratio.powi(k))));
+            assert_eq!(extrapolate(&curve, &[1.0; CONTACT_BINS], 0).is_some(), is_known, "{ratio}");
+        }
+    }
+
+    #[test]
+    fn bins_begin_at_contact_but_for_round_off() {
+        assert_eq!(bin(2.0, 2.0), Some(0));
+        assert_eq!(bin(2.0_f64.next_down(), 2.0), Some(0));
+        assert_eq!(bin(1.99, 2.0), None);
+        assert_eq!(bin(2.199, 2.0), Some(19));
+        assert_eq!(bin(2.2001, 2.0), None);
+    }
+
+    #[test]
+    fn empty_bins_are_insufficient_data() {
+        let mut curve = CurveAverage::new(CONTACT_BINS);
+        assert_eq!(extrapolate(&curve, &[1.0; CONTACT_BINS], 0), None);
+        curve.add_all([0.0; CONTACT_BINS]);
+        assert_eq!(extrapolate(&curve, &[1.0; CONTACT_BINS], 0), None);
+    }
+}

@@ -1,0 +1,206 @@
+use super::*;
+use crate::Vector;
+use crate::base::numbers::{id, trunc_to_usize};
+use crate::engine::{Simulation, Until};
+use crate::model::potential::Potential;
+use crate::model::space::Space;
+use crate::scene::{Amount, Lattice, SceneBuilder};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+/// Shows an instrument one frame after the other, at times 1, 2, ...
+fn measure(subject: &Subject, plan: &plan::RadialDistribution, frames: &[Vec<Vector>]) -> Measured {
+    measure_sheared(subject, plan, frames, 0.0)
+}
+
+/// The same where the next image up is displaced.
+fn measure_sheared(
+    subject: &Subject,
+    plan: &plan::RadialDistribution,
+    frames: &[Vec<Vector>],
+    displacement: f64,
+) -> Measured {
+    let velocities = vec![Vector::zeros(); frames[0].len()];
+    let sample =
+        |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, images: &[], displacement };
+    let setup = Setup { subject, sample: sample(0), duration: frames.len() as f64 };
+    let mut instrument = RadialDistribution::new(plan, &setup);
+    (1..frames.len()).for_each(|k| instrument.sample(&sample(k), subject));
+    let mut measured = Measured::default();
+    instrument.report(subject, &mut measured);
+    measured
+}
+
+fn plan(cutoff: f64, bins: u64) -> plan::RadialDistribution {
+    plan::RadialDistribution { cutoff: Some(cutoff), bins: Some(bins), interval: Some(1.0) }
+}
+
+fn random_frames(count: usize, particles: usize, space: &Space) -> Vec<Vec<Vector>> {
+    let mut random = ChaCha8Rng::seed_from_u64(21);
+    let mut next = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    let mut frame = || (0..particles).map(|_| space.lower + Vector::from_fn(|k, _| next() * space.size[k])).collect();
+    (0..count).map(|_| frame()).collect()
+}
+
+#[test]
+fn an_ideal_gas_has_no_structure_in_any_dimension_and_any_box() {
+    let flat = Boundary::Flat;
+    for (boundary, size) in [
+        ([Boundary::Periodic; 3], Vector::repeat(6.0)),
+        ([Boundary::Periodic, Boundary::Periodic, flat], Vector::new(6.0, 7.0, 0.0)),
+        ([flat, Boundary::Periodic, flat], Vector::new(0.0, 9.0, 0.0)),
+        ([Boundary::OPEN; 3], Vector::new(4.0, 5.0, 6.0)),
+        ([Boundary::OPEN, Boundary::Periodic, flat], Vector::new(4.0, 8.0, 0.0)),
+        ([flat, flat, Boundary::OPEN], Vector::new(0.0, 0.0, 5.0)),
+    ] {
+        let space = Space { lower: Vector::new(1.0, -2.0, 0.5), size, boundary };
+        let frames = random_frames(129, 40, &space);
+        let curve = &measure(&Subject::of_points(space, 40), &plan(3.0, 6), &frames).curves[0];
+        for bin in 0..6 {
+            let (value, error) = (curve.series[0].values[bin].unwrap(), curve.series[0].standard_errors[bin].unwrap());
+            assert!(error < 0.15 && (value - 1.0).abs() < 4.0 * error, "{boundary:?} {bin}: {value} +- {error}");
+        }
+    }
+}
+
+#[test]
+fn two_species_are_told_apart_and_a_static_one_counts_as_a_partner() {
+    let space = Space::periodic_cube(6.0);
+    let mut subject = Subject::of_points(space.clone(), 5);
+    subject.species_names = ["A", "B", "wall"].map(str::to_owned).to_vec();
+    (subject.diameters, subject.cores) = (vec![1.0; 3], crate::model::SpeciesPairs::new(3));
+    (subject.species, subject.moving) = (vec![0, 1, 1, 2, 2], vec![0, 1, 2]);
+    let positions: Vec<Vector> = [0.0, 0.6, 1.6, 5.5, 5.0].iter().map(|&x| Vector::new(x, 0.0, 0.0)).collect();
+    let curve = &measure(&subject, &plan(2.0, 2), &vec![positions; 9]).curves[0];
+    let shell = |bin: usize| 4.0 / 3.0 * std::f64::consts::PI * [1.0, 7.0][bin] / 216.0;
+    // Pairs in bins [0, 1) and [1, 2): A-B 0.6 | 1.6; A-wall 0.5 | 1.0; B-B | (1.0); B-wall | 1.1, 1.6.
+    for (name, bins, pairs) in [
+        ("g(r) A-A", [None; 2], 0.0),
+        ("g(r) A-B", [Some(1.0), Some(1.0)], 2.0),
+        ("g(r) A-wall", [Some(1.0), Some(1.0)], 2.0),
+        ("g(r) B-B", [Some(0.0), Some(1.0)], 1.0),
+        ("g(r) B-wall", [Some(0.0), Some(2.0)], 4.0),
+    ] {
+        let series = curve.series.iter().find(|series| series.name == name).unwrap();
+        for (bin, expected) in bins.into_iter().enumerate() {
+            let expected = expected.map(|count| count / (pairs * shell(bin)));
+            let error = series.values[bin].zip(expected).map(|(value, expected)| (value - expected).abs());
+            assert_eq!(series.values[bin].is_some(), expected.is_some(), "{name} {bin}");
+            assert!(error.is_none_or(|error| error < 1e-9), "{name} {bin}: {:?} but {expected:?}", series.values[bin]);
+        }
+    }
+    assert_eq!(curve.series.len(), 5, "static pairs do not count");
+}
+
+#[test]
+fn a_crystal_has_its_neighbours_at_exact_distances() {
+    let sites = [[0.0, 0.0, 0.0], [0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]].map(Vector::from);
+    let corner = |k: u32| Vector::new(f64::from(k % 4), f64::from(k / 4 % 4), f64::from(k / 16));
+    // The cell's edge is sqrt(2), so that neighbours are at sqrt(n).
+    let edge = 2.0_f64.sqrt();
+    let positions: Vec<Vector> = (0..64).flat_map(|k| sites.map(|site| edge * (corner(k) + site))).collect();
+    let subject = Subject::of_points(Space::periodic_cube(4.0 * edge), 256);
+    let (cutoff, bins) = (2.5, 250);
+    let curve = &measure(&subject, &plan(cutoff, bins), &vec![positions; 9]).curves[0];
+    let width = cutoff / bins as f64;
+    let mut found = [0.0; 7];
+    for (r, value) in curve.variables[0].values.iter().zip(&curve.series[0].values) {
+        let shell = 4.0 / 3.0 * std::f64::consts::PI * ((r + 0.5 * width).powi(3) - (r - 0.5 * width).powi(3));
+        let neighbours = value.unwrap() * shell * 255.0 / subject.space.volume();
+        if neighbours > 0.0 {
+            let number = (r * r).round();
+            assert!((r - number.sqrt()).abs() < 1.01 * width, "neighbours at {r}");
+            found[trunc_to_usize(number)] += neighbours;
+        }
+    }
+    let exact = [0.0, 12.0, 6.0, 24.0, 12.0, 24.0, 8.0];
+    assert!(found.iter().zip(exact).all(|(found, exact)| (found - exact).abs() < 1e-9), "{found:?}");
+}
+
+/// All triples of indices.
+fn triples([x, y, z]: [std::ops::Range<i32>; 3]) -> Vec<[i32; 3]> {
+    z.flat_map(|k| y.clone().map(move |j| (j, k))).flat_map(|(j, k)| x.clone().map(move |i| [i, j, k])).collect()
+}
+
+#[test]
+fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
+    let flat = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
+    for (boundary, displacement) in
+        [([Boundary::Periodic; 3], 1.3), ([Boundary::Periodic; 3], -2.1), (flat, 0.7), (flat, -2.9), (flat, 3.0)]
+    {
+        let is_flat = boundary[2] == Boundary::Flat;
+        let space = Space {
+            lower: Vector::new(-1.0, 2.0, 0.5),
+            size: Vector::new(6.0, 5.5, if is_flat { 0.0 } else { 4.4 }),
+            boundary,
+        };
+        // 6 x 5 x 4 cells, the second vector of which is oblique.
+        let site = |[i, j, k]: [i32; 3]| {
+            let [i, j, k] = [i, j, k].map(f64::from);
+            Vector::new(i + displacement * j / 5.0, 1.1 * j, 1.1 * k)
+        };
+        let inside = |site: Vector| space.lower + Vector::new((site.x + 0.1).rem_euclid(6.0), site.y, site.z);
+        let cells = triples([0..6, 0..5, if is_flat { 0..1 } else { 0..4 }]);
+        let positions: Vec<Vector> = cells.into_iter().map(|cell| inside(site(cell))).collect();
+        let around = triples([-9..10, -9..10, if is_flat { 0..1 } else { -9..10 }]);
+        let distances: Vec<f64> = around.into_iter().map(|cell| site(cell).norm()).filter(|r| *r > 0.0).collect();
+        let count = positions.len();
+        let subject = Subject::of_points(space.clone(), id(count));
+        let (cutoff, bins) = (2.15, 215);
+        let curve = &measure_sheared(&subject, &plan(cutoff, bins), &vec![positions; 3], displacement).curves[0];
+        let (room, width) = (Room::new(&space, 1.0), cutoff / bins as f64);
+        for (bin, value) in curve.series[0].values.iter().enumerate() {
+            let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * width);
+            let neighbours = value.unwrap() * (count as f64 - 1.0) * room.probability(from, to);
+            // Distances at the end of a bin may be in either, by rounding.
+            let within = |by: f64| distances.iter().filter(|&&r| from - by <= r && r < to + by).count() as f64;
+            let is_right = within(-1e-9) - 1e-6 <= neighbours && neighbours <= within(1e-9) + 1e-6;
+            assert!(is_right, "{displacement} {from}: {neighbours}");
+        }
+    }
+}
+
+#[test]
+fn cutoffs_stay_below_half_a_period_and_bins_below_their_limit() {
+    let subject = Subject::of_points(Space::periodic_cube(6.0), 2);
+    let positions = vec![Vector::zeros(), Vector::repeat(1.0)];
+    let curve = &measure(&subject, &plan(100.0, u64::MAX), &vec![positions; 2]).curves[0];
+    assert_eq!(curve.variables[0].values.len(), 2000);
+    assert!((curve.variables[0].values[1999] - (3.0 - 0.5 * 3.0 / 2000.0)).abs() < 1e-12);
+}
+
+#[test]
+fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
+    let scene = SceneBuilder::new("fluid")
+        .seed(5)
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.3))
+        .temperature(1.0)
+        .build()
+        .unwrap();
+    let subject = Subject::of(&scene);
+    let mut simulation = Simulation::new(scene);
+    simulation.advance(Until::time(10.0)).unwrap();
+    let (start, before) = (simulation.snapshot(), *simulation.tally());
+    let plan = plan::RadialDistribution { cutoff: Some(2.0), bins: Some(50), interval: Some(0.1) };
+    let setup = Setup { subject: &subject, sample: Sample::of(&start), duration: 40.0 };
+    let mut instrument = RadialDistribution::new(&plan, &setup);
+    for _ in 0..400 {
+        simulation.advance(Until::time(instrument.next_sample())).unwrap();
+        instrument.sample(&Sample::of(&simulation.snapshot()), &subject);
+    }
+    let mut measured = Measured::default();
+    instrument.report(&subject, &mut measured);
+    let number = &measured.numbers[0];
+    let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
+    assert_eq!(number.name, "contact_value_A_A");
+    // (1 - phi / 2) / (1 - phi)^3, of which 500 particles have 0.4 % more; the virial knows their own: Z - 1 = 4 phi g.
+    let exact = (1.0 - 0.15) / 0.7_f64.powi(3);
+    assert!(error < 0.025 && (mean - exact).abs() < 4.0 * error, "{mean} +- {error}, {exact}");
+    let temperature = simulation.energy().kinetic / (1.5 * 499.0);
+    let virial = simulation.tally().virial - before.virial;
+    let of_virial = virial / (3.0 * 499.0 * temperature * (simulation.time() - start.time)) / (4.0 * 0.3);
+    assert!((mean - of_virial).abs() < 4.0 * error, "{mean} +- {error}, {of_virial}");
+    assert!(measured.curves[0].series[0].values[..24].iter().all(|value| *value == Some(0.0)));
+}

@@ -1,0 +1,124 @@
+//! When an instrument looks at the particles.
+
+use super::instrument::Setup;
+use crate::analysis::ticks::Ticks;
+use crate::base::numbers::trunc_to_u32;
+use serde::{Deserialize, Serialize};
+
+/// Samples that an instrument aims at, if they are cheap.
+const MOST: f64 = 200.0;
+
+/// Samples that it aims at, however dear: as blocks, they are just enough for a standard error.
+const FEWEST: f64 = 16.0;
+
+/// Operations of two nanoseconds or so that all samples together may always take: a second.
+const FREE: f64 = 5e8;
+
+/// As [`FREE`], for each particle and each time that it travels the mean distance of neighbours: a tenth of what the engine needs
+/// for that in a fluid, some four microseconds.
+const PER_FLIGHT: f64 = 200.0;
+
+/// Even times of samples, which the plan gives or the run chooses.
+///
+/// An interval that is not given is chosen for 200 samples in the expected duration; for fewer, but not less than 16, where those
+/// would take longer than a second and than a tenth of the run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Schedule(Ticks);
+
+impl Schedule {
+    /// Samples of some `work` each, a number of floating-point operations.
+    pub fn new(setup: &Setup<'_>, given: Option<f64>, work: f64) -> Self {
+        let start = setup.sample.time;
+        // Times closer than this are the same number.
+        let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
+        Self(match given {
+            Some(interval) => Ticks::given(start, interval.max(shortest)),
+            None => Ticks::expecting(start, setup.duration, trunc_to_u32(aim(setup, work)), shortest),
+        })
+    }
+
+    /// The next time.
+    pub fn next(&self) -> f64 {
+        self.0.next()
+    }
+
+    /// Whether it is time; if so, goes on to the first time after `time`.
+    pub fn is_due(&mut self, time: f64) -> bool {
+        let is_due = time >= self.next();
+        if is_due {
+            self.0.pass(time);
+        }
+        is_due
+    }
+}
+
+/// How many samples to aim at.
+fn aim(setup: &Setup<'_>, work: f64) -> f64 {
+    let (subject, sample) = (setup.subject, &setup.sample);
+    let count = subject.moving.len().max(1) as f64;
+    let square = |&id: &u32| sample.velocities.get(id as usize).map_or(0.0, |v| v.norm_squared());
+    let speed = (subject.moving.iter().map(square).sum::<f64>() / count).sqrt();
+    let room = subject.space.volume() / count;
+    let spacing = match subject.space.dimensions() {
+        3 => libm::cbrt(room),
+        2 => room.sqrt(),
+        _ => room,
+    };
+    let flights = setup.duration * speed / spacing;
+    let budget = FREE + if flights.is_finite() { PER_FLIGHT * flights * count } else { 0.0 };
+    (budget / work.max(1.0)).clamp(FEWEST, MOST).floor()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::subject::{Sample, Subject};
+    use super::*;
+    use crate::Vector;
+    use crate::model::space::Space;
+
+    fn schedule(start: f64, duration: f64, given: Option<f64>, work: f64) -> Schedule {
+        let subject = Subject::of_points(Space::periodic_cube(10.0), 1000);
+        let velocities = vec![Vector::new(1.0, 0.0, 0.0); 1000];
+        let sample = Sample { time: start, positions: &[], velocities: &velocities, images: &[], displacement: 0.0 };
+        Schedule::new(&Setup { subject: &subject, sample, duration }, given, work)
+    }
+
+    #[test]
+    fn times_are_multiples_and_begin_after_the_start() {
+        let mut schedule = schedule(5.0, 100.0, Some(0.1), 1.0);
+        assert!(!schedule.is_due(5.0));
+        for k in 1..1000 {
+            assert_eq!(schedule.next(), 5.0 + f64::from(k) * 0.1);
+            assert!(schedule.is_due(schedule.next()));
+        }
+        assert!(schedule.is_due(1e3) && schedule.next() > 1e3 && schedule.next() < 1e3 + 0.2);
+    }
+
+    #[test]
+    fn dear_samples_are_fewer() {
+        assert_eq!(schedule(0.0, 100.0, None, 1.0).next(), 0.5);
+        // 5e8 operations, and 100 lengths of flight for 1000 particles at 200 each: 2e7.
+        assert_eq!(schedule(0.0, 100.0, None, 5.2e6).next(), 1.0);
+        assert_eq!(schedule(0.0, 100.0, None, 1e12).next(), 100.0 / 16.0);
+    }
+
+    #[test]
+    fn an_interval_of_its_own_choice_doubles() {
+        let mut schedule = schedule(0.0, 1.0, None, 1.0);
+        let mut count = 0;
+        while schedule.next() < 1000.0 {
+            assert!(schedule.is_due(schedule.next()));
+            count += 1;
+        }
+        assert!(count < 200 * 12, "{count}");
+    }
+
+    #[test]
+    fn an_interval_below_the_spacing_of_numbers_still_goes_on() {
+        let mut schedule = schedule(1e6, 1.0, Some(1e-300), 1.0);
+        for _ in 0..100 {
+            let now = schedule.next();
+            assert!(schedule.is_due(now) && schedule.next() > now);
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! The slope of the straight part of a curve, with an error that knows how its points are correlated.
+
+use crate::analysis::statistics::{CurveAverage, Estimate};
+
+/// Slopes of both halves of a straight part differ by less than this part of the slope, or by three errors.
+const STRAIGHT: f64 = 0.1;
+
+/// Fewest points for a slope whose halves can be compared.
+const FEWEST: usize = 6;
+
+/// Where a straight part is looked for: from a quarter of the longest time on.
+pub(super) fn straight_part(longest: usize) -> std::ops::RangeInclusive<usize> {
+    longest.div_ceil(4)..=longest
+}
+
+/// Coefficients of the least-squares slope over lags `k spacing`, as terms for elements `offset + k`.
+pub(super) fn slope_terms(lags: std::ops::RangeInclusive<usize>, spacing: f64, offset: usize) -> Vec<(usize, f64)> {
+    let centre = 0.5 * (*lags.start() as f64 + *lags.end() as f64);
+    let squares: f64 = lags.clone().map(|k| (k as f64 - centre) * (k as f64 - centre)).sum();
+    lags.map(|k| (offset + k, (k as f64 - centre) / (squares * spacing))).collect()
+}
+
+/// Slope of a curve of means over its last three quarters; `None` where that part is not straight, or too short.
+///
+/// `slope` takes terms to an estimate, so that a curve may be corrected for its mean.
+pub(super) fn straight_slope(
+    longest: usize,
+    spacing: f64,
+    offset: usize,
+    slope: impl Fn(&[(usize, f64)]) -> Option<Estimate>,
+) -> Option<Estimate> {
+    let part = straight_part(longest);
+    let (first, last) = (*part.start(), *part.end());
+    if last + 1 < first + FEWEST {
+        return None;
+    }
+    let middle = first + (last - first) / 2;
+    let whole = slope(&slope_terms(part, spacing, offset))?;
+    let mut difference = slope_terms(first..=middle, spacing, offset);
+    difference.extend(slope_terms(middle..=last, spacing, offset).into_iter().map(|(k, c)| (k, -c)));
+    let bend = slope(&difference)?;
+    let tolerance = (STRAIGHT * whole.mean.abs()).max(3.0 * bend.standard_error.unwrap_or(0.0));
+    (bend.mean.abs() <= tolerance).then_some(whole)
+}
+
+/// Plain combination of the means.
+pub(super) fn of_means(average: &CurveAverage) -> impl Fn(&[(usize, f64)]) -> Option<Estimate> + '_ {
+    |terms| average.combination(terms)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(f: impl Fn(f64) -> f64) -> CurveAverage {
+        let mut average = CurveAverage::new(20);
+        // Two that differ by a constant.
+        (0..16).for_each(|n| average.add_all((0..20).map(|k| f(f64::from(k)) + f64::from(n % 2))));
+        average
+    }
+
+    #[test]
+    fn a_straight_line_has_its_slope_and_a_bent_one_none() {
+        let line = curve(|t| 3.0 * t + 1.0);
+        let slope = straight_slope(16, 0.5, 2, of_means(&line)).unwrap();
+        assert!((slope.mean - 6.0).abs() < 1e-12 && slope.standard_error.unwrap() < 1e-12, "{slope:?}");
+        let parabola = curve(|t| t * t);
+        assert_eq!(straight_slope(16, 0.5, 0, of_means(&parabola)), None);
+    }
+
+    #[test]
+    fn a_bend_at_short_times_does_no_harm_and_too_few_points_are_none() {
+        let late = curve(|t| if t < 4.0 { t * t } else { 8.0 * t - 16.0 });
+        assert!((straight_slope(16, 1.0, 0, of_means(&late)).unwrap().mean - 8.0).abs() < 1e-12);
+        assert_eq!(straight_slope(5, 1.0, 0, of_means(&late)), None);
+    }
+}

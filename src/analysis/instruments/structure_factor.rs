@@ -1,0 +1,202 @@
+//! The static structure factor.
+
+mod vectors;
+
+use super::instrument::{Instrument, Setup};
+use super::quantity::{Curve, Measured, Series, Variable};
+use super::schedule::Schedule;
+use super::subject::{Sample, Subject};
+use crate::analysis::statistics::CurveAverage;
+use crate::base::numbers::trunc_to_usize;
+use crate::model::measurement_plan as plan;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+use vectors::Shell;
+
+/// Vectors of one shell.
+const MOST_VECTORS: f64 = 20.0;
+
+/// A sample has no more products of particles and vectors than this, if a shell can do with six vectors.
+const MOST_PRODUCTS: f64 = 4e8;
+
+const FEWEST_VECTORS: f64 = 6.0;
+
+/// `S(q) = |sum_j exp(i q.r_j)|^2 / N` over the particles that move, at wave vectors of the periodic axes, by shells of `|q|`.
+///
+/// Without a periodic axis there are no wave vectors, and nothing is measured. Those of a sheared box change while its images slide.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct StructureFactor {
+    schedule: Schedule,
+    /// In a sheared box those of the last sample.
+    shells: Vec<Shell>,
+    curve: CurveAverage,
+    sliding: Option<Sliding>,
+}
+
+/// What chooses the wave vectors of a sheared box anew, at each sample.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Sliding {
+    largest: f64,
+    per_shell: usize,
+    /// Mean wave number of each shell.
+    wave_numbers: CurveAverage,
+}
+
+impl StructureFactor {
+    pub fn new(plan: &plan::StructureFactor, setup: &Setup<'_>) -> Self {
+        let subject = setup.subject;
+        let count = subject.moving.len().max(1) as f64;
+        let diameter = subject.moving.iter().map(|&id| subject.diameters[subject.species[id as usize] as usize]);
+        let diameter = diameter.fold(0.0, f64::max);
+        let default = if diameter > 0.0 { 6.0 * PI / diameter } else { f64::INFINITY };
+        let per_shell = (MOST_PRODUCTS / count / vectors::MOST_SHELLS).clamp(FEWEST_VECTORS, MOST_VECTORS);
+        let (largest, per_shell) = (plan.largest.unwrap_or(default), trunc_to_usize(per_shell));
+        let is_sliding = subject.shear_rate != 0.0;
+        let shells = if is_sliding {
+            vectors::all_shells(&subject.space, setup.sample.displacement, largest, per_shell)
+        } else {
+            vectors::shells(&subject.space, largest, per_shell)
+        };
+        let products: usize = shells.iter().map(|shell| shell.vectors.len()).sum();
+        let powers: usize = longest(&shells).iter().sum();
+        Self {
+            // Two complex products for each vector, and one for each power.
+            schedule: Schedule::new(setup, plan.interval, count * (4 * products + 4 * powers) as f64),
+            curve: CurveAverage::new(shells.len()),
+            sliding: is_sliding.then(|| Sliding { largest, per_shell, wave_numbers: CurveAverage::new(shells.len()) }),
+            shells,
+        }
+    }
+
+    /// The wave numbers of the shells that were measured, and which shells those are.
+    fn measured_shells(&self) -> Vec<(usize, f64)> {
+        match &self.sliding {
+            None => self.shells.iter().map(|shell| shell.wave_number).enumerate().collect(),
+            Some(sliding) => {
+                let means = sliding.wave_numbers.means().into_iter().enumerate();
+                means.filter_map(|(index, mean)| Some((index, mean?))).collect()
+            }
+        }
+    }
+
+    fn method(&self, shells: usize) -> String {
+        let vectors = match &self.sliding {
+            None => {
+                let vectors = self.shells.iter().map(|shell| shell.vectors.len()).sum::<usize>();
+                format!("{vectors} wave vectors of the periodic box")
+            }
+            Some(_) => "the wave vectors that the sheared box has at the time of each sample, 2 pi (n_x / L_x, (n_y - n_x d / L_x) / \
+                        L_y, n_z / L_z) with the displacement d of its images, q being their mean,"
+                .to_owned(),
+        };
+        format!(
+            "S(q) = <|sum_j exp(i q.r_j)|^2> / N over the particles that move, at {vectors} in {shells} shells of |q|, those along the \
+             axes and diagonals of the box first; a crystal has most of its peaks between them"
+        )
+    }
+}
+
+/// The largest multiples along the axes.
+fn longest(shells: &[Shell]) -> [usize; 3] {
+    let along = |k: usize| shells.iter().flat_map(move |shell| shell.vectors.iter().map(move |n| n[k].unsigned_abs()));
+    std::array::from_fn(|k| along(k).max().unwrap_or(0) as usize)
+}
+
+impl Instrument for StructureFactor {
+    fn next_sample(&self) -> f64 {
+        self.schedule.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        if !self.schedule.is_due(sample.time) {
+            return;
+        }
+        if let Some(sliding) = &mut self.sliding {
+            let Sliding { largest, per_shell, wave_numbers } = sliding;
+            self.shells = vectors::all_shells(&subject.space, sample.displacement, *largest, *per_shell);
+            // A shell without vectors adds nothing.
+            let of = |shell: &Shell| if shell.vectors.is_empty() { f64::NAN } else { shell.wave_number };
+            wave_numbers.add_all(self.shells.iter().map(of));
+        }
+        let sums = density_modes(&self.shells, sample, subject);
+        let count = subject.moving.len() as f64;
+        let mut rest = &sums[..];
+        let mut values = Vec::with_capacity(self.shells.len());
+        for shell in &self.shells {
+            let (own, after) = rest.split_at(shell.vectors.len());
+            let squares: f64 = own.iter().map(|[re, im]| re * re + im * im).sum();
+            values.push(squares / (count * own.len() as f64));
+            rest = after;
+        }
+        self.curve.add_all(values);
+    }
+
+    fn report(&self, _subject: &Subject, measured: &mut Measured) {
+        let shells = self.measured_shells();
+        if shells.is_empty() {
+            return;
+        }
+        let (means, errors) = (self.curve.means(), self.curve.standard_errors());
+        measured.curves.push(Curve {
+            name: "structure_factor".to_owned(),
+            title: "Static structure factor".to_owned(),
+            method: self.method(shells.len()),
+            variables: vec![Variable {
+                name: "q".to_owned(),
+                unit: "1 / length".to_owned(),
+                values: shells.iter().map(|&(_, wave_number)| wave_number).collect(),
+            }],
+            series: vec![Series {
+                name: "S(q)".to_owned(),
+                unit: "1".to_owned(),
+                values: shells.iter().map(|&(index, _)| means[index]).collect(),
+                standard_errors: shells.iter().map(|&(index, _)| errors[index]).collect(),
+            }],
+            is_logarithmic: [false; 2],
+            published: Vec::new(),
+        });
+    }
+}
+
+fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
+    [a * c - b * d, a * d + b * c]
+}
+
+/// `sum_j exp(i q.r_j)` for all vectors of all shells, one after the other.
+///
+/// One sine and cosine for each particle and axis; powers follow by multiplication, with errors of `n` units in the last place.
+fn density_modes(shells: &[Shell], sample: &Sample<'_>, subject: &Subject) -> Vec<[f64; 2]> {
+    let longest = longest(shells);
+    let multiples: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.iter().copied()).collect();
+    // Where the power of each axis is in its table, which begins with the most negative one.
+    let place = |n: &[i32; 3]| std::array::from_fn(|k| longest[k].saturating_add_signed(n[k] as isize));
+    let places: Vec<[usize; 3]> = multiples.iter().map(place).collect();
+    let mut tables = longest.map(|most| vec![[1.0, 0.0]; 2 * most + 1]);
+    let mut sums = vec![[0.0; 2]; multiples.len()];
+    for &id in &subject.moving {
+        let mut position = sample.positions[id as usize];
+        if sample.displacement != 0.0 {
+            // The phase along x is that of the point in the plane of the box's lower corner that the point comes from, sheared.
+            position.x -= sample.displacement * ((position.y - subject.space.lower.y) / subject.space.size.y);
+        }
+        for k in (0..3).filter(|&k| longest[k] > 0) {
+            let phase = 2.0 * PI * ((position[k] - subject.space.lower[k]) / subject.space.size[k]);
+            let (sine, cosine) = libm::sincos(phase);
+            let mut power = [1.0, 0.0];
+            for n in 1..=longest[k] {
+                power = product(power, [cosine, sine]);
+                tables[k][longest[k] + n] = power;
+                tables[k][longest[k] - n] = [power[0], -power[1]];
+            }
+        }
+        for (sum, &[x, y, z]) in sums.iter_mut().zip(&places) {
+            let [re, im] = product(product(tables[0][x], tables[1][y]), tables[2][z]);
+            sum[0] += re;
+            sum[1] += im;
+        }
+    }
+    sums
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,208 @@
+//! What an instrument is shown: the constants of a scene, and its particles at one time.
+
+use crate::Vector;
+use crate::engine::Snapshot;
+use crate::model::space::{Boundary, Face, Space};
+use crate::model::{Bond, InteractionId, Scene, SpeciesPairs};
+
+/// What stays the same while a scene is measured, by particle id.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// The box.
+    pub space: Space,
+    /// Names of the species.
+    pub species_names: Vec<String>,
+    /// Diameters of the species `[length]`.
+    pub diameters: Vec<f64>,
+    /// Species of each particle, an index into the names.
+    pub species: Vec<u32>,
+    /// Masses `[mass]`; infinite for static particles.
+    pub masses: Vec<f64>,
+    /// By species, how many times smaller the volume is that its centres can reach than the box, because walls keep them a radius away.
+    pub crowding: Vec<f64>,
+    /// Ids of the particles that move, ascending.
+    pub moving: Vec<u32>,
+    /// The distances at which the cores of strangers touch `[length]`, of species that have some.
+    pub cores: SpeciesPairs<f64>,
+    /// The two ends of each bond.
+    pub bonds: Vec<[u32; 2]>,
+    /// The shortest and the longest distance that any bond reaches to `[length]`; zeros without bonds.
+    pub bond_lengths: [f64; 2],
+    /// Whether nothing from outside changes the total momentum.
+    pub conserves_momentum: bool,
+    /// Axes along which that holds, in a sheared box relative to what streams.
+    pub conserved_axes: [bool; 3],
+    /// Whether particles accelerate between events.
+    pub is_accelerated: bool,
+    /// Whether the fluid is homogeneous and free: periodic, without gravity, walls or static particles.
+    pub is_homogeneous: bool,
+    /// Whether no contact dissipates.
+    pub is_elastic: bool,
+    /// Whether the potential energy of some pair depends on its state.
+    pub has_wells: bool,
+    /// Shear rate of the box `[1 / time]`; 0 at rest.
+    pub shear_rate: f64,
+    /// The seed of the scene, for what is measured on a random choice of particles.
+    pub seed: u64,
+}
+
+impl Subject {
+    /// The constants of a scene.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let species: Vec<u32> = scene.particles.iter().map(|particle| particle.species.0).collect();
+        let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
+        let lengths =
+            |bond: &Bond| [potential(&bond.interaction).core().unwrap_or(0.0), potential(&bond.interaction).range()];
+        let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
+        let meaning = crate::analysis::observables::Meaning::of(scene);
+        let is_soft = |boundary: &Boundary| {
+            let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
+            matches!(boundary, Boundary::Bounded { lower, upper } if is_soft(lower) || is_soft(upper))
+        };
+        Self {
+            space: scene.space.clone(),
+            species_names: scene.species.iter().map(|species| species.name.clone()).collect(),
+            diameters: scene.species.iter().map(|species| species.diameter).collect(),
+            crowding: scene
+                .species
+                .iter()
+                .map(|species| scene.space.volume() / scene.space.accessible_volume(species.diameter))
+                .collect(),
+            moving: (0..).zip(&masses).filter(|(_, mass)| mass.is_finite()).map(|(id, _)| id).collect(),
+            species,
+            masses,
+            cores: scene.table.map(|id| potential(&id).core()),
+            bond_lengths: bond_lengths.unwrap_or_default(),
+            bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
+            conserves_momentum: meaning.conserves_momentum,
+            conserved_axes: meaning.conserved_axes,
+            is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
+            is_homogeneous: meaning.is_homogeneous,
+            is_elastic: scene.interactions.iter().all(|interaction| interaction.restitution == 1.0)
+                && !scene.space.boundary.iter().any(is_soft),
+            has_wells: meaning.has_wells,
+            shear_rate: scene.shear_rate.unwrap_or(0.0),
+            seed: scene.seed,
+        }
+    }
+
+    /// Indices of the axes that are not flat.
+    pub(super) fn axes(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)
+    }
+
+    /// The axes along which walls press, or all that are not flat where there are none: those that the pressure is a mean over.
+    pub(super) fn pressed_axes(&self) -> Vec<usize> {
+        let walled: Vec<usize> = self.axes().filter(|&axis| self.space.walls(axis) == 2).collect();
+        if walled.is_empty() { self.axes().collect() } else { walled }
+    }
+
+    /// How many times smaller the volume is that the centres of particles like this one can reach than the box.
+    pub(super) fn crowding_of(&self, id: u32) -> f64 {
+        self.crowding[self.species[id as usize] as usize]
+    }
+
+    /// Mass of everything that moves `[mass]`.
+    pub(super) fn moving_mass(&self) -> f64 {
+        self.moving.iter().map(|&id| self.masses[id as usize]).sum()
+    }
+
+    /// Velocity of what streams at a position of a sheared box: `rate (y - y_middle)` along x `[length / time]`.
+    pub(super) fn streaming_velocity(&self, position: &Vector) -> Vector {
+        if self.shear_rate == 0.0 {
+            return Vector::zeros();
+        }
+        let middle = self.space.lower.y + 0.5 * self.space.size.y;
+        Vector::new(self.shear_rate * (position.y - middle), 0.0, 0.0)
+    }
+
+    /// Velocity of the centre of mass along the axes on which it is a constant of the motion; zero along others, for a single
+    /// particle, and in a sheared box `[length / time]`.
+    pub(super) fn drift(&self, velocities: &[Vector]) -> Vector {
+        if self.shear_rate == 0.0 && self.moving.len() > 1 { self.common_velocity(velocities) } else { Vector::zeros() }
+    }
+
+    /// Velocity of the centre of mass along the axes on which nothing from outside changes it; zero along others, and where nothing moves
+    /// `[length / time]`.
+    pub(super) fn common_velocity(&self, velocities: &[Vector]) -> Vector {
+        if self.moving.is_empty() || self.conserved_axes == [false; 3] {
+            return Vector::zeros();
+        }
+        let momentum: Vector = self.moving.iter().map(|&id| velocities[id as usize] * self.masses[id as usize]).sum();
+        let common = momentum / self.moving_mass();
+        Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
+    }
+
+    /// What remains of the mean square of a component of the thermal velocity of a particle of some mass, `T / m`, where the momentum along
+    /// the axis is conserved: a part `1 - m / M`, with the mass `M` of everything that moves. Relative to all of it, elsewhere 1.
+    pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {
+        if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
+    }
+
+    /// Points of one species, of mass and diameter 1, that do not interact.
+    #[cfg(test)]
+    pub(crate) fn of_points(space: Space, count: u32) -> Self {
+        Self {
+            space,
+            species_names: vec!["A".to_owned()],
+            diameters: vec![1.0],
+            crowding: vec![1.0],
+            species: vec![0; count as usize],
+            masses: vec![1.0; count as usize],
+            moving: (0..count).collect(),
+            cores: SpeciesPairs::new(1),
+            bonds: Vec::new(),
+            bond_lengths: [0.0; 2],
+            conserves_momentum: true,
+            conserved_axes: [true; 3],
+            is_accelerated: false,
+            is_homogeneous: true,
+            is_elastic: true,
+            has_wells: false,
+            shear_rate: 0.0,
+            seed: 1,
+        }
+    }
+}
+
+/// All particles at one time, in the order of their ids.
+#[derive(Debug, Clone, Copy)]
+pub struct Sample<'a> {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Positions `[length]`, `N x 3`; within the box along periodic axes but for round-off.
+    pub positions: &'a [Vector],
+    /// Velocities `[length / time]`, `N x 3`.
+    pub velocities: &'a [Vector],
+    /// Periods travelled since the start along each axis.
+    pub images: &'a [[i32; 3]],
+    /// Displacement of the next image up, along x, in `(-L_x / 2, L_x / 2]`; 0 in a box at rest `[length]`.
+    pub displacement: f64,
+}
+
+impl<'a> Sample<'a> {
+    /// A snapshot.
+    #[must_use]
+    pub fn of(snapshot: &'a Snapshot) -> Self {
+        Self {
+            time: snapshot.time,
+            positions: &snapshot.positions,
+            velocities: &snapshot.velocities,
+            images: &snapshot.images,
+            displacement: snapshot.displacement,
+        }
+    }
+
+    /// Where a particle would be if it had never been wrapped `[length]`: position + image * period, and in a sheared box along x also
+    /// the displacement of each image along y.
+    #[must_use]
+    pub fn unwrapped(&self, id: usize, space: &Space) -> Vector {
+        let (position, image) = (self.positions[id], self.images[id]);
+        // The period of an axis that is not periodic is infinite, and its image 0.
+        let travelled = |k: usize| if image[k] == 0 { 0.0 } else { f64::from(image[k]) * space.size[k] };
+        let slid = if self.displacement == 0.0 { 0.0 } else { f64::from(image[1]) * self.displacement };
+        position + Vector::new(travelled(0) + slid, travelled(1), travelled(2))
+    }
+}

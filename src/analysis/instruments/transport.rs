@@ -1,0 +1,222 @@
+//! Viscosity and thermal conductivity by Einstein-Helfand relations.
+
+mod report;
+
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+
+use super::free_time::mean_free_time;
+use super::instrument::{Instrument, Setup};
+use super::momentum_flow::{HeatFlow, MomentumFlow, trace};
+use super::quantity::Measured;
+use super::stretches::{Stretches, feasible};
+use super::subject::{Sample, Subject};
+use crate::analysis::statistics::CurveAverage;
+use crate::base::numbers::trunc_to_usize;
+use crate::engine::event::Event;
+use crate::model::measurement_plan::Transport as Plan;
+
+/// Samples by which rounding is taken out of the flows, unless the run is longer than expected.
+const SAMPLES: u32 = 100;
+
+/// Moments in a mean free time, and mean free times in the longest time, unless they are given.
+const MOMENTS_PER_FREE_TIME: f64 = 2.0;
+const LONGEST_FREE_TIMES: f64 = 40.0;
+
+/// Fewest and most moments of a span that are chosen, and most that can be asked for.
+const FEWEST: f64 = 20.0;
+const MOST_CHOSEN: f64 = 80.0;
+const MOST: f64 = 1000.0;
+
+/// Part of the duration that a chosen span takes at most.
+const SPANS: f64 = 20.0;
+
+/// Curves, each over the lags from 1 to the last one.
+const SHEAR: usize = 0;
+const BULK: usize = 1;
+/// The mean that belongs to the squares of [`BULK`].
+const BULK_MEAN: usize = 2;
+const HEAT: usize = 3;
+const CURVES: usize = 4;
+
+/// Helfand moments since the start, at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Moments {
+    /// `xy`, `xz`, `yz`.
+    shear: [f64; 3],
+    /// The trace by axis.
+    bulk: f64,
+    /// Of energy.
+    heat: [f64; 3],
+}
+
+/// Measures how far Helfand's moments spread.
+///
+/// `G_ab` changes by `sum m v_a v_b dt` between events and by `r_ij,a J_b` at events; that of energy by `sum (m/2 v^2) v_a dt` and
+/// `r_ij,a dE_i`. Both are exact for particles without acceleration and known at any time, without looking at particles: at multiples of
+/// the interval they are written down, and compared with all before, up to the span:
+///
+/// | coefficient | limit for long times of |
+/// |---|---|
+/// | shear viscosity | `<dG_xy^2> / (2 V T t)`, averaged over the pairs of axes |
+/// | bulk viscosity | `<(dG_p - <dG_p>)^2> / (2 V T t)`, `G_p = trace(G) / D` |
+/// | thermal conductivity | `<dG_x^2> / (2 V T^2 t)`, averaged over the axes |
+///
+/// The total energy is constant here, so that `<dG_p> = P V t` is that of the run itself. Energy flows in collisions between hard cores only:
+/// where particles have potential energies, or differ, so that heat and matter flow together, the conductivity is not known.
+///
+/// Small systems of constant energy and momentum have somewhat less: a hundred spheres by some per cent, the conductivity by ten.
+///
+/// Helfand, Phys. Rev. 119, 1 (1960), [doi:10.1103/PhysRev.119.1](https://doi.org/10.1103/PhysRev.119.1); Alder, Gass and Wainwright,
+/// J. Chem. Phys. 53, 3813 (1970), [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(super) struct Transport {
+    samples: Stretches,
+    start: f64,
+    interval: f64,
+    lags: usize,
+    /// Number of moments that were written down, the first at the start.
+    written: u64,
+    flow: MomentumFlow,
+    heat: Option<HeatFlow>,
+    /// The last ones, not more than lags; none where nothing can be measured.
+    moments: VecDeque<Moments>,
+    /// `P V` as far as was known when the first span had passed, taken off so that squares keep their digits.
+    virial: Option<f64>,
+    average: CurveAverage,
+    is_meaningful: bool,
+}
+
+impl Transport {
+    /// Where they are left open, the span is 40 mean free times, or a twentieth of the duration if that is less, with 20 to 80
+    /// intervals, two in a mean free time.
+    pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
+        let &Setup { subject, sample, duration } = setup;
+        let (interval, lags) = grid(plan, setup);
+        let species = |id: &u32| subject.species[*id as usize];
+        let is_pure = subject.moving.windows(2).all(|pair| species(&pair[0]) == species(&pair[1]));
+        let flow = MomentumFlow::new(&sample, subject);
+        let drift = subject.drift(sample.velocities);
+        Self {
+            samples: Stretches::new(sample.time, None, duration, SAMPLES),
+            start: sample.time,
+            interval,
+            lags,
+            written: 0,
+            heat: (is_pure && !subject.has_wells).then(|| HeatFlow::new(&sample, subject, &drift)),
+            flow,
+            moments: VecDeque::new(),
+            virial: None,
+            average: CurveAverage::new(CURVES * lags),
+            is_meaningful: subject.is_homogeneous
+                && subject.conserves_momentum
+                && subject.is_elastic
+                && !subject.is_accelerated,
+        }
+    }
+
+    /// Goes on to a time up to which nothing happens, and writes moments down on the way.
+    fn pass(&mut self, time: f64, subject: &Subject) {
+        loop {
+            let due = self.start + self.written as f64 * self.interval;
+            if due > time {
+                return;
+            }
+            self.flow.pass(due);
+            if let Some(heat) = &mut self.heat {
+                heat.pass(due);
+            }
+            self.write(due, subject);
+        }
+    }
+
+    fn write(&mut self, time: f64, subject: &Subject) {
+        let sum = |k: usize| self.flow.kinetic[k] + self.flow.collisional[k];
+        let dimensions = subject.space.dimensions() as f64;
+        let now = Moments {
+            shear: [sum(3), sum(4), sum(5)],
+            bulk: (trace(&self.flow.kinetic) + trace(&self.flow.collisional)) / dimensions,
+            heat: self.heat.as_ref().map_or([0.0; 3], |heat| [0, 1, 2].map(|k| heat.integral[k])),
+        };
+        if self.moments.len() == self.lags {
+            let virial = *self.virial.get_or_insert(now.bulk / (time - self.start));
+            self.compare(&now, virial, dimensions);
+            self.moments.pop_front();
+        }
+        self.moments.push_back(now);
+        self.written += 1;
+    }
+
+    /// Squares of the differences to all moments that are remembered, the last one first.
+    fn compare(&mut self, now: &Moments, virial: f64, dimensions: f64) {
+        let square = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+        // Components along flat axes are zero.
+        let pairs = (0.5 * dimensions * (dimensions - 1.0)).max(1.0);
+        let lags = || self.moments.iter().rev();
+        let shear = lags().map(|then| square(&now.shear, &then.shear) / pairs);
+        let bulk =
+            lags().zip(1_u32..).map(|(then, lag)| now.bulk - then.bulk - virial * self.interval * f64::from(lag));
+        let heat = lags().map(|then| square(&now.heat, &then.heat) / dimensions);
+        let values = shear.chain(bulk.clone().map(|x| x * x)).chain(bulk).chain(heat);
+        self.average.add_all(values);
+    }
+}
+
+/// Interval and number of lags.
+fn grid(plan: &Plan, setup: &Setup<'_>) -> (f64, usize) {
+    let free_time = mean_free_time(setup.subject, &setup.sample);
+    let part = setup.duration / SPANS;
+    let longest = free_time.map_or(part, |time| part.min(LONGEST_FREE_TIMES * time));
+    let chosen = |span: f64| {
+        let fitting = free_time.map_or(FEWEST, |time| (span / time * MOMENTS_PER_FREE_TIME).round());
+        fitting.clamp(FEWEST, MOST_CHOSEN)
+    };
+    let (interval, lags) = match (plan.interval, plan.span) {
+        (Some(interval), Some(span)) => (interval, (span / interval).round()),
+        (Some(interval), None) => (interval, (longest / interval).round().max(FEWEST)),
+        (None, span) => {
+            let span = span.unwrap_or(longest);
+            (span / chosen(span), chosen(span))
+        }
+    };
+    (feasible(interval, setup.duration), trunc_to_usize(lags.clamp(1.0, MOST)))
+}
+
+impl Instrument for Transport {
+    fn next_sample(&self) -> f64 {
+        if self.is_meaningful { self.samples.next() } else { f64::INFINITY }
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        if !self.is_meaningful {
+            return;
+        }
+        self.pass(sample.time, subject);
+        self.flow.synchronise(sample, subject);
+        let drift = *self.flow.drift();
+        if let Some(heat) = &mut self.heat {
+            heat.synchronise(sample, subject, &drift);
+        }
+        self.samples.pass(sample.time);
+    }
+
+    fn has_events(&self) -> bool {
+        self.is_meaningful
+    }
+
+    fn event(&mut self, event: &Event, subject: &Subject) {
+        self.pass(event.time, subject);
+        let transfer = self.flow.event(event, subject);
+        if let Some(heat) = &mut self.heat {
+            heat.pass(event.time);
+            heat.event(&transfer);
+        }
+    }
+
+    fn report(&self, subject: &Subject, measured: &mut Measured) {
+        report::report(self, subject, measured);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,133 @@
+//! Short simulations for the tests of instruments.
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::instrument::{Instrument, Setup};
+use super::quantity::{Measured, Number};
+use super::subject::{Sample, Subject};
+use crate::engine::event::Event;
+use crate::engine::{Simulation, Until};
+use crate::model::Scene;
+use crate::model::potential::Potential;
+use crate::scene::{Amount, Lattice, SceneBuilder};
+
+/// Hard spheres of diameter, mass and temperature 1 in a periodic cube, from a crystal.
+pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (Subject, Simulation) {
+    start(
+        SceneBuilder::new("fluid")
+            .seed(5)
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(packing_fraction))
+            .temperature(1.0)
+            .build()
+            .unwrap(),
+    )
+}
+
+/// A scene and its constants.
+pub(super) fn start(scene: Scene) -> (Subject, Simulation) {
+    (Subject::of(&scene), Simulation::new(scene))
+}
+
+/// Goes on without measuring.
+pub(super) fn equilibrate(simulation: &mut Simulation, events_per_particle: u64) {
+    let events = simulation.tally().physical() + events_per_particle * simulation.moving() as u64;
+    simulation.advance(Until::events(events)).unwrap();
+}
+
+/// A new instrument at the time where a simulation is.
+pub(super) fn instrument<I>(
+    simulation: &Simulation,
+    subject: &Subject,
+    duration: f64,
+    new: impl FnOnce(&Setup<'_>) -> I,
+) -> I {
+    let snapshot = simulation.snapshot();
+    new(&Setup { subject, sample: Sample::of(&snapshot), duration })
+}
+
+/// Goes on for a time and shows an instrument what it wants to see, and at the end everything.
+pub(super) fn measure(simulation: &mut Simulation, subject: &Subject, instrument: &mut dyn Instrument, duration: f64) {
+    let end = simulation.time() + duration;
+    loop {
+        let time = instrument.next_sample().min(end);
+        let has_events = instrument.has_events();
+        let show = |event: &_| {
+            if has_events {
+                instrument.event(event, subject);
+            }
+        };
+        simulation.advance_with(Until::time(time), show).unwrap();
+        instrument.sample(&Sample::of(&simulation.snapshot()), subject);
+        if time >= end {
+            return;
+        }
+    }
+}
+
+/// An instrument, and one that is read back from its own record after every sample.
+pub(super) struct Recorded<I> {
+    pub instrument: I,
+    pub again: I,
+}
+
+impl<I: Instrument + Clone + Serialize + DeserializeOwned> Recorded<I> {
+    pub fn new(instrument: I) -> Self {
+        Self { again: instrument.clone(), instrument }
+    }
+}
+
+impl<I: Instrument + Serialize + DeserializeOwned> Instrument for Recorded<I> {
+    fn next_sample(&self) -> f64 {
+        self.instrument.next_sample()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+        self.instrument.sample(sample, subject);
+        self.again.sample(sample, subject);
+        self.again = serde_json::from_str(&serde_json::to_string(&self.again).unwrap()).unwrap();
+    }
+
+    fn has_events(&self) -> bool {
+        self.instrument.has_events()
+    }
+
+    fn event(&mut self, event: &Event, subject: &Subject) {
+        self.instrument.event(event, subject);
+        self.again.event(event, subject);
+    }
+
+    fn report(&self, subject: &Subject, measured: &mut Measured) {
+        self.again.report(subject, measured);
+    }
+}
+
+/// What an instrument tells.
+pub(super) fn report(instrument: &dyn Instrument, subject: &Subject) -> Measured {
+    let mut measured = Measured::default();
+    instrument.report(subject, &mut measured);
+    let numbers = measured.numbers.iter().flat_map(|number| [number.mean, number.standard_error]);
+    let series = measured.curves.iter().flat_map(|curve| &curve.series);
+    let values = series.flat_map(|series| series.values.iter().chain(&series.standard_errors).copied());
+    assert!(numbers.chain(values).flatten().all(f64::is_finite), "only what is finite is told");
+    for curve in &measured.curves {
+        for series in &curve.series {
+            assert_eq!(series.values.len(), curve.variables[0].values.len());
+            assert_eq!(series.values.len(), series.standard_errors.len());
+        }
+    }
+    measured
+}
+
+/// A number by its name.
+pub(super) fn number<'a>(measured: &'a Measured, name: &str) -> &'a Number {
+    measured.numbers.iter().find(|number| number.name == name).unwrap()
+}
+
+/// Mean and standard error of a number that has both.
+pub(super) fn estimate(measured: &Measured, name: &str) -> (f64, f64) {
+    let number = number(measured, name);
+    (number.mean.unwrap(), number.standard_error.unwrap())
+}

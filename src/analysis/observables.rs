@@ -1,0 +1,275 @@
+//! What is measured along a run: rows at even times, and means with standard errors.
+//!
+//! An observer only reads: a run that is watched has the same trajectory, bit for bit, as one that is not.
+
+mod equilibrium;
+mod meaning;
+
+pub use equilibrium::{Answer, Equilibrium};
+pub use meaning::Meaning;
+
+use crate::Vector;
+use crate::analysis::statistics::{BlockAverage, Estimate, Stationarity};
+use crate::engine::event::Tally;
+use crate::engine::{Energy, Simulation};
+use crate::model::Scene;
+use serde::{Deserialize, Serialize};
+
+/// The state of a simulation at one time, and what happened since the row before.
+///
+/// What means nothing for the scene, or cannot be known yet, is `None`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Physical events since the start of the simulation.
+    pub events: u64,
+    /// Kinetic temperature now `[energy]`.
+    pub temperature: Option<f64>,
+    /// Kinetic energy now `[energy]`.
+    pub kinetic: f64,
+    /// Potential energy now, of pairs and of weight `[energy]`.
+    pub potential: f64,
+    /// Energy that thermostats, walls, growth and shear have supplied so far, less what they took `[energy]`.
+    pub supplied: f64,
+    /// Kinetic and potential energy, and what was dissipated so far, less what was supplied: constant but for round-off `[energy]`.
+    pub ledger: f64,
+    /// Pressure since the row before `[energy / length^D]`.
+    pub pressure: Option<f64>,
+    /// Core contacts per particle and time since the row before `[1 / time]`.
+    pub collision_rate: Option<f64>,
+    /// Height of the centre of mass against gravity `[length]`.
+    pub height: Option<f64>,
+    /// Number of moving particles in each of the regions that the scene counts in.
+    pub counts: Vec<usize>,
+}
+
+const COMPRESSIBILITY: &str = "compressibility_factor";
+
+/// The quantities with a mean over a run, by name, in the order of `summary.json`.
+pub const OBSERVABLES: [(&str, &str); 11] = [
+    ("temperature", "energy"),
+    ("pressure", "energy / length^D"),
+    (COMPRESSIBILITY, "1"),
+    ("collision_rate", "1 / time"),
+    ("potential_energy_per_particle", "energy"),
+    ("pressure_on_lower_x_wall", "energy / length^D"),
+    ("pressure_on_upper_x_wall", "energy / length^D"),
+    ("pressure_on_lower_y_wall", "energy / length^D"),
+    ("pressure_on_upper_y_wall", "energy / length^D"),
+    ("pressure_on_lower_z_wall", "energy / length^D"),
+    ("pressure_on_upper_z_wall", "energy / length^D"),
+];
+
+/// Measures a simulation between the times at which it is asked for a row.
+///
+/// | quantity | measured as |
+/// |---|---|
+/// | temperature `T` | `2 (K - P^2 / 2M) / (D N - c)`, with the momentum `P` along the `c` axes on which it is conserved |
+/// | pressure | `(N T + W / (D t)) / V`, `W` the sum of `r_ij . J` over the events of a time `t` |
+/// | compressibility factor `Z` | mean pressure over `rho` and the mean of `T` |
+/// | pressure between walls | `sum_s N_s T / V_s + W' / t`, `W'` the mean over the axes `k` between walls of the sum of `x_k J_k / V_s` over the particles of all pair events |
+/// | pressure on a wall | momentum that it gave to each species in a time `t`, divided by `t` and by the area `A_s` that its centres can reach |
+/// | collision rate | `n / (N t)`, where `n` counts the Core events that each particle takes part in: two of them in one, or one and a static one |
+/// | potential energy per particle | energy of the pairs over `N` |
+///
+/// A wall keeps centres a radius away, so that those of each species `s` have their own volume `V_s` and area `A_s`. In the momentum along an
+/// axis between walls, `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `N_s T + <sum x J> / t` is `V_s / A_s` times its mean
+/// force on the two walls. So both pressures have the same mean, in a slit that across it; along a slit the pressure is another one.
+///
+/// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
+/// those of straight lines between looks: at its ends, before and after velocities are scaled, and some times in between where a thermostat
+/// scales them.
+///
+/// The pressure is exact for any number of particles. The volume of the phase space below an energy `E` at a given momentum is, with
+/// `f = D N - c` free components of the velocities, proportional to the integral of `(E - U)^(f / 2)` over all positions; that of
+/// the positions goes over all `N` particles, also where the momentum is conserved, because the centre of mass may be anywhere. With Gibbs'
+/// entropy, its logarithm, equipartition is exact, `T = 2 <K'> / f`, and with coordinates in units of the box, whose integral gives a factor
+/// `V^N`, `P = T dS/dV` becomes `P V = N T + <sum r_ij . F_ij> / D`. The free components are in `T` alone. (Two hard spheres in a
+/// cube: `Z = (1 + V / (V - 4 pi sigma^3 / 3)) / 2`, from positions that take `V (V - 4 pi sigma^3 / 3)`.) E. M. Pearson, T. Halicioglu and W. A.
+/// Tiller, Phys. Rev. A 32, 3030 (1985), [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Observer {
+    meaning: Meaning,
+    before: Option<Reading>,
+    piece: Option<Piece>,
+    averages: Vec<BlockAverage>,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Reading {
+    time: f64,
+    tally: Tally,
+    /// Integrals since the measurement began `[energy time]`.
+    temperature: Option<f64>,
+    pair_energy: f64,
+}
+
+/// The last look, and the integrals up to it.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Piece {
+    time: f64,
+    temperature: Option<f64>,
+    pair_energy: f64,
+    /// `[energy time]`
+    integrals: [f64; 2],
+}
+
+impl Observer {
+    /// An observer that has seen nothing yet.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        Self { meaning: Meaning::of(scene), before: None, piece: None, averages: Vec::new() }
+    }
+
+    /// What can be measured in this scene.
+    #[must_use]
+    pub fn meaning(&self) -> &Meaning {
+        &self.meaning
+    }
+
+    /// Measures now, and the interval since the last time.
+    pub fn row(&mut self, simulation: &Simulation) -> Row {
+        let energy = simulation.energy();
+        let temperature = self.look(simulation, &energy);
+        let reading = self.read(simulation);
+        let interval = self.before.and_then(|before| self.interval(&before, &reading));
+        if let Some(interval) = &interval {
+            self.averages.resize(OBSERVABLES.len(), BlockAverage::new(interval.duration));
+            let is_homogeneous = self.meaning.is_homogeneous;
+            let values = [
+                interval.temperature,
+                interval.pressure,
+                // Over that of the temperature it is the compressibility factor.
+                interval.pressure.filter(|_| is_homogeneous).map(|pressure| pressure / self.meaning.number_density),
+                interval.collision_rate,
+                interval.potential_energy,
+            ];
+            let values = values.into_iter().chain(interval.on_walls.into_iter().flatten());
+            for (average, value) in self.averages.iter_mut().zip(values) {
+                average.add(value.unwrap_or(f64::NAN), interval.duration);
+            }
+        }
+        self.before = Some(reading);
+        let (height, counts) = self.meaning.positions(simulation);
+        Row {
+            time: reading.time,
+            events: reading.tally.physical(),
+            temperature,
+            kinetic: energy.kinetic,
+            potential: energy.potential,
+            supplied: reading.tally.supplied.total(),
+            ledger: energy.kinetic + energy.potential + reading.tally.dissipated.total()
+                - reading.tally.supplied.total(),
+            pressure: interval.and_then(|interval| interval.pressure),
+            collision_rate: interval.and_then(|interval| interval.collision_rate),
+            height,
+            counts,
+        }
+    }
+
+    /// The means over all intervals so far, by name; absent if they mean nothing for the scene.
+    #[must_use]
+    pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
+        let estimate = |name: &str, average: &BlockAverage| match name {
+            COMPRESSIBILITY => average.ratio(self.averages.first()?),
+            _ => average.estimate(),
+        };
+        let estimates = OBSERVABLES.iter().zip(&self.averages);
+        estimates.filter_map(|((name, _), average)| Some((*name, estimate(name, average)?))).collect()
+    }
+
+    /// Whether each of them was stationary.
+    #[must_use]
+    pub fn stationarity(&self) -> Vec<(&'static str, Stationarity)> {
+        let of = |name: &str, average: &BlockAverage| match name {
+            COMPRESSIBILITY => average.stationarity_of_ratio(&self.averages[0]),
+            _ => average.stationarity(),
+        };
+        let all = OBSERVABLES.iter().zip(&self.averages).filter(|(_, average)| average.estimate().is_some());
+        all.map(|((name, _), average)| (*name, of(name, average))).collect()
+    }
+
+    /// The same of the second half of what was seen.
+    pub(crate) fn stationarity_of_second_half(&self) -> Vec<(&'static str, Stationarity)> {
+        let halves = Self { averages: self.averages.iter().map(BlockAverage::second_half).collect(), ..self.clone() };
+        halves.stationarity()
+    }
+
+    /// Forgets what was seen: a new stage begins.
+    pub(crate) fn begin(&mut self) {
+        (self.before, self.piece) = (None, None);
+        self.averages.clear();
+    }
+
+    /// Looks at temperature and potential energy: they go on from here on a straight line, up to the next look. Returns the temperature.
+    ///
+    /// Asked for before velocities are scaled, and again after it, so that no mean is over a line across a jump.
+    pub(crate) fn look(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
+        let (time, temperature) =
+            (simulation.time(), self.meaning.temperature(energy.thermal, &energy.peculiar_momentum));
+        let mut integrals = [0.0; 2];
+        if let Some(last) = &self.piece {
+            let half = 0.5 * (time - last.time);
+            let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
+            integrals = [last.integrals[0] + half * mean, last.integrals[1] + half * (last.pair_energy + energy.pair)];
+        }
+        self.piece = Some(Piece { time, temperature, pair_energy: energy.pair, integrals });
+        temperature
+    }
+
+    fn read(&self, simulation: &Simulation) -> Reading {
+        let (has_temperature, [heat, pair]) =
+            self.piece.map_or((false, [0.0; 2]), |piece| (piece.temperature.is_some(), piece.integrals));
+        Reading {
+            time: simulation.time(),
+            tally: *simulation.tally(),
+            temperature: has_temperature.then_some(heat),
+            pair_energy: pair,
+        }
+    }
+
+    fn interval(&self, from: &Reading, to: &Reading) -> Option<Interval> {
+        let duration = to.time - from.time;
+        if duration <= 0.0 {
+            return None;
+        }
+        let meaning = &self.meaning;
+        let moving = meaning.moving as f64;
+        let temperature = from.temperature.zip(to.temperature).map(|(a, b)| (b - a) / duration);
+        let counted = to.tally.since(&from.tally);
+        Some(Interval {
+            duration,
+            temperature,
+            pressure: temperature.and_then(|temperature| meaning.pressure(&counted, duration, temperature)),
+            collision_rate: meaning.has_core.then(|| counted.core_contacts() as f64 / (moving * duration)),
+            potential_energy: meaning.has_wells.then(|| (to.pair_energy - from.pair_energy) / (duration * moving)),
+            on_walls: std::array::from_fn(|axis| {
+                [0, 1].map(|side| meaning.pressure_on_wall(&counted, duration, axis, side))
+            }),
+        })
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Interval {
+    duration: f64,
+    temperature: Option<f64>,
+    pressure: Option<f64>,
+    collision_rate: Option<f64>,
+    potential_energy: Option<f64>,
+    /// Pressures on the walls, by axis, lower and upper.
+    on_walls: [[Option<f64>; 2]; 3],
+}
+
+/// The direction against gravity: that of the mean acceleration, reversed.
+fn upwards(scene: &Scene) -> Option<Vector> {
+    let sum: Vector = scene
+        .particles
+        .iter()
+        .map(|particle| &scene.species[particle.species.0 as usize])
+        .filter(|species| !species.is_static())
+        .map(|species| species.acceleration)
+        .sum();
+    (-sum).try_normalize(0.0)
+}

@@ -1,0 +1,101 @@
+//! Whether a measured stretch was in equilibrium, or in a steady state.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::statistics::Stationarity;
+use crate::base::text::digits;
+
+/// Whether the observables were stationary while they were measured.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Answer {
+    /// All of them, as far as can be seen.
+    Yes,
+    /// At least one drifts.
+    No,
+    /// The run is too short to tell, or nothing that fluctuates was measured.
+    #[default]
+    Unknown,
+}
+
+impl fmt::Display for Answer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Yes => "yes",
+            Self::No => "no",
+            Self::Unknown => "unknown",
+        })
+    }
+}
+
+/// Whether a run was in equilibrium, and which observables are against it.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Equilibrium {
+    /// The answer.
+    pub verdict: Answer,
+    /// What drifts, or is not known, in words.
+    pub reasons: Vec<String>,
+}
+
+impl Equilibrium {
+    /// From the verdict on each observable, by its name.
+    #[must_use]
+    pub fn of(observables: &[(&'static str, Stationarity)]) -> Self {
+        let words = |name: &str| name.replace('_', " ");
+        let drifting = observables.iter().filter_map(|(name, stationarity)| match stationarity {
+            Stationarity::Drifting(by) => Some(format!("{} drifts by {}", words(name), digits(rounded(*by)))),
+            _ => None,
+        });
+        let drifting: Vec<String> = drifting.collect();
+        if !drifting.is_empty() {
+            return Self { verdict: Answer::No, reasons: drifting };
+        }
+        let has = |wanted: Stationarity| observables.iter().any(|(_, stationarity)| *stationarity == wanted);
+        if has(Stationarity::Unknown) {
+            let unknown = observables.iter().filter(|(_, stationarity)| *stationarity == Stationarity::Unknown);
+            let names: Vec<String> = unknown.map(|(name, _)| words(name)).collect();
+            return Self {
+                verdict: Answer::Unknown,
+                reasons: vec![format!("too short to tell for {}", names.join(", "))],
+            };
+        }
+        if has(Stationarity::Stationary) {
+            return Self { verdict: Answer::Yes, reasons: Vec::new() };
+        }
+        Self { verdict: Answer::Unknown, reasons: vec!["nothing that fluctuates was measured".to_owned()] }
+    }
+}
+
+impl fmt::Display for Equilibrium {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.verdict)?;
+        if self.reasons.is_empty() { Ok(()) } else { write!(f, " ({})", self.reasons.join(", ")) }
+    }
+}
+
+/// To two digits.
+fn rounded(drift: f64) -> f64 {
+    format!("{drift:.1e}").parse().unwrap_or(drift)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_drifts_comes_before_what_is_not_known() {
+        let (stationary, unknown, constant) = (Stationarity::Stationary, Stationarity::Unknown, Stationarity::Constant);
+        let drifting = Stationarity::Drifting(1.1234);
+        let text = |all: &[(&'static str, Stationarity)]| Equilibrium::of(all).to_string();
+        assert_eq!(text(&[("temperature", constant), ("pressure", stationary)]), "yes");
+        assert_eq!(text(&[("temperature", unknown), ("pressure", drifting)]), "no (pressure drifts by 1.1)");
+        let expected = "unknown (too short to tell for collision rate)";
+        assert_eq!(text(&[("temperature", stationary), ("collision_rate", unknown)]), expected);
+        let expected = "unknown (too short to tell for temperature, pressure)";
+        assert_eq!(text(&[("temperature", unknown), ("pressure", unknown)]), expected);
+        assert_eq!(text(&[("temperature", constant)]), "unknown (nothing that fluctuates was measured)");
+        assert_eq!(Equilibrium::of(&[]).verdict, Answer::Unknown);
+    }
+}

@@ -1,0 +1,155 @@
+//! Whether a series is stationary: whether it began in equilibrium.
+
+use super::{ROUNDING, halved, spectrum};
+use serde::{Deserialize, Serialize};
+
+/// How far the means of the first quarter and of the second half may be apart, in standard errors of their difference that are known well; and what
+/// is added where these are themselves estimated, over the number of independent values that they come from. With both, one of 300
+/// stationary series is called drifting (measured with autoregressive ones, from -0.5 to 0.9 from one value to the next).
+const LIMIT: (f64, f64) = (3.5, 14.0);
+
+/// The same where the error comes from what is left of the series, or of its second half, beside a straight line: less than it should be.
+const LIMIT_BESIDE_A_LINE: (f64, f64) = (5.0, 12.0);
+
+/// The second half has to be worth so many independent values to call a series stationary;
+const FEWEST: f64 = 10.0;
+
+/// and what is left of the whole series beside a straight line so many to call it drifting.
+const FEWEST_BESIDE_A_LINE: f64 = 5.0;
+
+/// Shorter series tell nothing.
+const FEWEST_VALUES: usize = 20;
+
+/// Longer ones are merged.
+const MOST_VALUES: usize = 512;
+
+/// Whether a series is stationary.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "verdict", content = "by")]
+pub enum Stationarity {
+    /// As far as can be seen.
+    Stationary,
+    /// It does not change at all.
+    Constant,
+    /// The mean of the second half is this much above that of the first quarter, and more than by chance.
+    Drifting(f64),
+    /// The series is too short for its correlation to tell.
+    Unknown,
+}
+
+/// Whether the mean of the first quarter of a series of even weights differs from that of its second half by more than chance: J. Geweke, in
+/// Bayesian Statistics 4 (Oxford University Press, 1992), p. 169, with the spectral density at frequency zero of the second half, which is nearer to
+/// equilibrium.
+///
+/// Where that half drifts itself, or is too short, the error is that of what is left of it, or of the whole series, beside a straight line.
+#[must_use]
+pub fn stationarity(series: &[f64]) -> Stationarity {
+    if series.len() > MOST_VALUES {
+        return stationarity(&halved(series));
+    }
+    let n = series.len();
+    if n < FEWEST_VALUES {
+        return Stationarity::Unknown;
+    }
+    let (first, second) = (&series[..n / 4], &series[n / 2..]);
+    let drift = mean(second) - mean(first);
+    let scale = series.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    // What rounding leaves of a constant does not drift.
+    if series.iter().all(|x| (x - series[0]).abs() <= ROUNDING * scale) {
+        return Stationarity::Constant;
+    }
+    let is_far = |noise: &Noise, limit: (f64, f64)| {
+        let error = (noise.density * (1.0 / first.len() as f64 + 1.0 / second.len() as f64)).sqrt();
+        drift.abs() > (limit.0 + limit.1 / noise.independent) * error
+    };
+    if let Some(noise) = Noise::of(second, false)
+        && noise.independent >= FEWEST
+    {
+        return if is_far(&noise, LIMIT) { Stationarity::Drifting(drift) } else { Stationarity::Stationary };
+    }
+    let is_drifting = [(second, FEWEST), (series, FEWEST_BESIDE_A_LINE)].into_iter().any(|(part, fewest)| {
+        Noise::of(part, true).is_some_and(|noise| noise.independent >= fewest && is_far(&noise, LIMIT_BESIDE_A_LINE))
+    });
+    if is_drifting { Stationarity::Drifting(drift) } else { Stationarity::Unknown }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// What a series does about its mean or about a straight line.
+struct Noise {
+    /// Its spectral density at frequency zero.
+    density: f64,
+    /// How many independent values it is worth.
+    independent: f64,
+}
+
+impl Noise {
+    /// `None` where it is too slow for its length, or nothing is left.
+    fn of(series: &[f64], is_beside_a_line: bool) -> Option<Self> {
+        let n = series.len() as f64;
+        let (middle, mean) = (0.5 * (n - 1.0), mean(series));
+        let mut deviations: Vec<f64> = series.iter().map(|x| x - mean).collect();
+        if is_beside_a_line {
+            let product: f64 = deviations.iter().enumerate().map(|(k, x)| (k as f64 - middle) * x).sum();
+            let slope = 12.0 * product / (n * (n * n - 1.0));
+            deviations.iter_mut().enumerate().for_each(|(k, x)| *x -= slope * (k as f64 - middle));
+        }
+        let variance = deviations.iter().map(|x| x * x).sum::<f64>() / (n - 1.0);
+        if variance.sqrt() <= ROUNDING * mean.abs() {
+            // A line without noise, or a half that stands still.
+            return (variance > 0.0 || mean != 0.0).then_some(Self { density: variance, independent: n });
+        }
+        let relative = spectrum::density_at_zero(&deviations, variance)?;
+        Some(Self { density: relative * variance, independent: n / relative })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::statistics::tests::correlated;
+
+    fn is_drifting(series: &[f64]) -> bool {
+        matches!(stationarity(series), Stationarity::Drifting(_))
+    }
+
+    #[test]
+    fn stationary_series_are_seldom_called_drifting() {
+        for (rho, n) in [(0.0, 200), (0.5, 200), (0.8, 200), (0.9, 200), (0.9, 400), (-0.5, 200), (0.0, 40), (0.5, 60)]
+        {
+            let count = 300;
+            let series = |seed: &u64| correlated(rho, n, 50_000 + seed);
+            let drifting = (0..count).filter(|seed| is_drifting(&series(seed))).count();
+            // One of 300 is expected; five and more come once in 270 times.
+            assert!(drifting <= 4, "rho {rho}, {n} values: {drifting} of {count}");
+        }
+    }
+
+    #[test]
+    fn what_is_far_from_where_it_ends_is_drifting() {
+        // A start that is off by ten standard deviations for a fifth of the series, and a slow drift by three of them.
+        let relaxing = |k: usize| 3.0 * libm::exp(-(k as f64) / 40.0);
+        let rising = |k: usize| 1.0 * k as f64 / 200.0;
+        for (seed, rho) in [(1, 0.0), (2, 0.0), (3, 0.5), (4, 0.5), (5, 0.7)] {
+            let series = |drift: &dyn Fn(usize) -> f64| -> Vec<f64> {
+                correlated(rho, 200, seed).iter().enumerate().map(|(k, x)| x + drift(k)).collect()
+            };
+            assert!(is_drifting(&series(&relaxing)), "{seed}");
+            assert!(rho > 0.0 || is_drifting(&series(&rising)), "{seed}");
+        }
+        let Stationarity::Drifting(by) = stationarity(&(0..200).map(f64::from).collect::<Vec<_>>()) else {
+            panic!("a straight line");
+        };
+        assert_eq!(by, 125.0);
+    }
+
+    #[test]
+    fn a_constant_does_not_drift_and_too_little_is_unknown() {
+        assert_eq!(stationarity(&[1.5; 100]), Stationarity::Constant);
+        assert_eq!(stationarity(&[0.0; 100]), Stationarity::Constant);
+        assert_eq!(stationarity(&correlated(0.0, 19, 1)), Stationarity::Unknown);
+        assert_eq!(stationarity(&correlated(0.99, 100, 1)), Stationarity::Unknown);
+    }
+}

@@ -1,0 +1,7 @@
+//! What every layer may use: exact sums, numbers as text, checksums, the memory of the machine.
+
+pub(crate) mod checksum;
+pub(crate) mod memory;
+pub(crate) mod numbers;
+pub mod sum;
+pub mod text;

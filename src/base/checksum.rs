@@ -1,0 +1,6 @@
+//! Checksums of files.
+
+/// The checksum of some bytes.
+pub(crate) fn checksum(bytes: &[u8]) -> u32 {
+    crc32fast::hash(bytes)
+}

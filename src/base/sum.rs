@@ -1,0 +1,27 @@
+//! Sums that keep what rounding cuts off.
+
+use serde::{Deserialize, Serialize};
+
+/// A sum that keeps what rounding cuts off (Neumaier), so that ledgers measure the dynamics and not the adding up.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Sum {
+    sum: f64,
+    correction: f64,
+}
+
+impl Sum {
+    /// Adds a term.
+    #[inline]
+    pub fn add(&mut self, x: f64) {
+        let sum = self.sum + x;
+        self.correction += if self.sum.abs() >= x.abs() { (self.sum - sum) + x } else { (x - sum) + self.sum };
+        self.sum = sum;
+    }
+
+    /// The sum of all terms so far.
+    #[inline]
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.sum + self.correction
+    }
+}

@@ -1,0 +1,95 @@
+//! Numbers, lists and names as people read them.
+
+use std::borrow::Cow;
+use std::fmt::Display;
+
+use super::numbers::trunc_to_usize;
+
+/// A number of things: `1 wall`, `2 walls`.
+#[must_use]
+pub fn plural(count: impl Display + PartialEq + From<u8>, noun: &str) -> String {
+    let ending = if count == 1.into() { "" } else { "s" };
+    format!("{count} {noun}{ending}")
+}
+
+/// Several things: `x`, `x and y`, `x, y and z`.
+#[must_use]
+pub fn listed(names: &[&str]) -> String {
+    match names {
+        [first @ .., second, last] if !first.is_empty() => format!("{}, {second} and {last}", first.join(", ")),
+        names => names.join(" and "),
+    }
+}
+
+/// A number of bytes for people: `25 MB`.
+#[must_use]
+pub fn size(bytes: f64) -> String {
+    let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
+    let (unit, name) = units.into_iter().find(|(unit, _)| bytes >= *unit).unwrap_or((1.0, "bytes"));
+    let number = bytes / unit;
+    format!("{number:.*} {name}", usize::from(number < 10.0 && unit > 1.0))
+}
+
+/// Text as a terminal may have it: control characters, which could move the cursor or change colours, are replaced, but for ends of
+/// lines and tabs. Each takes as many bytes as what stands for it.
+#[must_use]
+pub fn printable(text: &str) -> Cow<'_, str> {
+    if !text.contains(|c: char| c.is_control() && !matches!(c, '\n' | '\t')) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text.chars();
+    while let Some(c) = rest.next() {
+        let is_end_of_line = c == '\n' || (c == '\r' && rest.as_str().starts_with('\n'));
+        shown.push(match c {
+            c if !c.is_control() || is_end_of_line || c == '\t' => c,
+            c if c.len_utf8() == 1 => '?',
+            _ => '\u{bf}',
+        });
+    }
+    Cow::Owned(shown)
+}
+
+/// Six digits, as many as a reader compares.
+#[must_use]
+pub fn digits(number: f64) -> String {
+    if number == 0.0 || (1e-4..1e7).contains(&number.abs()) {
+        let whole = trunc_to_usize(number.abs().log10());
+        let text = format!("{number:.*}", 5_usize.saturating_sub(whole));
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    } else {
+        format!("{number:.3e}")
+    }
+}
+
+/// What should be nothing.
+#[must_use]
+pub fn tiny(number: f64) -> String {
+    if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }
+}
+
+/// A unit with `length^D` and the like as they are in a number of dimensions: `energy / length^3`.
+#[must_use]
+pub fn unit(unit: &str, dimensions: usize) -> String {
+    let (volume, viscosity, conductivity) = match dimensions {
+        1 => ("length", "mass length / time", "length / time"),
+        2 => ("length^2", "mass / time", "1 / time"),
+        _ => ("length^3", "mass / (length time)", "1 / (length time)"),
+    };
+    unit.replace("mass length^(2 - D) / time", viscosity)
+        .replace("length^(2 - D) / time", conductivity)
+        .replace("length^D", volume)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_have_the_dimension_of_the_scene() {
+        let all = |text: &str| [1, 2, 3].map(|dimensions| unit(text, dimensions));
+        assert_eq!(all("energy / length^D"), ["energy / length", "energy / length^2", "energy / length^3"]);
+        assert_eq!(all("mass length^(2 - D) / time"), ["mass length / time", "mass / time", "mass / (length time)"]);
+        assert_eq!(all("1 / time"), ["1 / time"; 3]);
+    }
+}

@@ -1,0 +1,185 @@
+//! Algorithm 1 as printed (with its corrections), for any polynomial overlap function.
+
+use crate::physics::overlap::{Quartic, Side};
+use roots::{Convergency, find_root_brent};
+
+/// A polynomial, by its coefficients with the constant first.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polynomial(Vec<f64>);
+
+impl Polynomial {
+    /// A polynomial without leading zeros.
+    #[must_use]
+    pub fn new(coefficients: &[f64]) -> Self {
+        let degree = coefficients.iter().rposition(|c| *c != 0.0).map_or(0, |last| last + 1);
+        Self(coefficients[..degree].to_vec())
+    }
+
+    /// The overlap function of a pair, seen from one side of a discontinuity.
+    #[must_use]
+    pub fn overlap(f: &Quartic, side: Side) -> Self {
+        Self::new(&f.coefficients.map(|c| side.sign() * c))
+    }
+
+    /// Its value (Horner).
+    #[must_use]
+    pub fn value(&self, t: f64) -> f64 {
+        self.0.iter().rev().fold(0.0, |sum, c| sum * t + c)
+    }
+
+    /// Its derivative.
+    #[must_use]
+    pub fn derivative(&self) -> Self {
+        Self(self.0.iter().enumerate().skip(1).map(|(k, c)| k as f64 * c).collect())
+    }
+
+    /// The first `t > after` at which it changes sign (`FindNextRoot`); a double root is none.
+    #[must_use]
+    pub fn next_root(&self, after: f64) -> Option<f64> {
+        self.sign_changes(after).first().copied()
+    }
+
+    /// All `t > after` at which it changes sign, ascending.
+    ///
+    /// Between two sign changes of its derivative a polynomial is monotone and changes sign at most once; Brent's method
+    /// (of the crate `roots`) finds where.
+    fn sign_changes(&self, after: f64) -> Vec<f64> {
+        let mut found = Vec::new();
+        if self.0.len() < 2 {
+            return found;
+        }
+        let turns = self.derivative().sign_changes(after);
+        let last = turns.last().copied().unwrap_or(after);
+        let (mut from, mut sign) = (after, self.sign_after(after));
+        for to in turns.into_iter().chain(self.far_beyond(last)) {
+            if self.value(to) * sign < 0.0 {
+                found.push(self.root_between(from, to, sign));
+                sign = -sign;
+            }
+            from = to;
+        }
+        found
+    }
+
+    /// A place after `last`, its last turning point, where the polynomial has the sign that it keeps for ever.
+    fn far_beyond(&self, last: f64) -> Option<f64> {
+        let sign = self.0.last()?.signum();
+        let mut step = f64::EPSILON * last.max(1.0);
+        while self.value(last + step) * sign <= 0.0 {
+            step *= 2.0;
+            if !(last + step).is_finite() {
+                return None;
+            }
+        }
+        Some(last + step)
+    }
+
+    /// The sign just after `t`: of the first derivative that is not zero there.
+    fn sign_after(&self, t: f64) -> f64 {
+        let value = self.value(t);
+        if value != 0.0 {
+            value.signum()
+        } else if self.0.len() < 2 {
+            0.0
+        } else {
+            self.derivative().sign_after(t)
+        }
+    }
+
+    /// Where it leaves `sign`, which it is known to have before: at `from` itself rounding may say otherwise.
+    fn root_between(&self, from: f64, to: f64, sign: f64) -> f64 {
+        // Brent's method multiplies values with each other: in units of the largest, they do not overflow.
+        let size = self.value(from).abs().max(self.value(to).abs());
+        let value = |t: f64| self.value(t) / size;
+        let is_before = |t: f64| self.value(t) * sign > 0.0;
+        // A root at the very start belongs to the past; what is sought is the change after it.
+        let start = if value(from) == 0.0 { from + (to - from) * f64::EPSILON } else { from };
+        // The crate returns a point of the step before, which need not be near: it counts only where the sign does change.
+        find_root_brent(start, to, value, &mut NeighbouringFloats)
+            .ok()
+            .filter(|&t| is_before(t * (1.0 - WIDTH)) && !is_before(t * (1.0 + WIDTH)))
+            .unwrap_or_else(|| bisect(from, to, is_before))
+    }
+}
+
+/// The last place, to a float, at which `is_before` holds.
+fn bisect(mut from: f64, mut to: f64, is_before: impl Fn(f64) -> bool) -> f64 {
+    loop {
+        let middle = 0.5 * from + 0.5 * to;
+        if middle <= from || middle >= to {
+            return from;
+        }
+        if is_before(middle) { from = middle } else { to = middle }
+    }
+}
+
+/// Algorithm 1: the time from now to the next event of a pair with overlap function `f`.
+#[must_use]
+pub fn next_event(f: &Polynomial) -> Option<f64> {
+    let derivative = f.derivative();
+    if f.value(0.0) > 0.0 {
+        return f.next_root(0.0);
+    }
+    // The rule is strict; at a turning point the next derivative decides.
+    if derivative.sign_after(0.0) < 0.0 {
+        return Some(0.0);
+    }
+    let turn = derivative.next_root(0.0)?;
+    if f.value(turn) > 0.0 { f.next_root(turn) } else { Some(turn) }
+}
+
+/// Relative width of a closed bracket, a few floats.
+const WIDTH: f64 = 2.0 * f64::EPSILON;
+
+/// Ends a search when the bracket is a few floats wide.
+struct NeighbouringFloats;
+
+impl Convergency<f64> for NeighbouringFloats {
+    fn is_root_found(&mut self, y: f64) -> bool {
+        y == 0.0
+    }
+
+    fn is_converged(&mut self, x1: f64, x2: f64) -> bool {
+        (x1 - x2).abs() <= WIDTH * x1.abs().max(x2.abs())
+    }
+
+    fn is_iteration_limit_reached(&mut self, iteration: usize) -> bool {
+        iteration > 10_000
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_next_root_is_the_next_sign_change() {
+        // (t - 1)(t - 2)(t - 4)
+        let f = Polynomial::new(&[-8.0, 14.0, -7.0, 1.0]);
+        for (after, root) in [(0.0, 1.0), (1.5, 2.0), (3.0, 4.0)] {
+            let found = f.next_root(after).unwrap();
+            assert!((found - root).abs() < 1e-14, "{found} is not {root}");
+        }
+        assert_eq!(f.next_root(5.0), None);
+        // (t - 1)^2 touches zero without changing sign.
+        assert_eq!(Polynomial::new(&[1.0, -2.0, 1.0]).next_root(0.0), None);
+        assert_eq!(Polynomial::new(&[]).next_root(0.0), None);
+        assert_eq!(Polynomial::new(&[-1.0, 0.0, 0.0, 1.0]).next_root(0.0), Some(1.0));
+    }
+
+    #[test]
+    fn a_valid_pair_interacts_at_the_next_root() {
+        assert_eq!(next_event(&Polynomial::new(&[8.0, -6.0, 1.0])), Some(2.0));
+        assert_eq!(next_event(&Polynomial::new(&[8.0, 6.0, 1.0])), None);
+    }
+
+    #[test]
+    fn an_invalid_pair_interacts_when_it_does_not_improve() {
+        assert_eq!(next_event(&Polynomial::new(&[-1.0, -1.0, 1.0])), Some(0.0));
+        assert_eq!(next_event(&Polynomial::new(&[0.0, 0.0, -1.0])), Some(0.0));
+        assert_eq!(next_event(&Polynomial::new(&[0.0, 0.0, 1.0])), None);
+        assert_eq!(next_event(&Polynomial::new(&[-1.0, 1.0, 1.0])), None);
+        assert_eq!(next_event(&Polynomial::new(&[-2.0, 2.0, -1.0])), Some(1.0), "at its turning point");
+        assert_eq!(next_event(&Polynomial::new(&[-0.75, 2.0, -1.0])), Some(1.5), "after it has recovered");
+    }
+}

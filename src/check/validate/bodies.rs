@@ -1,0 +1,180 @@
+//! Single motions with exact answers.
+
+use super::trial::{Compared, Fault, Watch, advance, build};
+use super::{Comparison, Source};
+use crate::Vector;
+use crate::engine::{Simulation, Until};
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Face, Space};
+use crate::scene::SceneBuilder;
+use std::f64::consts::{FRAC_1_SQRT_2, PI, SQRT_2};
+
+pub(super) const BALL: &[&str] = &["time of rest"];
+pub(super) const THREE_SPHERES: &[&str] = &["contacts", "time of the last", "x_1", "x_2", "x_3", "energy"];
+pub(super) const PENDULUM: &[&str] = &["period"];
+
+const BOUNCES: Source = Source {
+    short: "exact, bounces",
+    full: "a ball dropped from h comes to rest at t = sqrt(2 h / g) (1 + e) / (1 - e)",
+};
+const BAMME: Source = Source {
+    short: "exact, by hand",
+    full: "three elastic spheres of Bamme and Sbalzarini, A Mathematical Definition of Particle Methods, section 3, by hand",
+};
+const SWINGS: Source =
+    Source { short: "exact, pendulum", full: "a rigid pendulum has the period 4 sqrt(L / g) K(sin(theta_0 / 2))" };
+
+/// The TC model lets no flight become shorter than this, so that there are finitely many.
+const CONTACT_TIME: f64 = 1e-9;
+/// More bounces than it takes to fall from 1 to the contact time: 20 / ln(1 / e), for e up to 0.97.
+const MOST_BOUNCES: u64 = 1000;
+
+/// When infinitely many bounces have come to an end.
+pub(super) fn ball(restitution: f64) -> Compared {
+    let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
+    let space =
+        Space { lower: Vector::zeros(), size: Vector::repeat(4.0), boundary: [Boundary::OPEN, Boundary::OPEN, floor] };
+    let scene = SceneBuilder::new("validate")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -1.0))
+        .contact_time(CONTACT_TIME)
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+        .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
+    let mut simulation = Simulation::new(build(&scene)?);
+    let expected = SQRT_2 * (1.0 + restitution) / (1.0 - restitution);
+    // The first contact after which the next flight would be shorter than the contact time.
+    let (mut last, mut rest, mut bounces) = (f64::NEG_INFINITY, None, 0.0);
+    simulation.advance_with(Until { time: 2.0 * expected, events: MOST_BOUNCES }, |event| {
+        if rest.is_none() {
+            bounces += 1.0;
+            rest = (restitution * (event.time - last) < CONTACT_TIME).then_some(event.time);
+        }
+        last = event.time;
+    })?;
+    // What is left then are flights of 1, e, e^2, ... contact times at most; and each of the bounces rounds its time and speed some
+    // units in the last place of the whole.
+    let allowance = CONTACT_TIME / (1.0 - restitution) + 8.0 * bounces * expected * f64::EPSILON;
+    Ok(vec![
+        Comparison::exact(BALL[0], rest, expected, BOUNCES)
+            .allow(allowance, "flights shorter than the contact time of the TC model, 1e-9"),
+    ])
+}
+
+/// Three spheres on a line, of which the first two overlap at the start.
+pub(super) fn three_spheres() -> Compared {
+    let space = Space {
+        lower: Vector::new(-1.0, 0.0, 0.0),
+        size: Vector::new(4.0, 0.0, 0.0),
+        boundary: [Boundary::OPEN, Boundary::Flat, Boundary::Flat],
+    };
+    let mut builder = SceneBuilder::new("validate")
+        .space(space)
+        .allow_invalid_start(true)
+        .species("A", 1.0, 0.5)
+        .interaction("A", "A", Potential::hard_sphere(0.5)?, 1.0);
+    for (x, v) in [(0.0, 2.0), (0.49, -1.0), (2.0, 1.0)] {
+        builder = builder.particle("A", Vector::new(x, 0.0, 0.0), Vector::new(v, 0.0, 0.0));
+    }
+    let mut simulation = Simulation::new(build(&builder)?);
+    let mut times = Vec::new();
+    simulation.advance_with(Until::time(10.0), |event| times.push(event.time))?;
+    let end = simulation.snapshot().positions;
+    let energy = simulation.energy().kinetic;
+    let exact = |k: usize, measured, expected| Comparison::exact(THREE_SPHERES[k], measured, expected, BAMME);
+    let mut compared = vec![exact(0, Some(times.len() as f64), 2.0), exact(1, times.get(1).copied(), 1.01)];
+    let place = |(k, x)| exact(k + 2, end.get(k).map(|position: &Vector| position.x), x);
+    compared.extend([-10.0, 11.5, 20.99].into_iter().enumerate().map(place));
+    compared.push(exact(5, Some(energy), 3.0));
+    // Two events and one streaming, each rounded to the spacing of floats below 32.
+    let rounding = 3.0 * 16.0 * f64::EPSILON;
+    Ok(compared.into_iter().map(|comparison| comparison.allow(rounding, "round-off")).collect())
+}
+
+/// The part by which the string of the pendulum is slack.
+pub(super) const SLACK: f64 = 1e-4;
+const PERIODS: usize = 10;
+/// Contacts with the ends of the string between two looks at whether to go on.
+const CHUNK: u64 = 1000;
+/// More than ten swings take; a swing takes some thousand.
+const MOST_CHUNKS: usize = 10_000;
+
+/// Period of a bob on a bond, let go from the horizontal.
+pub(super) fn pendulum(watch: Watch<'_>) -> Compared {
+    let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
+    let scene = SceneBuilder::new("validate")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -1.0))
+        .static_species("pivot", 0.1)
+        .species("bob", 1.0, 0.1)
+        .no_interaction("pivot", "bob")
+        .interaction("bob", "bob", Potential::hard_sphere(0.1)?, 1.0)
+        .bond_interaction("string", Potential::bond(1.0 - SLACK, 1.0)?, 1.0)
+        .particle("pivot", Vector::zeros(), Vector::zeros())
+        .particle("bob", Vector::new(1.0 - 0.5 * SLACK, 0.0, 0.0), Vector::zeros())
+        .bond(0, 1, "string");
+    let passages = passages(Simulation::new(build(&scene)?), watch)?;
+    let period = passages.get(2 * PERIODS).zip(passages.first()).map(|(last, first)| (last - first) / PERIODS as f64);
+    let expected = 4.0 * elliptic_integral(FRAC_1_SQRT_2);
+    // The length is between 1 - slack and 1 and the period goes as its square root; a start in the middle of the slack leaves the bob
+    // a radial motion with (4 slack)^(3/2) / 8 of the energy.
+    let allowance = expected * (0.5 * SLACK + SLACK.sqrt() * SLACK);
+    Ok(vec![
+        Comparison::exact(PENDULUM[0], period, expected, SWINGS)
+            .allow(allowance, "slack of the string, 1e-4 of its length"),
+    ])
+}
+
+/// When the bob passes the lowest point: between the contacts on both sides of it, at next to even speed.
+fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, Fault> {
+    let (mut passages, mut last) = (Vec::new(), (0.0, 1.0));
+    for _ in 0..MOST_CHUNKS {
+        if passages.len() > 2 * PERIODS {
+            break;
+        }
+        advance(&mut simulation, CHUNK, watch, |event| {
+            // The normal points from the partner to the particle; towards the bob it is the direction of the string.
+            let string = if event.partner.is_some_and(|id| id.0 == 0) { event.normal } else { -event.normal };
+            if (string.x > 0.0) != (last.1 > 0.0) && string.z < 0.0 {
+                passages.push(last.0 + (event.time - last.0) * last.1 / (last.1 - string.x));
+            }
+            last = (event.time, string.x);
+        })?;
+    }
+    Ok(passages)
+}
+
+/// The complete elliptic integral of the first kind of modulus `k`, by the arithmetic-geometric mean.
+fn elliptic_integral(modulus: f64) -> f64 {
+    let (mut a, mut b) = (1.0, (1.0 - modulus * modulus).sqrt());
+    // Digits double in each step.
+    for _ in 0..8 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    PI / (2.0 * a)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ops::ControlFlow;
+
+    #[test]
+    fn the_elliptic_integral_has_its_known_values() {
+        assert!((elliptic_integral(0.0) - 0.5 * PI).abs() < 1e-15);
+        assert!((elliptic_integral(FRAC_1_SQRT_2) - 1.854_074_677_301_372).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_pendulum_swings_with_its_period() {
+        let compared = pendulum(&mut || ControlFlow::Continue(())).unwrap();
+        assert!(compared[0].verdict().is_pass(), "{compared:?}");
+        assert!(compared[0].allowance.amount < 1e-3 * compared[0].published);
+    }
+
+    #[test]
+    fn what_is_interrupted_is_not_compared() {
+        let interrupted = pendulum(&mut || ControlFlow::Break(()));
+        assert!(matches!(interrupted, Err(Fault::Interrupted)), "{interrupted:?}");
+    }
+}

@@ -1,0 +1,176 @@
+//! A measured quantity beside its published value, and the verdict.
+
+use crate::analysis::statistics::Estimate;
+
+/// Standard errors that a quantity may be off: of normal deviates, one in 16,000 is further off.
+pub const MOST_ERRORS: f64 = 4.0;
+
+/// A comparison whose standard error is larger than this part of the expected value says nothing: it would pass what is a fifth off.
+const LARGEST_ERROR: f64 = 0.05;
+
+/// Where a value comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Source {
+    /// In a word or two: `mKLM 2019`.
+    pub short: &'static str,
+    /// In full.
+    pub full: &'static str,
+}
+
+/// How far a quantity may be off besides its statistical error, and why.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Allowance {
+    /// In the quantity's unit; 0 for none.
+    pub amount: f64,
+    /// What it stands for.
+    pub reason: &'static str,
+}
+
+impl Allowance {
+    /// Nothing but statistics.
+    pub const NONE: Self = Self { amount: 0.0, reason: "" };
+}
+
+/// A quantity as measured and as published.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Comparison {
+    /// What it is.
+    pub quantity: &'static str,
+    /// The measured value; `None` for insufficient data.
+    pub measured: Option<f64>,
+    /// Its standard error: 0 where nothing is random, `None` for insufficient data.
+    pub standard_error: Option<f64>,
+    /// The published or exact value.
+    pub published: f64,
+    /// Systematic difference that is known.
+    pub allowance: Allowance,
+    /// Where the published value comes from.
+    pub source: Source,
+}
+
+/// What comes of a comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Within four standard errors and the allowance.
+    Pass,
+    /// Further off.
+    Fail,
+    /// The standard error is unknown, or so large that nothing follows from it.
+    Unresolved,
+}
+
+impl Verdict {
+    /// Whether the quantity is as published.
+    #[must_use]
+    pub fn is_pass(self) -> bool {
+        self == Self::Pass
+    }
+}
+
+impl Comparison {
+    /// A mean with its statistical error.
+    pub(super) fn statistical(
+        quantity: &'static str,
+        measured: Option<Estimate>,
+        published: f64,
+        source: Source,
+    ) -> Self {
+        let measured = measured.filter(|estimate| estimate.mean.is_finite());
+        Self {
+            quantity,
+            measured: measured.map(|estimate| estimate.mean),
+            standard_error: measured.and_then(|estimate| estimate.standard_error),
+            published,
+            allowance: Allowance::NONE,
+            source,
+        }
+    }
+
+    /// A number that has no statistical error.
+    pub(super) fn exact(quantity: &'static str, measured: Option<f64>, published: f64, source: Source) -> Self {
+        let measured = measured.map(|mean| Estimate { mean, standard_error: Some(0.0) });
+        Self::statistical(quantity, measured, published, source)
+    }
+
+    /// The same with an allowance.
+    pub(super) fn allow(self, amount: f64, reason: &'static str) -> Self {
+        Self { allowance: Allowance { amount, reason }, ..self }
+    }
+
+    /// Measured less published value.
+    #[must_use]
+    pub fn difference(&self) -> Option<f64> {
+        self.measured.map(|measured| measured - self.published)
+    }
+
+    /// The difference in standard errors; `None` where there are none.
+    #[must_use]
+    pub fn deviation(&self) -> Option<f64> {
+        let error = self.standard_error.filter(|error| *error > 0.0)?;
+        Some(self.difference()? / error)
+    }
+
+    /// Whether the difference is within four standard errors and the allowance.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        let (Some(difference), Some(error)) = (self.difference(), self.standard_error) else {
+            return Verdict::Unresolved;
+        };
+        let bound = MOST_ERRORS * error + self.allowance.amount;
+        if !(bound.is_finite() && error <= LARGEST_ERROR * self.published.abs()) {
+            Verdict::Unresolved
+        } else if difference.abs() <= bound {
+            Verdict::Pass
+        } else {
+            Verdict::Fail
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SOURCE: Source = Source { short: "here", full: "this test" };
+
+    fn comparison(mean: f64, standard_error: Option<f64>) -> Comparison {
+        Comparison::statistical("Z", Some(Estimate { mean, standard_error }), 10.0, SOURCE)
+    }
+
+    #[test]
+    fn four_standard_errors_pass_and_more_do_not() {
+        assert_eq!(comparison(10.5, Some(0.125)).verdict(), Verdict::Pass);
+        assert_eq!(comparison(9.5, Some(0.125)).verdict(), Verdict::Pass);
+        assert_eq!(comparison(10.5_f64.next_up(), Some(0.125)).verdict(), Verdict::Fail);
+        assert_eq!(comparison(9.5_f64.next_down(), Some(0.125)).verdict(), Verdict::Fail);
+        assert_eq!(comparison(10.5, Some(0.125)).deviation(), Some(4.0));
+    }
+
+    #[test]
+    fn an_allowance_adds_to_the_statistical_error() {
+        let off = comparison(10.75, Some(0.125));
+        assert_eq!(off.verdict(), Verdict::Fail);
+        assert_eq!(off.allow(0.25, "why").verdict(), Verdict::Pass);
+        // Less by what the sum of both can still tell.
+        assert_eq!(off.allow(0.25 - f64::EPSILON, "why").verdict(), Verdict::Fail);
+    }
+
+    #[test]
+    fn what_is_not_random_may_only_be_off_by_its_allowance() {
+        let exact = Comparison::exact("t", Some(1.5), 1.0, SOURCE);
+        assert_eq!((exact.verdict(), exact.deviation()), (Verdict::Fail, None));
+        assert_eq!(exact.allow(0.5, "why").verdict(), Verdict::Pass);
+        assert_eq!(Comparison::exact("t", Some(1.0), 1.0, SOURCE).verdict(), Verdict::Pass);
+    }
+
+    #[test]
+    fn what_is_not_known_does_not_pass() {
+        assert_eq!(comparison(10.0, None).verdict(), Verdict::Unresolved);
+        assert_eq!(comparison(10.0, Some(0.51)).verdict(), Verdict::Unresolved);
+        assert_eq!(comparison(10.0, Some(f64::NAN)).verdict(), Verdict::Unresolved);
+        assert_eq!(comparison(f64::NAN, Some(0.1)).verdict(), Verdict::Unresolved);
+        assert_eq!(comparison(10.0, Some(0.1)).allow(f64::NAN, "why").verdict(), Verdict::Unresolved);
+        assert_eq!(Comparison::exact("t", None, 1.0, SOURCE).verdict(), Verdict::Unresolved);
+        assert!(!Verdict::Unresolved.is_pass());
+    }
+}

@@ -1,0 +1,64 @@
+//! A granular gas that cools by Haff's law.
+//!
+//! The law takes the velocities of particles that are about to collide as uncorrelated, which holds for small `1 - e^2` and dilute gases only.
+
+use super::trial::{Compared, Watch, advance, build, mean};
+use super::{Comparison, Source};
+use crate::engine::Simulation;
+use crate::model::potential::Potential;
+use crate::scene::{Amount, Lattice, SceneBuilder};
+
+pub(super) const COUNT: u64 = 4000;
+/// Contacts per particle before, in which the lattice scatters, and in the measured stretch, long before clusters form.
+const STRETCHES: [u64; 2] = [5, 15];
+
+pub(super) const QUANTITIES: &[&str] = &["cooling per contact"];
+
+const HAFF: Source = Source {
+    short: "Haff 1983",
+    full: "Haff, J. Fluid Mech. 134, 401 (1983), by contacts s per particle: d ln T / ds = -(1 - e^2) / 3",
+};
+const SONINE: &str = "velocities are not Maxwell's: a_2 / 4 of van Noije and Ernst, Granular Matter 1, 57 (1998)";
+
+/// Gases with seeds of their own.
+const GASES: u64 = 8;
+
+pub(super) fn compare(restitution: f64, seed: u64, watch: Watch<'_>) -> Compared {
+    let mut slopes = Vec::new();
+    for gas in 0..GASES {
+        // Far from the seeds that people type.
+        slopes.extend(cool(restitution, seed.wrapping_add(gas << 32), watch)?);
+    }
+    let e = restitution;
+    let rate = (1.0 - e * e) / 3.0;
+    // Second Sonine coefficient of a gas that cools homogeneously, in three dimensions.
+    let sonine = 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (81.0 - 17.0 * e + 30.0 * e * e * (1.0 - e));
+    Ok(vec![
+        Comparison::statistical(QUANTITIES[0], mean(&slopes), rate, HAFF).allow(0.25 * rate * sonine.abs(), SONINE),
+    ])
+}
+
+/// How much the logarithm of a gas's temperature falls in each contact per particle.
+fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::Fault> {
+    let scene = SceneBuilder::new("validate")
+        .seed(seed)
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0)?, restitution)
+        .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))
+        .temperature(1.0);
+    let mut simulation = Simulation::new(build(&scene)?);
+    let block = COUNT / 2;
+    for _ in 0..STRETCHES[0] {
+        advance(&mut simulation, block, watch, |_| {})?;
+    }
+    let mut slopes = Vec::new();
+    let mut last = simulation.energy().kinetic;
+    for _ in 0..STRETCHES[1] {
+        advance(&mut simulation, block, watch, |_| {})?;
+        let kinetic = simulation.energy().kinetic;
+        // A block is one contact per particle.
+        slopes.push(-libm::log(kinetic / last));
+        last = kinetic;
+    }
+    Ok(slopes)
+}

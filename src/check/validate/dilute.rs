@@ -1,0 +1,82 @@
+//! The pressure of a dilute gas of square wells, against its exact virial coefficients.
+
+use super::trial::{Compared, Watch, build, equilibration, finish, observable};
+use super::{Comparison, Effort, Source};
+use crate::analysis::published::{second_virial_of_square_well, third_virial_of_square_well};
+use crate::analysis::statistics::Estimate;
+use crate::model::potential::Potential;
+use crate::model::{Limit, RunPlan};
+use crate::scene::{Amount, Lattice, SceneBuilder};
+
+pub(super) const NUMBER_DENSITY: f64 = 0.01;
+const WELL_RATIO: f64 = 1.5;
+const DEPTH: f64 = 1.0;
+
+pub(super) const QUANTITIES: &[&str] = &["second virial"];
+
+const EXACT: Source = Source {
+    short: "exact",
+    full: "virial series: B_2 of a square well in closed form, less B_3, an integral over three of them",
+};
+
+pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
+    let scene = SceneBuilder::new("validate")
+        .seed(seed)
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))
+        .temperature(temperature)
+        .run(RunPlan {
+            equilibration: Limit::events(equilibration(effort)),
+            limit: Limit::events(effort.events()),
+            ..RunPlan::default()
+        });
+    let finished = finish(build(&scene)?, watch)?;
+    let z = observable(&finished, "compressibility_factor");
+    let warmed = observable(&finished, "temperature").map_or(f64::NAN, |estimate| estimate.mean);
+    Ok(vec![coefficient(z, warmed, effort.particles() as f64)])
+}
+
+/// `B_2` from `Z = 1 + (1 - 1 / N) (B_2 rho + B_3 rho^2 + ...)`, in units of that of the cores: each of `N` particles has `N - 1` partners.
+fn coefficient(z: Option<Estimate>, temperature: f64, count: f64) -> Comparison {
+    let (freedom, partners) = (3.0 * (count - 1.0), 1.0 - 1.0 / count);
+    let density = 2.0 * std::f64::consts::PI / 3.0 * NUMBER_DENSITY;
+    let second = |temperature: f64| second_virial_of_square_well(WELL_RATIO, DEPTH, temperature);
+    let third = third_virial_of_square_well(WELL_RATIO, DEPTH, temperature) * density;
+    let measured = z.map(|z| Estimate {
+        mean: (z.mean - 1.0) / (density * partners) - third,
+        standard_error: z.standard_error.map(|error| error / (density * partners)),
+    });
+    let expected = second(temperature);
+    // The temperature of a fixed energy fluctuates by T^2 2 / f at most, which moves a mean by half of that times the curvature.
+    let step = 1e-3 * temperature;
+    let curvature = (second(temperature + step) + second(temperature - step) - 2.0 * expected) / (step * step);
+    let fluctuation = curvature.abs() * temperature * temperature / freedom;
+    // What follows the third coefficient, as if the series were geometric from the second on.
+    let rest = third * third / expected.abs();
+    Comparison::statistical(QUANTITIES[0], measured, expected, EXACT).allow(fluctuation + rest, FINITE_AND_REST)
+}
+
+const FINITE_AND_REST: &str =
+    "first order in 1 / (3 N - 3): the energy is fixed, not the temperature; and the fourth virial coefficient";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::validate::Verdict;
+
+    #[test]
+    fn a_pressure_of_the_series_passes_and_one_of_other_wells_does_not() {
+        let density = 2.0 * std::f64::consts::PI / 3.0 * NUMBER_DENSITY;
+        let z = |depth: f64| {
+            let second = second_virial_of_square_well(WELL_RATIO, depth, 2.0);
+            let third = third_virial_of_square_well(WELL_RATIO, depth, 2.0);
+            let mean = 1.0 + (second * density + third * density * density) * (1.0 - 1.0 / 1000.0);
+            // What three million contacts leave.
+            Some(Estimate { mean, standard_error: Some(4e-5) })
+        };
+        assert_eq!(coefficient(z(1.0), 2.0, 1000.0).verdict(), Verdict::Pass);
+        assert_eq!(coefficient(z(1.02), 2.0, 1000.0).verdict(), Verdict::Fail);
+        assert_eq!(coefficient(None, 2.0, 1000.0).verdict(), Verdict::Unresolved);
+    }
+}

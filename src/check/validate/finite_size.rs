@@ -1,0 +1,53 @@
+//! What a fixed, finite number of particles changes.
+//!
+//! A periodic system of `N` particles differs from the same volume of an infinite fluid in that its number does not fluctuate. To the first
+//! order in `1 / N`, for any mean `A` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961):
+//! `A_N = A - (1/2) <dN^2> d^2A/dN^2`, with `<dN^2> = N T drho/dP`. For the virial part of the pressure, `A = rho (Z - 1)`, this is
+//! `Z_N = Z - rho P'' / (2 N P')`, derivatives by `rho`. It is exact for a dilute gas, `Z_N - 1 = (1 - 1 / N) B_2 rho`.
+
+/// `rho P'' / (2 P')` of an equation of state, from `P = phi Z(phi)` in any unit.
+fn curvature(compressibility: fn(f64) -> f64, packing_fraction: f64) -> f64 {
+    // Central differences: an error of (1e-3)^2 of the curvature, and a rounding of 1e-16 / 1e-6 of it.
+    let step = 1e-3 * packing_fraction;
+    let [below, here, above] =
+        [-step, 0.0, step].map(|d| (packing_fraction + d) * compressibility(packing_fraction + d));
+    let first = (above - below) / (2.0 * step);
+    let second = (above - 2.0 * here + below) / (step * step);
+    packing_fraction * second / (2.0 * first)
+}
+
+/// How much `Z - 1 = W / (D N T t)` and the number of pairs in contact are smaller, relative to those of an infinite fluid.
+pub(super) fn fewer_contacts(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
+    curvature(compressibility, packing_fraction) / (count as f64 * (compressibility(packing_fraction) - 1.0))
+}
+
+/// How far `g` at contact is off, relative to it: there are fewer contacts, but `g` is per pair, of which each particle has `N - 1`.
+pub(super) fn shift_of_contact_value(compressibility: fn(f64) -> f64, packing_fraction: f64, count: u64) -> f64 {
+    1.0 / count as f64 - fewer_contacts(compressibility, packing_fraction, count)
+}
+
+/// Why there is an allowance for it.
+pub(super) const FINITE: &str = "first order in 1/N, by Lebowitz and Percus, Phys. Rev. 122, 1675 (1961)";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::published;
+
+    #[test]
+    fn a_dilute_gas_lacks_one_partner_of_n() {
+        // The next term is of the order of phi.
+        let fewer = fewer_contacts(published::hard_spheres, 1e-4, 100);
+        assert!((fewer - 0.01).abs() < 0.01 * 1e-3, "{fewer}");
+        assert!(shift_of_contact_value(published::hard_spheres, 1e-4, 100).abs() < 1e-5);
+    }
+
+    #[test]
+    fn the_curvature_is_that_of_carnahan_and_starling() {
+        // By hand at 0.4: P' = 3.0096 / 0.6^4, P'' phi = 0.4 (5.536 / 0.6^4 + 4 P' / 0.6).
+        let first = 3.0096 / 0.1296;
+        let second = 0.4 * (5.536 / 0.1296 + 4.0 * first / 0.6);
+        let by_hand = second / (2.0 * first);
+        assert!((curvature(published::carnahan_starling, 0.4) / by_hand - 1.0).abs() < 1e-5);
+    }
+}

@@ -1,0 +1,147 @@
+//! Hard spheres and disks in equilibrium, and their crystal.
+
+use super::finite_size::{FINITE, fewer_contacts, shift_of_contact_value};
+use super::trial::{Compared, Watch, build, equilibration, finish, number, observable};
+use super::{Comparison, Effort, Source};
+use crate::analysis::published::{self, HardSphereFluid};
+use crate::model::MeasurementPlan;
+use crate::model::measurement_plan::{Diffusion, RadialDistribution};
+use crate::model::potential::Potential;
+use crate::model::space::Boundary;
+use crate::model::{Limit, RunPlan};
+use crate::run::Finished;
+use crate::scene::{Amount, Lattice, SceneBuilder};
+
+const MKLM: Source = Source {
+    short: "mKLM 2019",
+    full: "equation of state of Pieprzyk, Bannerman, Branka, Chudak and Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019)",
+};
+const CONTACTS: Source = Source {
+    short: "exact given mKLM",
+    full: "kinetic theory, exact in equilibrium given Z: G = 6 (Z - 1) / sqrt(pi), g(sigma) = (Z - 1) / (4 phi) for spheres",
+};
+const SPEEDY_FLUID: Source =
+    Source { short: "Speedy 1987", full: "fit to simulations of Speedy, Mol. Phys. 62, 509 (1987)" };
+const SPEEDY_CRYSTAL: Source =
+    Source { short: "Speedy 1998", full: "fit to simulations of Speedy, J. Phys.: Condens. Matter 10, 4387 (1998)" };
+const HENDERSON: Source = Source {
+    short: "Henderson 1975",
+    full: "equation of state of hard disks by Henderson, Mol. Phys. 30, 971 (1975), with two further terms",
+};
+
+const YEH_HUMMER: &str =
+    "size of the box, here and in the fitted simulations, by Yeh and Hummer, J. Phys. Chem. B 108, 15873 (2004)";
+const CRYSTAL_MODES: &str = "first order in 1/N: N - 1 of N places vibrate, the crystal as a whole may be anywhere";
+
+pub(super) const CRYSTAL: &[&str] = &["compressibility factor"];
+pub(super) const DISKS: &[&str] = &["compressibility factor", "collision rate"];
+
+/// Between these densities the diffusion coefficient is known: below, Speedy's fit has few points, above it falls by ever more.
+const DIFFUSING: std::ops::RangeInclusive<f64> = 0.25..=0.42;
+
+pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static str] {
+    const ALL: &[&str] = &["compressibility factor", "collision rate", "contact value", "diffusion coefficient"];
+    if DIFFUSING.contains(&packing_fraction) { ALL } else { &ALL[..3] }
+}
+
+/// Hard particles on a lattice in a periodic box that is melted, or not, before it is measured.
+fn run(
+    lattice: Lattice,
+    amount: Amount,
+    plan: MeasurementPlan,
+    effort: Effort,
+    seed: u64,
+    watch: Watch<'_>,
+) -> Result<Finished, super::Fault> {
+    let is_plane = lattice == Lattice::Hexagonal;
+    let third = if is_plane { Boundary::Flat } else { Boundary::Periodic };
+    let scene = SceneBuilder::new("validate")
+        .seed(seed)
+        .boundary([Boundary::Periodic, Boundary::Periodic, third])
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+        .fill(lattice, "A", effort.particles(), amount)
+        .temperature(1.0)
+        .measure(plan)
+        .run(RunPlan {
+            equilibration: Limit::events(equilibration(effort)),
+            limit: Limit::events(effort.events()),
+            ..RunPlan::default()
+        });
+    finish(build(&scene)?, watch)
+}
+
+/// Pressure, collision rate, contact value and diffusion of a fluid of hard spheres.
+pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
+    let has_diffusion = DIFFUSING.contains(&packing_fraction);
+    let plan = MeasurementPlan {
+        radial_distribution: Some(RadialDistribution { cutoff: Some(2.0), ..RadialDistribution::default() }),
+        diffusion: has_diffusion.then(Diffusion::default),
+        ..MeasurementPlan::default()
+    };
+    let amount = Amount::PackingFraction(packing_fraction);
+    let finished = run(Lattice::FaceCentredCubic, amount, plan, effort, seed, watch)?;
+    let count = effort.particles();
+    let mut compared = fluid(&finished, published::hard_spheres, packing_fraction, 3.0, count, MKLM);
+    let contact = published::contact_value(packing_fraction);
+    let shift = shift_of_contact_value(published::hard_spheres, packing_fraction, count);
+    let measured = number(&finished.measured, "contact_value_A_A");
+    compared.push(
+        Comparison::statistical("contact value", measured, contact, CONTACTS).allow(contact * shift.abs(), FINITE),
+    );
+    if has_diffusion {
+        let theory = HardSphereFluid::reduced(packing_fraction);
+        // With Enskog's viscosity. The fit is one to simulations in boxes, too, so that the sign is not known.
+        let edge = (count as f64 / theory.number_density()).cbrt();
+        let slower = published::finite_size_of_diffusion(1.0, theory.shear_viscosity(), edge);
+        let measured = number(&finished.measured, "diffusion_coefficient");
+        let expected = theory.simulated_diffusion_coefficient();
+        compared.push(
+            Comparison::statistical("diffusion coefficient", measured, expected, SPEEDY_FLUID)
+                .allow(slower, YEH_HUMMER),
+        );
+    }
+    Ok(compared)
+}
+
+/// Pressure and collision rate of hard disks.
+pub(super) fn disks(packing_fraction: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
+    let amount = Amount::PackingFraction(packing_fraction);
+    let finished = run(Lattice::Hexagonal, amount, MeasurementPlan::default(), effort, seed, watch)?;
+    Ok(fluid(&finished, published::hard_disks, packing_fraction, 2.0, effort.particles(), HENDERSON))
+}
+
+/// `Z`, and the collision rate `G = 2 D (Z - 1) / sqrt(pi)` that it comes with in `D` dimensions at a temperature of 1.
+fn fluid(
+    finished: &Finished,
+    compressibility: fn(f64) -> f64,
+    packing_fraction: f64,
+    dimensions: f64,
+    count: u64,
+    source: Source,
+) -> Vec<Comparison> {
+    let z = compressibility(packing_fraction);
+    let rate = 2.0 * dimensions * (z - 1.0) / std::f64::consts::PI.sqrt();
+    let fewer = fewer_contacts(compressibility, packing_fraction, count).abs();
+    // Velocities of a fixed energy are Maxwellian but for a part 1 / (4 D N) of the speed of contacts.
+    let slower = 0.25 / (dimensions * count as f64);
+    let source_of_rate = if source == MKLM { CONTACTS } else { source };
+    vec![
+        Comparison::statistical(CRYSTAL[0], observable(finished, "compressibility_factor"), z, source)
+            .allow((z - 1.0) * fewer, FINITE),
+        Comparison::statistical(DISKS[1], observable(finished, "collision_rate"), rate, source_of_rate)
+            .allow(rate * (fewer + slower), FINITE),
+    ]
+}
+
+/// Pressure of the face-centred cubic crystal.
+pub(super) fn crystal(number_density: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
+    let amount = Amount::NumberDensity(number_density);
+    let finished = run(Lattice::FaceCentredCubic, amount, MeasurementPlan::default(), effort, seed, watch)?;
+    let z = published::face_centred_cubic(number_density * std::f64::consts::PI / 6.0);
+    let measured = observable(&finished, "compressibility_factor");
+    Ok(vec![
+        Comparison::statistical(CRYSTAL[0], measured, z, SPEEDY_CRYSTAL)
+            .allow((z - 1.0) / effort.particles() as f64, CRYSTAL_MODES),
+    ])
+}

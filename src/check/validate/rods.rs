@@ -1,0 +1,65 @@
+//! Hard rods on a ring, whose every contact is known.
+//!
+//! Equal rods exchange their velocities, as if points went through each other on a ring of length `L - N sigma`. So each two velocities
+//! meet `|v_i - v_j| t / (L - N sigma)` times in a time `t`, rounded up or down, with the impulse `m |v_i - v_j|`: the count is known to
+//! one for each pair, and the mean over any time to the speed of one contact for each.
+
+use super::trial::{Compared, Watch, advance, build};
+use super::{Comparison, Source};
+use crate::analysis::published;
+use crate::engine::Simulation;
+use crate::model::potential::Potential;
+use crate::model::space::Boundary;
+use crate::scene::{Amount, Lattice, SceneBuilder};
+
+pub(super) const COUNT: u64 = 50;
+/// Contacts: two thousand for each pair of rods.
+const EVENTS: u64 = 500_000;
+/// Contacts between two looks at whether to go on.
+const CHUNK: u64 = 50_000;
+
+pub(super) const QUANTITIES: &[&str] = &["compressibility factor", "contacts"];
+
+const TONKS: Source = Source {
+    short: "exact, Tonks 1936",
+    full: "Tonks, Phys. Rev. 50, 955 (1936): Z = 1 / (1 - rho sigma), of 50 rods 1 + (1 - 1 / N) rho sigma / (1 - rho sigma)",
+};
+const EXCHANGE: Source = Source {
+    short: "exact, rods",
+    full: "equal rods exchange velocities: each two meet |v_i - v_j| t / (L - N sigma) times, rounded up or down",
+};
+const ROUNDED: &str = "one contact for each pair of rods";
+
+pub(super) fn compare(number_density: f64, seed: u64, watch: Watch<'_>) -> Compared {
+    let scene = SceneBuilder::new("validate")
+        .seed(seed)
+        .boundary([Boundary::Periodic, Boundary::Flat, Boundary::Flat])
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+        .fill(Lattice::Line, "A", COUNT, Amount::NumberDensity(number_density))
+        .temperature(1.0);
+    let mut simulation = Simulation::new(build(&scene)?);
+    let scene = simulation.scene();
+    let free = scene.space.size.x - COUNT as f64;
+    let velocities: Vec<f64> = scene.particles.iter().map(|particle| particle.velocity.x).collect();
+    let pairs = velocities.iter().enumerate().flat_map(|(i, v)| velocities[..i].iter().map(move |w| (v - w).abs()));
+    let (mut speeds, mut number) = (0.0, 0.0);
+    for speed in pairs {
+        speeds += speed;
+        number += 1.0;
+    }
+    for _ in 0..EVENTS / CHUNK {
+        advance(&mut simulation, CHUNK, watch, |_| {})?;
+    }
+    let (time, tally) = (simulation.time(), simulation.tally());
+    // Z = 1 + W / (N T t), and T (N - 1) = 2 K on a line, without net momentum.
+    let work = 2.0 * simulation.energy().kinetic * time * (COUNT as f64 / (COUNT as f64 - 1.0));
+    // The positions of N rods on a ring take L (L - N sigma)^(N - 1): one is anywhere, and each of the others has its part of the gaps.
+    let expected = 1.0 + (published::tonks(number_density) - 1.0) * (1.0 - 1.0 / COUNT as f64);
+    Ok(vec![
+        Comparison::exact(QUANTITIES[0], Some(1.0 + tally.virial / work), expected, TONKS)
+            .allow(speeds / work, ROUNDED),
+        Comparison::exact(QUANTITIES[1], Some(tally.core as f64), speeds * time / free, EXCHANGE)
+            .allow(number, ROUNDED),
+    ])
+}

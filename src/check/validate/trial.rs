@@ -1,0 +1,116 @@
+//! How a point is run.
+
+use std::ops::ControlFlow;
+
+use thiserror::Error;
+
+use super::{Comparison, Effort};
+use crate::analysis::instruments::Measured;
+use crate::analysis::statistics::Estimate;
+use crate::engine::{Arrest, Simulation, Until};
+use crate::model::Scene;
+use crate::model::error::PotentialError;
+use crate::run::audit;
+use crate::run::{self, Ending, Finished};
+use crate::scene::{SceneBuilder, SceneError};
+
+/// Asked every few hundredths of a second; a break ends the run.
+pub type Watch<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
+
+/// Why a point could not be compared.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The scene is refused.
+    #[error(transparent)]
+    Scene(#[from] Box<SceneError>),
+    /// The potential is refused.
+    #[error(transparent)]
+    Potential(#[from] PotentialError),
+    /// The simulation could not go on.
+    #[error(transparent)]
+    Arrested(#[from] Arrest),
+    /// The run did not pass its own audit.
+    #[error("the audit of the run failed: {0}")]
+    Unsound(audit::Fault),
+    /// The caller wanted no more.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// A scene that is known to be good.
+pub(super) fn build(builder: &SceneBuilder) -> Result<Scene, Fault> {
+    builder.build().map_err(|error| Fault::Scene(Box::new(error)))
+}
+
+/// Runs a scene as it plans, and its audit.
+pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, Fault> {
+    let Ok(finished) = run::run(scene, &mut (), &mut |_| watch());
+    match finished.ending {
+        Ending::Interrupted => return Err(Fault::Interrupted),
+        Ending::Arrested(arrest) => return Err(Fault::Arrested(arrest)),
+        // No state point has spheres that grow.
+        Ending::Time | Ending::Events | Ending::Idle | Ending::GaveUp | Ending::Jammed(_) => {}
+    }
+    match finished.audit.faults().first() {
+        Some(fault) => Err(Fault::Unsound(*fault)),
+        None => Ok(finished),
+    }
+}
+
+/// Goes on for so many physical events, and shows each.
+pub(super) fn advance(
+    simulation: &mut Simulation,
+    events: u64,
+    watch: Watch<'_>,
+    observe: impl FnMut(&crate::engine::event::Event),
+) -> Result<(), Fault> {
+    if watch().is_break() {
+        return Err(Fault::Interrupted);
+    }
+    let end = simulation.tally().physical() + events;
+    simulation.advance_with(Until::events(end), observe)?;
+    Ok(())
+}
+
+/// A mean of the run.
+pub(super) fn observable(finished: &Finished, name: &str) -> Option<Estimate> {
+    finished.observables.iter().find(|(known, _)| *known == name).map(|(_, estimate)| *estimate)
+}
+
+/// A number that an instrument measured.
+pub(super) fn number(measured: &Measured, name: &str) -> Option<Estimate> {
+    let number = measured.numbers.iter().find(|number| number.name == name)?;
+    Some(Estimate { mean: number.mean?, standard_error: number.standard_error })
+}
+
+/// Mean of independent values and its standard error; `None` for fewer than two.
+pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0);
+    (values.len() > 1).then(|| Estimate { mean, standard_error: Some((variance / n).sqrt()) })
+}
+
+/// What a point gives.
+pub(super) type Compared = Result<Vec<Comparison>, Fault>;
+
+/// Contacts per particle that take a lattice and its velocities out of step before anything is measured: many times the
+/// some ten that velocities need, and the some hundred that a dense lattice needs to melt.
+pub(super) fn equilibration(effort: Effort) -> u64 {
+    150 * effort.particles()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mean_knows_its_error() {
+        let estimate = mean(&[1.0, 2.0, 3.0, 4.0]).unwrap();
+        assert_eq!(estimate.mean, 2.5);
+        assert!((estimate.standard_error.unwrap() - (5.0_f64 / 12.0).sqrt()).abs() < 1e-15);
+        assert_eq!(mean(&[1.0]), None);
+        assert_eq!(mean(&[]), None);
+    }
+}

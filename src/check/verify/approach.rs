@@ -1,0 +1,147 @@
+//! The motion across one discontinuity: how far from it a pair, or a particle and a wall, is and will be.
+
+use super::rules::{Side, fly};
+use crate::Vector;
+use crate::check::reference::{Polynomial, next_event};
+
+/// The derivative of a quartic has three roots.
+const MOST_TURNS: usize = 3;
+
+/// What is approached.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Boundary {
+    /// A sphere of this radius around the partner `[length]`, from one of its sides.
+    Sphere { distance: f64, side: Side },
+    /// A plane, at which the first coordinate is zero.
+    Plane,
+}
+
+/// A relative flight, from a time within the window on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Approach {
+    /// Time in the window at which the state holds `[time]`.
+    pub since: f64,
+    /// Relative position then `[length]`.
+    pub position: Vector,
+    /// Relative velocity then `[length / time]`.
+    pub velocity: Vector,
+    /// Relative acceleration `[length / time^2]`.
+    pub acceleration: Vector,
+    pub boundary: Boundary,
+}
+
+impl Approach {
+    /// Time in the window of the next event, by Algorithm 1.
+    pub fn next_event(&self) -> Option<f64> {
+        next_event(&self.polynomial()).map(|dt| self.since + dt)
+    }
+
+    /// How far it is from the discontinuity at a time in the window, on the valid side; negative in an invalid state `[length]`.
+    ///
+    /// From the positions and not from the overlap function, which loses the digits of a small gap to its large terms.
+    pub fn gap(&self, time: f64) -> f64 {
+        let at = self.streamed(time).position;
+        match self.boundary {
+            Boundary::Sphere { distance, side } => side.sign() * (at.norm() - distance),
+            Boundary::Plane => at.x,
+        }
+    }
+
+    /// The smallest gap between two times in the window.
+    pub fn lowest(&self, from: f64, to: f64) -> f64 {
+        let mut lowest = self.gap(from).min(self.gap(to));
+        let derivative = self.polynomial().derivative();
+        let mut after = from - self.since;
+        for _ in 0..MOST_TURNS {
+            let Some(at) = derivative.next_root(after).filter(|at| *at < to - self.since) else { break };
+            lowest = lowest.min(self.gap(self.since + at));
+            // Rounding may leave the root itself behind the time where it was found, to be found again.
+            after = at * (1.0 + 8.0 * f64::EPSILON);
+        }
+        lowest
+    }
+
+    /// Speed towards the invalid side at a time in the window `[length / time]`.
+    pub fn closing(&self, time: f64) -> f64 {
+        let Self { position: at, velocity, .. } = self.streamed(time);
+        match self.boundary {
+            Boundary::Sphere { side, .. } => -side.sign() * velocity.dot(&at) / at.norm().max(f64::MIN_POSITIVE),
+            Boundary::Plane => -velocity.x,
+        }
+    }
+
+    /// The same flight, from a later time in the window on.
+    pub fn streamed(&self, time: f64) -> Self {
+        let (position, velocity) = fly(&self.position, &self.velocity, &self.acceleration, time - self.since);
+        Self { since: time, position, velocity, ..*self }
+    }
+
+    /// How fast the closing speed changes, at its start `[length / time^2]`.
+    pub fn curvature(&self) -> f64 {
+        let Self { position, velocity, .. } = self;
+        match self.boundary {
+            Boundary::Sphere { .. } => {
+                let distance = position.norm().max(f64::MIN_POSITIVE);
+                let normal = velocity.dot(position) / distance;
+                let tangential = velocity.norm_squared() - normal * normal;
+                (tangential / distance + self.acceleration.dot(position) / distance).abs()
+            }
+            Boundary::Plane => self.acceleration.x.abs(),
+        }
+    }
+
+    /// The overlap function in the time since the start: `|r + v t + a t^2 / 2|^2 - s^2`, or its negative from inside.
+    fn polynomial(&self) -> Polynomial {
+        let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
+        match self.boundary {
+            Boundary::Sphere { distance, side } => {
+                let coefficients = [
+                    r.norm_squared() - distance * distance,
+                    2.0 * v.dot(r),
+                    a.dot(r) + v.norm_squared(),
+                    a.dot(v),
+                    0.25 * a.norm_squared(),
+                ];
+                Polynomial::new(&coefficients.map(|c| side.sign() * c))
+            }
+            Boundary::Plane => Polynomial::new(&[r.x, v.x, 0.5 * a.x]),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn falling(height: f64, velocity: f64) -> Approach {
+        Approach {
+            since: 1.0,
+            position: Vector::new(height, 0.0, 0.0),
+            velocity: Vector::new(velocity, 0.0, 0.0),
+            acceleration: Vector::new(-1.0, 0.0, 0.0),
+            boundary: Boundary::Plane,
+        }
+    }
+
+    #[test]
+    fn a_ball_falls_to_the_floor() {
+        let ball = falling(0.5, 0.0);
+        assert_eq!(ball.next_event(), Some(2.0));
+        assert_eq!((ball.gap(1.0), ball.gap(2.0), ball.closing(2.0)), (0.5, 0.0, 1.0));
+    }
+
+    #[test]
+    fn the_lowest_gap_is_found_between_the_ends() {
+        // Passes at a distance of 1/2, at the time 3.
+        let pair = Approach {
+            since: 1.0,
+            position: Vector::new(-2.0, 0.5, 0.0),
+            velocity: Vector::new(1.0, 0.0, 0.0),
+            acceleration: Vector::zeros(),
+            boundary: Boundary::Sphere { distance: 1.0, side: Side::Positive },
+        };
+        assert_eq!(pair.lowest(1.0, 5.0), -0.5);
+        assert_eq!(pair.lowest(4.0, 5.0), pair.gap(4.0));
+        assert!(pair.next_event().is_some_and(|time| pair.gap(time).abs() < 1e-15));
+    }
+}

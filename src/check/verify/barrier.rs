@@ -1,0 +1,163 @@
+//! What an infinite barrier leaves of a motion: restitution, and the TC model with its memory.
+
+use super::bounds::rounded;
+use crate::engine::Elapsed;
+
+/// A motion that has reached a barrier, with what round-off leaves uncertain of each number.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arrival {
+    pub restitution: f64,
+    /// Normal speed towards the barrier; 0 where it already recedes `[length / time]`.
+    pub approach: (f64, f64),
+    /// Speed along the barrier `[length / time]`.
+    pub tangential: (f64, f64),
+    /// Acceleration that brings it back, centrifugal or a force; negative if it leads away `[length / time^2]`.
+    pub closing: (f64, f64),
+}
+
+/// One way in which it may leave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Leaving {
+    /// Normal speed away from the barrier, and how uncertain it is `[length / time]`.
+    pub speed: (f64, f64),
+    /// Speed along the barrier where that changes, and how uncertain it is `[length / time]`.
+    pub sliding: Option<(f64, f64)>,
+}
+
+/// The memory of the TC model.
+#[derive(Debug)]
+pub(super) struct ContactMemory {
+    /// `t_c` `[time]`.
+    contact_time: f64,
+    last: Vec<Last>,
+}
+
+/// When a particle had its last contact.
+#[derive(Debug, Clone, Copy)]
+enum Last {
+    Never,
+    At(Elapsed),
+    /// Not since this time; what was before it has not been seen.
+    Before(Elapsed),
+}
+
+/// Contacts that would follow each other this many times in a contact time are taken for sliding.
+const SLIDING: f64 = 64.0;
+
+impl ContactMemory {
+    /// Of particles that have had no contact yet, or of which nothing is known before a time.
+    pub fn new(contact_time: f64, particles: usize, unknown_before: Option<Elapsed>) -> Self {
+        Self { contact_time, last: vec![unknown_before.map_or(Last::Never, Last::Before); particles] }
+    }
+
+    /// Takes note of a contact.
+    pub fn note(&mut self, particles: &[u32], now: &Elapsed) {
+        for &particle in particles {
+            self.last[particle as usize] = Last::At(*now);
+        }
+    }
+
+    /// Whether any of some particles had its previous contact less than `t_c` ago; `None` if that cannot be told.
+    fn is_recent(&self, particles: &[u32], now: &Elapsed) -> Option<bool> {
+        let mut is_recent = Some(false);
+        for &particle in particles {
+            let of_this = match self.last[particle as usize] {
+                Last::Never => Some(false),
+                Last::At(last) => {
+                    let since = now.after(&last);
+                    // Times are rounded as times since an epoch.
+                    let bound = rounded(since + now.since_epoch.abs().max(last.since_epoch.abs()));
+                    let is_close = (since - self.contact_time).abs() <= bound;
+                    (!is_close).then_some(since < self.contact_time)
+                }
+                Last::Before(start) => (now.after(&start) > self.contact_time * (1.0 + 1e-9)).then_some(false),
+            };
+            match of_this {
+                Some(true) => return Some(true),
+                Some(false) => {}
+                None => is_recent = None,
+            }
+        }
+        is_recent
+    }
+
+    /// All ways in which a motion may leave a barrier that round-off does not exclude.
+    ///
+    /// A contact is elastic if either particle had its previous one less than `t_c` ago. No contact takes so much speed that the
+    /// next one would follow within `t_c`, that is `closing t_c / 2`. One that arrives with less than [`SLIDING`] times less than
+    /// that slides, and leaves with that, taken from the motion along the barrier.
+    pub fn leavings(&self, arrival: &Arrival, particles: &[u32], now: &Elapsed) -> Vec<Leaving> {
+        let Arrival { restitution, approach, tangential, closing } = *arrival;
+        let away = (0.5 * closing.0 * self.contact_time).max(0.0);
+        let away = (away, 0.5 * closing.1 * self.contact_time + rounded(away));
+        let slowest = (away.0 / SLIDING, away.1 / SLIDING);
+        let is_recent = self.is_recent(particles, now);
+        let mut leavings = Vec::new();
+        let uncertain = slowest.1 + approach.1;
+        if approach.0 >= slowest.0 - uncertain {
+            if is_recent != Some(false) {
+                leavings.push(Leaving { speed: approach, sliding: None });
+            }
+            if is_recent != Some(true) {
+                let speed = (restitution * approach.0).max(away.0.min(approach.0));
+                leavings.push(Leaving { speed: (speed, approach.1 + away.1), sliding: None });
+            }
+        }
+        if approach.0 <= slowest.0 + uncertain {
+            leavings.push(slide(approach, tangential, slowest));
+        }
+        leavings
+    }
+}
+
+/// A contact without normal speed of its own gets `slowest`, at constant kinetic energy.
+fn slide(approach: (f64, f64), tangential: (f64, f64), slowest: (f64, f64)) -> Leaving {
+    let energy = approach.0 * approach.0 + tangential.0 * tangential.0;
+    let speed = (slowest.0.min(energy.sqrt()), slowest.1 + approach.1 + tangential.1);
+    let left = (energy - speed.0 * speed.0).max(0.0);
+    // Of its square; the root of a small square is uncertain by the root of that.
+    let uncertain = 2.0 * (approach.0 * approach.1 + tangential.0 * tangential.1 + speed.0 * speed.1) + rounded(energy);
+    let left_bound = (uncertain / left.sqrt()).min(uncertain.sqrt()) + tangential.1;
+    Leaving { speed, sliding: Some((left.sqrt(), left_bound)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AT_ONE: Elapsed = Elapsed { epoch: 0.0, since_epoch: 1.0, epochs: 0 };
+
+    fn arrival(restitution: f64, approach: f64, tangential: f64, closing: f64) -> Arrival {
+        Arrival { restitution, approach: (approach, 0.0), tangential: (tangential, 0.0), closing: (closing, 0.0) }
+    }
+
+    fn speeds(memory: &ContactMemory, arrival: &Arrival, at: f64) -> Vec<f64> {
+        let now = Elapsed { since_epoch: at, ..AT_ONE };
+        memory.leavings(arrival, &[0, 1], &now).iter().map(|leaving| leaving.speed.0).collect()
+    }
+
+    #[test]
+    fn a_contact_soon_after_another_is_elastic_and_close_to_the_contact_time_either() {
+        let mut memory = ContactMemory::new(0.5, 2, None);
+        let fast = arrival(0.25, 2.0, 0.0, 0.0);
+        assert_eq!(speeds(&memory, &fast, 1.0), [0.5]);
+        memory.note(&[1], &AT_ONE);
+        assert_eq!(speeds(&memory, &fast, 1.25), [2.0]);
+        assert_eq!(speeds(&memory, &fast, 1.5), [2.0, 0.5]);
+        assert_eq!(speeds(&memory, &fast, 1.75), [0.5]);
+        let unseen = ContactMemory::new(0.5, 2, Some(AT_ONE));
+        assert_eq!(speeds(&unseen, &fast, 1.25), [2.0, 0.5]);
+        assert_eq!(speeds(&unseen, &fast, 1.75), [0.5]);
+    }
+
+    #[test]
+    fn a_contact_leaves_the_speed_to_stay_away_and_slides_without_any() {
+        let memory = ContactMemory::new(0.5, 2, None);
+        assert_eq!(speeds(&memory, &arrival(0.0, 2.0, 0.0, 1.0), 1.0), [0.25]);
+        assert_eq!(speeds(&memory, &arrival(0.0, 0.125, 0.0, 1.0), 1.0), [0.125]);
+        let slides = memory.leavings(&arrival(0.0, 0.0, 2.0, 1.0), &[0], &AT_ONE);
+        let [Leaving { speed, sliding: Some((along, _)) }] = slides[..] else { panic!("{slides:?}") };
+        assert_eq!(speed.0, 0.25 / 64.0);
+        assert!((along * along + speed.0 * speed.0 - 4.0).abs() < 1e-14);
+    }
+}

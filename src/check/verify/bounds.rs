@@ -1,0 +1,125 @@
+//! What round-off explains: no tolerance is chosen, each is counted from the numbers that were rounded.
+
+use super::world::World;
+use crate::Vector;
+use crate::engine::{Elapsed, States};
+
+/// Roundings between the state at a prediction and the one at its event. Of a pair, six coordinates are rounded by one
+/// streaming (three operations), by the event's time, and by a wrap, in the engine and once more here; the overlap function's
+/// sum has eight terms. All are below one unit in the last place of the scales below.
+const ROUNDINGS: f64 = 32.0;
+
+/// Speeds below the root of the smallest float have squares that are 0: a norm of them, or an energy, tells nothing.
+const SMALLEST: f64 = 1.5e-154;
+
+/// Roundings that many, of a number of the order of `scale`.
+pub(super) fn rounded(scale: f64) -> f64 {
+    ROUNDINGS * f64::EPSILON * scale + SMALLEST
+}
+
+/// An overlap or a gap of more than this part of a discontinuity's distance is no round-off that a physicist would accept, however
+/// large the numbers are that were rounded: nothing is proven by it.
+const MOST_OF_DISTANCE: f64 = 1e-6;
+
+/// Whether a length that round-off explains is still far too large for a discontinuity at `distance`.
+pub(super) fn is_without_digits(length: f64, distance: f64) -> bool {
+    length.abs() > MOST_OF_DISTANCE * distance
+}
+
+/// The scales of a particle in flight.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Flight {
+    /// Largest coordinate that was rounded since the last event `[length]`.
+    length: f64,
+    /// Largest speed since then `[length / time]`.
+    pub speed: f64,
+    /// What the rounding of event times adds to the speed, as a speed `[length / time]`.
+    falling: f64,
+    /// Time since then `[time]`.
+    duration: f64,
+}
+
+impl Flight {
+    /// Of a wall.
+    pub const NONE: Self = Self { length: 0.0, speed: 0.0, falling: 0.0, duration: 0.0 };
+
+    /// Of a particle, from its state, the time of its last event and that of the start of the window.
+    pub fn new(world: &World, states: &States, i: u32, last_event: &Elapsed, window: &Elapsed) -> Self {
+        let duration = states.elapsed.after(last_event).max(0.0);
+        let (position, velocity): (&Vector, &Vector) = (&states.positions[i as usize], &states.velocities[i as usize]);
+        let acceleration = world.accelerations[i as usize].norm();
+        let speed = velocity.norm() + acceleration * duration;
+        // Times are rounded as times since the epoch: that of a prediction possibly in an earlier epoch than that of its event.
+        // Here they are rounded once more, as times in the window.
+        let since_epoch = states.elapsed.since_epoch.abs().max(last_event.since_epoch.abs());
+        let times = duration + since_epoch.max(states.elapsed.after(window));
+        // A coordinate is rounded once more at every wrap, however far it has been extrapolated then.
+        let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
+        // All that the engine says to have brought forward from one epoch into the next is rounded there.
+        let epochs = states.elapsed.epochs.saturating_sub(last_event.epochs) as f64;
+        let length = (position.amax() + speed * times) * (1.0 + (wraps + epochs) / ROUNDINGS);
+        let falling = if acceleration > 0.0 {
+            acceleration * times + (speed + acceleration * times) * (epochs / ROUNDINGS)
+        } else {
+            0.0
+        };
+        Self { length, speed, falling, duration }
+    }
+
+    /// For the position of this particle `[length]`.
+    pub fn position(&self, world: &World) -> f64 {
+        rounded(self.length + world.periods.amax())
+    }
+
+    /// After an event that has made it faster by `gained` at most `[length / time]`.
+    pub fn leaving(&self, gained: f64) -> Self {
+        Self { speed: self.speed + gained, ..*self }
+    }
+
+    /// For its velocity `[length / time]`.
+    pub fn velocity(&self) -> f64 {
+        rounded(self.speed + self.falling)
+    }
+}
+
+/// What round-off explains at a contact.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Bounds {
+    /// Of a distance `[length]`.
+    pub distance: f64,
+    /// Of a change of velocity `[length / time]`.
+    pub velocity: f64,
+    /// Of the normal velocity, whose direction follows the rounded positions `[length / time]`.
+    pub normal_velocity: f64,
+    /// Of the direction of the normal `[1]`.
+    pub direction: f64,
+}
+
+impl Bounds {
+    /// At a discontinuity at `distance`.
+    ///
+    /// The overlap function is a difference of squares. Its rounding is that of the squared separation at its prediction,
+    /// at most as far as the two flew since the latest of their events; as a distance that is `|r|^2 / s`.
+    pub fn pair(world: &World, a: &Flight, b: &Flight, distance: f64) -> Self {
+        let flown = (a.speed + b.speed) * a.duration.min(b.duration);
+        let separation = (distance + flown).min(world.diagonal.max(distance));
+        let bound = rounded(a.length + b.length + distance + separation * separation / distance);
+        let speed = a.speed + b.speed;
+        let velocity = a.velocity() + b.velocity();
+        let direction = rounded(1.0) + bound / distance;
+        Self { distance: bound, velocity, normal_velocity: velocity + speed * direction, direction }
+    }
+
+    /// After an event that has made the two faster by `gained` at most: what is rounded then are the new velocities.
+    pub fn leaving(&self, gained: f64) -> Self {
+        let velocity = self.velocity + rounded(gained);
+        Self { velocity, normal_velocity: self.normal_velocity + rounded(gained) + gained * self.direction, ..*self }
+    }
+
+    /// At a wall.
+    pub fn wall(a: &Flight, at: f64, radius: f64) -> Self {
+        let velocity = a.velocity();
+        let distance = rounded(a.length + at.abs() + radius);
+        Self { distance, velocity, normal_velocity: velocity, direction: 0.0 }
+    }
+}

@@ -1,0 +1,129 @@
+//! What a verification has found.
+
+use super::violation::Violation;
+use crate::engine::Arrest;
+
+/// How close to the bounds of round-off the numbers came: 1 is the bound.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+pub struct Margins {
+    /// Distances from the discontinuity at events.
+    pub distance: f64,
+    /// Decrease of overlap functions while negative.
+    pub overlap: f64,
+    /// Velocities, momenta and energies after events.
+    pub outcome: f64,
+    /// Flights of particles between events.
+    pub flight: f64,
+}
+
+impl Margins {
+    pub(super) fn note_outcome(&mut self, by: f64, bound: f64) {
+        note(&mut self.outcome, by, bound);
+    }
+}
+
+/// Keeps the largest ratio.
+pub(super) fn note(worst: &mut f64, by: f64, bound: f64) {
+    if bound > 0.0 {
+        *worst = worst.max(by / bound);
+    }
+}
+
+/// Why a verification ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum End {
+    /// All events that were asked for are proven.
+    Asked,
+    /// All events up to the end that the scene plans for the run are proven.
+    RunEnded,
+    /// Nothing will ever happen again: no pair, in any image, and no particle and wall has an event in all the time to come.
+    Idle,
+    /// The caller wanted no more.
+    Interrupted,
+    /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall. The rule that is proven knows none of that.
+    Driven,
+    /// An event is wrong.
+    Violated(Violation),
+    /// The simulation could not go on.
+    Arrested(Arrest),
+}
+
+/// Numbers of events that were proven, by kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct Counts {
+    /// Core events.
+    pub core: u64,
+    /// Capture events.
+    pub capture: u64,
+    /// Release events.
+    pub release: u64,
+    /// Bounce events.
+    pub bounce: u64,
+    /// Contacts with walls.
+    pub wall: u64,
+    /// Events before which another one was due by less than round-off.
+    pub ties: u64,
+    /// Events without a closing speed, beyond round-off: turning points.
+    pub turning_points: u64,
+    /// Events in an invalid state, beyond round-off.
+    pub in_invalid_state: u64,
+    /// Windows of simulated time that have passed: looks at all pairs.
+    pub windows: u64,
+    /// How often Algorithm 1 was asked.
+    pub asked: u64,
+}
+
+impl Counts {
+    /// Events that were proven.
+    #[must_use]
+    pub fn events(&self) -> u64 {
+        self.core + self.capture + self.release + self.bounce + self.wall
+    }
+}
+
+/// The proof of a stretch of a run, as far as it goes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Certificate {
+    /// Number of the first event that was looked at, from 1.
+    pub first_event: u64,
+    /// Simulated time at the start of the stretch.
+    pub start: f64,
+    /// Simulated time that the stretch takes.
+    pub duration: f64,
+    /// What was proven.
+    pub counts: Counts,
+    /// How close to the bounds.
+    pub margins: Margins,
+    /// Largest distance from the discontinuity at an event in a valid state, relative to the discontinuity's distance.
+    pub largest_gap: f64,
+    /// Deepest overlap at an event, relative to the discontinuity's distance.
+    pub deepest_overlap: f64,
+    /// Why it ended.
+    pub end: End,
+}
+
+impl Certificate {
+    /// Of nothing yet.
+    pub(super) fn blank(first_event: u64, start: f64) -> Self {
+        Self {
+            first_event,
+            start,
+            duration: 0.0,
+            counts: Counts::default(),
+            margins: Margins::default(),
+            largest_gap: 0.0,
+            deepest_overlap: 0.0,
+            end: End::Asked,
+        }
+    }
+
+    /// Whether every event that was looked at is proven, and the simulation could go on.
+    #[must_use]
+    pub fn is_proven(&self) -> bool {
+        !matches!(self.end, End::Violated(_) | End::Arrested(_) | End::Driven)
+    }
+}

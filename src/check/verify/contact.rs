@@ -1,0 +1,70 @@
+//! Who meets whom, in words.
+
+use super::rules::Side;
+use crate::engine::event::{Event, EventKind};
+use crate::model::ParticleId;
+use std::fmt;
+
+/// Two particles, or a particle and a wall of the box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Contact {
+    /// Two particles, the lower id first.
+    Pair([ParticleId; 2]),
+    /// A particle at a wall.
+    Wall {
+        /// The particle.
+        particle: ParticleId,
+        /// The wall's axis: 0, 1 or 2.
+        axis: u8,
+        /// Whether it is the wall at the upper corner.
+        is_upper: bool,
+    },
+}
+
+impl Contact {
+    /// Who took part in an event.
+    #[must_use]
+    pub fn of(event: &Event) -> Self {
+        match (event.kind, event.partner) {
+            (EventKind::Wall { axis, is_upper }, _) => Self::Wall { particle: event.particle, axis, is_upper },
+            (EventKind::Pair(_) | EventKind::Thermostat, partner) => {
+                Self::pair(event.particle, partner.unwrap_or(event.particle))
+            }
+        }
+    }
+
+    /// Two particles in any order.
+    #[must_use]
+    pub fn pair(a: ParticleId, b: ParticleId) -> Self {
+        Self::Pair([a.min(b), a.max(b)])
+    }
+
+    /// The particles.
+    pub(super) fn particles(&self) -> impl Iterator<Item = u32> + use<> {
+        let (first, second) = match self {
+            Self::Pair([a, b]) => (a.0, Some(b.0)),
+            Self::Wall { particle, .. } => (particle.0, None),
+        };
+        [Some(first), second].into_iter().flatten()
+    }
+}
+
+impl fmt::Display for Contact {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Pair([a, b]) => write!(f, "particles {} and {}", a.0, b.0),
+            Self::Wall { particle, axis, is_upper } => {
+                let end = if *is_upper { "upper" } else { "lower" };
+                let axis = ["x", "y", "z"].get(usize::from(*axis)).unwrap_or(&"?");
+                write!(f, "particle {} and the wall at the {end} end of {axis}", particle.0)
+            }
+        }
+    }
+}
+
+/// Something the rule demands at one discontinuity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Claim {
+    pub contact: Contact,
+    pub side: Side,
+}

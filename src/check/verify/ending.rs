@@ -1,0 +1,171 @@
+//! Whether a run may end because nothing will ever happen again: shown by the verifier's own search to the end of all times.
+
+use super::approach::{Approach, Boundary};
+use super::contact::Contact;
+use super::rules::{Side, Step};
+use super::verifier::Verifier;
+use super::violation::Fault;
+use super::window::{MARGIN, reach_along, wall_approach};
+use crate::Vector;
+use crate::model::ParticleId;
+
+/// So many images of all pairs together are looked at before the search is given up.
+const MOST_IMAGES: f64 = 1e6;
+
+/// What is left of a search to infinite time.
+enum Search {
+    /// Nothing will ever be due.
+    Never,
+    /// Due at this time from now `[time]`.
+    Due(f64),
+    /// Two that move past each other's images for ever, and have not met in those that were looked at.
+    Open,
+}
+
+/// A relative flight that never ends.
+struct Flight {
+    position: Vector,
+    velocity: Vector,
+    acceleration: Vector,
+}
+
+impl Verifier {
+    /// Proves that from the states that were shown last on nothing will ever happen: no pair, in any of its images, and no particle
+    /// and wall has an event in all the time to come.
+    ///
+    /// # Errors
+    /// [`Fault::EndedEarly`] with something that is due, [`Fault::EndNotShown`] if nothing is found that is due, but neither that
+    /// nothing will be.
+    pub fn witness_end(&mut self) -> Result<(), Fault> {
+        let mut left = MOST_IMAGES;
+        let mut open = None;
+        for at in 0..self.world.moving.len() {
+            let i = self.world.moving[at];
+            self.search_walls(i)?;
+            for (j, _) in (0..).zip(&self.states.positions) {
+                if self.world.is_first(i, j) && self.search_pair(i, j, &mut left)? {
+                    open = open.or(Some(Contact::pair(ParticleId(i), ParticleId(j))));
+                }
+            }
+        }
+        open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
+    }
+
+    fn search_walls(&self, i: u32) -> Result<(), Fault> {
+        for wall in &self.world.walls {
+            let approach = wall_approach(&self.world, &self.before, i, wall, 0.0);
+            if let Some(after) = approach.next_event() {
+                let contact = Contact::Wall { particle: ParticleId(i), axis: wall.axis, is_upper: wall.is_upper };
+                return Err(self.ended_early(contact, after));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether the search for a pair's next event stays open.
+    fn search_pair(&self, i: u32, j: u32, left: &mut f64) -> Result<bool, Fault> {
+        let Some(interaction) = self.world.interaction(i, j) else { return Ok(false) };
+        let state = self.pairs.get(i, j).unwrap_or(0);
+        let of = |values: &[Vector]| values[i as usize] - values[j as usize];
+        let flight = Flight {
+            position: self.world.nearest(&self.before, i, j),
+            velocity: of(&self.before.velocities),
+            acceleration: of(&self.world.accelerations),
+        };
+        let mut is_open = false;
+        for side in [Side::Positive, Side::Negative] {
+            let Some(seen) = Step::seen(&interaction.potential, state, side) else { continue };
+            match self.search(&flight, side, seen.distance, left) {
+                Search::Never => {}
+                Search::Due(after) => return Err(self.ended_early(Contact::pair(ParticleId(i), ParticleId(j)), after)),
+                Search::Open => is_open = true,
+            }
+        }
+        Ok(is_open)
+    }
+
+    fn ended_early(&self, contact: Contact, after: f64) -> Fault {
+        Fault::EndedEarly { contact, due: self.start_time + (self.before.elapsed.total() + after) }
+    }
+
+    /// The next event of a pair at a discontinuity in all the time to come.
+    fn search(&self, flight: &Flight, side: Side, distance: f64, left: &mut f64) -> Search {
+        let due = |position: Vector| {
+            let Flight { velocity, acceleration, .. } = *flight;
+            let boundary = Boundary::Sphere { distance, side };
+            Approach { since: 0.0, position, velocity, acceleration, boundary }.next_event()
+        };
+        let first = |found: Option<f64>, none: Search| found.map_or(none, Search::Due);
+        // A pair inside of a discontinuity only knows its nearest image.
+        if side == Side::Negative {
+            return first(due(flight.position), Search::Never);
+        }
+        let (within, none) = self.long_enough(flight, distance, *left);
+        let reach = reach_along(&flight.velocity, &flight.acceleration, within).add_scalar(distance) * MARGIN;
+        let Some(images) = self.world.images(&flight.position, &reach, *left) else { return Search::Open };
+        *left -= images.len() as f64;
+        first(images.into_iter().filter_map(due).min_by(f64::total_cmp), none)
+    }
+
+    /// A time after which a pair's images bring nothing new, and what it means if nothing is due until then.
+    fn long_enough(&self, flight: &Flight, distance: f64, most_images: f64) -> (f64, Search) {
+        let moves = |k: usize| flight.velocity[k] != 0.0 || flight.acceleration[k] != 0.0;
+        let round: Vec<usize> = (0..3).filter(|&k| self.world.periods[k] > 0.0 && moves(k)).collect();
+        if round.is_empty() {
+            return (f64::INFINITY, Search::Never);
+        }
+        let out = (0..3).filter(|&k| self.world.periods[k] == 0.0 && moves(k));
+        let leaves = |k| last_within(flight.position[k], flight.velocity[k], flight.acceleration[k], distance * MARGIN);
+        let left_after = out.map(leaves).fold(f64::INFINITY, f64::min);
+        if left_after.is_finite() {
+            return (left_after * MARGIN, Search::Never);
+        }
+        if let [axis] = round[..]
+            && flight.acceleration[axis] == 0.0
+        {
+            // The same again after one period.
+            return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
+        }
+        // As far as a tenth of the images that are left allows, in a cube of them.
+        let along = (0.1 * most_images).cbrt();
+        let time = |&k: &usize| 0.5 * along * self.world.periods[k] / flight.velocity[k].abs().max(f64::MIN_POSITIVE);
+        (round.iter().map(time).fold(f64::INFINITY, f64::min), Search::Open)
+    }
+}
+
+/// The last time at which a flight along one axis is within a distance of the origin, 0 if it is not from now on `[time]`.
+fn last_within(x: f64, v: f64, a: f64, distance: f64) -> f64 {
+    let mut last = 0.0_f64;
+    for edge in [x - distance, x + distance] {
+        // a t^2 / 2 + v t + edge = 0
+        let roots = if a == 0.0 {
+            [-edge / v, 0.0]
+        } else {
+            let discriminant = v * v - 2.0 * a * edge;
+            if discriminant < 0.0 {
+                continue;
+            }
+            let q = -(v + discriminant.sqrt().copysign(v));
+            [q / a, if q == 0.0 { 0.0 } else { 2.0 * edge / q }]
+        };
+        last = roots.into_iter().fold(last, f64::max);
+    }
+    last
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_flight_leaves_for_good() {
+        assert_eq!(last_within(0.0, 2.0, 0.0, 1.0), 0.5);
+        assert_eq!(last_within(-5.0, 2.0, 0.0, 1.0), 3.0);
+        assert_eq!(last_within(5.0, 2.0, 0.0, 1.0), 0.0);
+        // Up at 4 and back again: through -1 at the end.
+        let last = last_within(0.0, 4.0, -2.0, 1.0);
+        assert!((last - (2.0 + 5.0_f64.sqrt())).abs() < 1e-14, "{last}");
+        assert_eq!(last_within(0.0, 0.0, 2.0, 1.0), 1.0);
+        assert_eq!(last_within(3.0, 0.0, 2.0, 1.0), 0.0);
+    }
+}

@@ -1,0 +1,173 @@
+//! Whether the event in hand was due, and came out right.
+
+use super::approach::{Approach, Boundary};
+use super::bounds::{Bounds, Flight, is_without_digits};
+use super::certificate::note;
+use super::contact::Contact;
+use super::outcome::Encounter;
+use super::rules::{Side, Step};
+use super::verifier::Verifier;
+use super::violation::Fault;
+use super::window::wall_approach;
+use crate::engine::States;
+use crate::engine::event::{Event, Outcome};
+
+impl Verifier {
+    pub(super) fn flight(&self, i: u32) -> Flight {
+        Flight::new(&self.world, &self.before, i, &self.last_event[i as usize], &self.window.origin)
+    }
+
+    pub(super) fn flights(&self, contact: &Contact) -> [Flight; 2] {
+        match contact {
+            Contact::Pair(pair) => pair.map(|id| self.flight(id.0)),
+            Contact::Wall { particle, .. } => [self.flight(particle.0), Flight::NONE],
+        }
+    }
+
+    pub(super) fn bounds(&self, contact: &Contact, approach: &Approach, flights: &[Flight; 2]) -> Bounds {
+        match (contact, approach.boundary) {
+            (Contact::Pair(_), Boundary::Sphere { distance, .. }) => {
+                Bounds::pair(&self.world, &flights[0], &flights[1], distance)
+            }
+            (contact, _) => {
+                let radius = contact.particles().next().map_or(0.0, |i| self.world.radius(i));
+                Bounds::wall(&flights[0], self.world.farthest_wall, radius)
+            }
+        }
+    }
+
+    /// An event of two particles: at a discontinuity that they see, due, and with the right outcome.
+    pub(super) fn check_pair(
+        &mut self,
+        event: &Event,
+        contact: Contact,
+        outcome: Outcome,
+        after: &States,
+    ) -> Result<(), Fault> {
+        let (i, j) = (event.particle.0, event.partner.unwrap_or(event.particle).0);
+        let state = self.pairs.get(i, j).unwrap_or(0);
+        let Some((side, seen, restitution)) = self.seen(event, outcome, i, j, state) else {
+            return Err(Fault::Unknown { contact, distance: event.distance, state });
+        };
+        let approach = self.approach(i, j, side, seen.distance);
+        let flights = [i, j].map(|particle| self.flight(particle));
+        let bounds = self.bounds(&contact, &approach, &flights);
+        self.check_contact(contact, &approach, &bounds, seen.distance)?;
+        self.encounter(event, after, bounds, flights).check_pair(j, side, &seen, restitution, outcome)?;
+        if seen.is_barrier() {
+            self.note_contact(&[i, j], after);
+        }
+        match outcome {
+            Outcome::Core => self.counts.core += 1,
+            Outcome::Bounce => self.counts.bounce += 1,
+            Outcome::Capture => {
+                self.counts.capture += 1;
+                self.pairs.set(i, j, state + 1);
+            }
+            Outcome::Release if state == 1 && !self.world.is_bonded(i, j) => {
+                self.counts.release += 1;
+                self.pairs.forget(i, j);
+            }
+            Outcome::Release => {
+                self.counts.release += 1;
+                self.pairs.set(i, j, state - 1);
+            }
+        }
+        Ok(())
+    }
+
+    /// The discontinuity of an event, from the side of the outcome if it can be seen from there.
+    fn seen(&self, event: &Event, outcome: Outcome, i: u32, j: u32, state: usize) -> Option<(Side, Step, f64)> {
+        let interaction = self.world.interaction(i, j).filter(|_| i != j)?;
+        let sides = match outcome {
+            Outcome::Release => [Side::Negative, Side::Positive],
+            Outcome::Core | Outcome::Capture | Outcome::Bounce => [Side::Positive, Side::Negative],
+        };
+        let seen = sides.into_iter().filter_map(|side| Some((side, Step::seen(&interaction.potential, state, side)?)));
+        let (side, seen) = seen.into_iter().find(|(_, seen)| seen.distance == event.distance)?;
+        Some((side, seen, interaction.restitution))
+    }
+
+    /// An event at a wall: of the box, due, and with the right outcome.
+    pub(super) fn check_wall(&mut self, event: &Event, contact: Contact, after: &States) -> Result<(), Fault> {
+        let i = event.particle.0;
+        let radius = self.world.radius(i);
+        let unknown = Fault::Unknown { contact, distance: event.distance, state: 0 };
+        let wall = self.world.wall(&contact).filter(|_| event.distance == radius && !self.world.is_static(i));
+        let wall = wall.ok_or(unknown)?;
+        let now = self.window.time(&self.before.elapsed);
+        let approach = wall_approach(&self.world, &self.before, i, &wall, now);
+        let flights = self.flights(&contact);
+        let bounds = self.bounds(&contact, &approach, &flights);
+        // A point has no length of its own to compare with.
+        self.check_contact(contact, &approach, &bounds, if radius > 0.0 { radius } else { 1.0 })?;
+        self.encounter(event, after, bounds, flights).check_wall(&wall)?;
+        self.note_contact(&[i], after);
+        self.counts.wall += 1;
+        Ok(())
+    }
+
+    fn note_contact(&mut self, particles: &[u32], now: &States) {
+        if let Some(contacts) = &mut self.contacts {
+            // A static particle has no contact of its own.
+            let moving: Vec<u32> =
+                particles.iter().copied().filter(|&particle| !self.world.is_static(particle)).collect();
+            contacts.note(&moving, &now.elapsed);
+        }
+    }
+
+    fn encounter<'a>(
+        &'a mut self,
+        event: &'a Event,
+        after: &'a States,
+        bounds: Bounds,
+        flights: [Flight; 2],
+    ) -> Encounter<'a> {
+        let Self { world, before, margins, contacts, .. } = self;
+        Encounter { world, event, before, after, bounds, flights, contacts, margins }
+    }
+
+    /// The event was due: at its discontinuity, and closing.
+    fn check_contact(
+        &mut self,
+        contact: Contact,
+        approach: &Approach,
+        bounds: &Bounds,
+        unit: f64,
+    ) -> Result<(), Fault> {
+        let now = approach.since;
+        let (gap, closing, bound) = (approach.gap(now), approach.closing(now), bounds.distance);
+        if gap.is_nan() || gap > bound {
+            return Err(Fault::Early { contact, gap, bound });
+        }
+        // How deep a pair was that now leaves, or how far it will still come back: from the turning point that the event
+        // missed by round-off.
+        let missed = closing * closing / (2.0 * approach.curvature());
+        if closing < -bounds.normal_velocity && (missed.is_nan() || missed > bound) {
+            return Err(Fault::NotClosing { contact, speed: -closing });
+        }
+        self.counts.turning_points += u64::from(closing <= bounds.normal_velocity);
+        self.counts.in_invalid_state += u64::from(gap < -bound);
+        // Deeper than that, it was in an invalid state before it was due: what it did since then was looked at already.
+        if gap.abs() <= bound {
+            if is_without_digits(gap, unit) {
+                return Err(Fault::WithoutDigits { contact, by: gap.abs(), distance: unit });
+            }
+            note(&mut self.margins.distance, gap.abs(), bound);
+        }
+        self.largest_gap = self.largest_gap.max(gap / unit);
+        self.deepest_overlap = self.deepest_overlap.max(-gap / unit);
+        Ok(())
+    }
+
+    fn approach(&self, i: u32, j: u32, side: Side, distance: f64) -> Approach {
+        let states = &self.before;
+        Approach {
+            since: self.window.time(&states.elapsed),
+            position: self.world.nearest(states, i, j),
+            velocity: states.velocities[i as usize] - states.velocities[j as usize],
+            acceleration: self.world.accelerations[i as usize] - self.world.accelerations[j as usize],
+            boundary: Boundary::Sphere { distance, side },
+        }
+    }
+}

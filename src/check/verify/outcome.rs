@@ -1,0 +1,259 @@
+//! Whether an event did what the physics says, from the states before and after it.
+
+use super::barrier::{Arrival, ContactMemory, Leaving};
+use super::bounds::{Bounds, Flight, rounded};
+use super::certificate::Margins;
+use super::contact::Contact;
+use super::rules::{Side, Step};
+use super::violation::{Fault, Quantity};
+use super::world::{Wall, World};
+use crate::Vector;
+use crate::engine::States;
+use crate::engine::event::{Event, Outcome};
+
+/// An event with all that its outcome depends on.
+pub(super) struct Encounter<'a> {
+    pub world: &'a World,
+    pub event: &'a Event,
+    /// All states at the event's time: along the flights before it, and after it.
+    pub before: &'a States,
+    pub after: &'a States,
+    pub bounds: Bounds,
+    pub flights: [Flight; 2],
+    pub contacts: &'a Option<ContactMemory>,
+    pub margins: &'a mut Margins,
+}
+
+/// The relative motion of two particles, or of one and a wall, when they meet.
+struct Motion<'a> {
+    particles: &'a [u32],
+    /// Inverse masses of those `[1 / mass]`.
+    weights: &'a [f64],
+    reduced_mass: f64,
+    /// Unit vector from the partner or the wall.
+    normal: Vector,
+    /// The direction of the valid side along it: 1 or -1.
+    outwards: f64,
+    velocity: Vector,
+    /// Along the normal.
+    radial: f64,
+}
+
+impl Motion<'_> {
+    /// Speed towards the discontinuity, 0 where it recedes.
+    fn approach(&self) -> f64 {
+        (-self.outwards * self.radial).max(0.0)
+    }
+
+    fn tangential(&self) -> Vector {
+        self.velocity - self.normal * self.radial
+    }
+}
+
+impl Encounter<'_> {
+    /// The table of outcomes: Core, Capture, Release or Bounce, from the energy step and the radial kinetic energy.
+    pub fn check_pair(
+        &mut self,
+        j: u32,
+        side: Side,
+        seen: &Step,
+        restitution: f64,
+        found: Outcome,
+    ) -> Result<(), Fault> {
+        let i = self.event.particle.0;
+        let weights = [i, j].map(|p| self.world.inverse_masses[p as usize]);
+        let reduced_mass = 1.0 / (weights[0] + weights[1]);
+        let apart = self.world.nearest(self.before, i, j);
+        let normal = apart.try_normalize(0.0).unwrap_or(self.event.normal);
+        let relative = |states: &States| states.velocities[i as usize] - states.velocities[j as usize];
+        let velocity = relative(self.before);
+        let radial = velocity.dot(&normal);
+        let outwards = side.sign();
+        let motion = Motion { particles: &[i, j], weights: &weights, reduced_mass, normal, outwards, velocity, radial };
+
+        let (expected, crosses) = self.expected(side, seen, &motion, found);
+        let contact = Contact::of(self.event);
+        if found != expected {
+            return Err(Fault::WrongOutcome { contact, expected, found });
+        }
+        let arriving = self.bounds;
+        self.expect_gain(&motion, seen);
+        let energy_step = if crosses { seen.energy } else { 0.0 };
+        self.within(Quantity::EnergyStep, (self.event.energy_step - energy_step).abs(), 0.0)?;
+        self.within(Quantity::Normal, (self.event.normal - normal).norm(), 2.0 * self.bounds.direction)?;
+        let onwards = if crosses { outwards } else { -outwards };
+        let wrong_way = onwards * relative(self.after).dot(&normal);
+        self.within(Quantity::Direction, wrong_way, self.bounds.normal_velocity)?;
+        if !seen.is_barrier() {
+            self.check_velocities(&motion, &Vector::zeros(), 0.0)?;
+            return self.check_energy(&motion, 0.0, 0.0);
+        }
+        let acceleration = self.world.accelerations[i as usize] - self.world.accelerations[j as usize];
+        let distance = apart.norm().max(f64::MIN_POSITIVE);
+        self.check_barrier(&motion, restitution, &acceleration, distance, &arriving)
+    }
+
+    /// A reflection off a wall.
+    pub fn check_wall(&mut self, wall: &Wall) -> Result<(), Fault> {
+        let i = self.event.particle.0;
+        let (k, inwards) = (usize::from(wall.axis), wall.inwards());
+        let mut normal = Vector::zeros();
+        normal[k] = inwards;
+        self.within(Quantity::Normal, (self.event.normal - normal).norm(), 0.0)?;
+        let leaving = inwards * self.after.velocities[i as usize][k];
+        self.within(Quantity::Direction, -leaving, self.bounds.normal_velocity)?;
+        let weight = self.world.inverse_masses[i as usize];
+        let velocity = self.before.velocities[i as usize];
+        let motion = Motion {
+            particles: &[i],
+            weights: &[weight],
+            reduced_mass: 1.0 / weight,
+            normal,
+            outwards: 1.0,
+            velocity,
+            radial: inwards * velocity[k],
+        };
+        // A plane: nothing is centrifugal.
+        let (acceleration, bounds) = (self.world.accelerations[i as usize], self.bounds);
+        self.check_barrier(&motion, wall.restitution, &acceleration, f64::INFINITY, &bounds)
+    }
+
+    /// Makes the bounds those of the velocities after the event, which have the speed that it gives.
+    ///
+    /// The impulse is `mu |vn' - vn|`, and `vn'^2` at most `vn^2 + 2 |dU| / mu`: a capture by a deep well makes the two faster
+    /// by far than they were, and so does a heavy one that hits a light one. The TC model may turn the whole velocity.
+    fn expect_gain(&mut self, motion: &Motion, seen: &Step) {
+        let step = if seen.is_barrier() { 0.0 } else { 2.0 * seen.energy.abs() / motion.reduced_mass };
+        let turns = seen.is_barrier() && self.contacts.is_some();
+        let speed = if turns { motion.velocity.norm() } else { motion.radial.abs() };
+        let change = speed + (speed * speed + step).sqrt();
+        for (flight, weight) in self.flights.iter_mut().zip(motion.weights) {
+            let gained = weight * motion.reduced_mass * change;
+            *flight = flight.leaving(gained);
+            self.bounds = self.bounds.leaving(gained);
+        }
+    }
+
+    /// The outcome that the energies demand; where they are equal but for round-off, the one that was found.
+    fn expected(&self, side: Side, seen: &Step, motion: &Motion, found: Outcome) -> (Outcome, bool) {
+        let (crossing, barrier) = match side {
+            Side::Positive => (Outcome::Capture, Outcome::Core),
+            Side::Negative => (Outcome::Release, Outcome::Bounce),
+        };
+        if seen.is_barrier() {
+            return (barrier, false);
+        }
+        let (step, vn) = (2.0 * seen.energy / motion.reduced_mass, motion.radial);
+        let squared = vn * vn - step;
+        let slack = 2.0 * vn.abs() * self.bounds.normal_velocity + rounded(vn * vn + step.abs());
+        let crosses = if squared.abs() <= slack { found == crossing } else { squared > 0.0 };
+        (if crosses { crossing } else { Outcome::Bounce }, crosses)
+    }
+
+    /// What an infinite barrier leaves of the motion. `arriving` are the bounds before the contact, `distance` the radius of the
+    /// barrier's curvature.
+    fn check_barrier(
+        &mut self,
+        motion: &Motion,
+        restitution: f64,
+        acceleration: &Vector,
+        distance: f64,
+        arriving: &Bounds,
+    ) -> Result<(), Fault> {
+        let (approach, tangential, slack) = (motion.approach(), motion.tangential().norm(), arriving.normal_velocity);
+        let plain = || vec![Leaving { speed: (restitution * approach, slack), sliding: None }];
+        let leavings = self.contacts.as_ref().map_or_else(plain, |contacts| {
+            let centrifugal = tangential * tangential / distance;
+            let closing = -motion.outwards * (acceleration.dot(&motion.normal) + centrifugal);
+            let bound = 2.0 * tangential * slack / distance
+                + (acceleration.norm() + centrifugal) * (arriving.direction + rounded(1.0));
+            let (approach, tangential) = ((approach, slack), (tangential, slack));
+            let arrival = Arrival { restitution, approach, tangential, closing: (closing, bound) };
+            contacts.leavings(&arrival, motion.particles, &self.after.elapsed)
+        });
+        let mut fault = None;
+        let margins = *self.margins;
+        for leaving in leavings {
+            match self.check_leaving(motion, &leaving) {
+                Ok(()) => return Ok(()),
+                Err(found) => fault = fault.or(Some(found)),
+            }
+            *self.margins = margins;
+        }
+        Err(fault.unwrap_or(Fault::WrongNumbers {
+            contact: Contact::of(self.event),
+            quantity: Quantity::Impulse,
+            by: f64::NAN,
+            bound: 0.0,
+        }))
+    }
+
+    /// Whether the motion left a barrier in one of the ways in which it may.
+    fn check_leaving(&mut self, motion: &Motion, leaving: &Leaving) -> Result<(), Fault> {
+        let (along, mu, approach) = (motion.tangential(), motion.reduced_mass, motion.approach());
+        let (speed, speed_bound) = leaving.speed;
+        let slides = leaving.sliding.is_some();
+        let (turned, turned_bound) = leaving.sliding.map_or((Vector::zeros(), 0.0), |(left, bound)| {
+            (along.try_normalize(0.0).map_or(Vector::zeros(), |direction| direction * left) - along, bound)
+        });
+        self.check_velocities(motion, &turned, turned_bound)?;
+        let lost = if slides { 0.0 } else { 0.5 * mu * (approach * approach - speed * speed) };
+        self.check_energy(motion, lost, speed_bound)?;
+        // One that already recedes is left alone, unless it slides.
+        let after = if approach > 0.0 || slides { motion.outwards * speed } else { motion.radial };
+        let by = (self.event.impulse / mu - (after - motion.radial)).abs();
+        self.within(Quantity::Impulse, by, 2.0 * self.bounds.normal_velocity + speed_bound)
+    }
+
+    /// Each velocity changes by the impulse along the normal, by its part of what is turned along the barrier, and by nothing else.
+    fn check_velocities(&mut self, motion: &Motion, turned: &Vector, turned_bound: f64) -> Result<(), Fault> {
+        let mu = motion.reduced_mass;
+        let change = |p: &u32| self.after.velocities[*p as usize] - self.before.velocities[*p as usize];
+        let changes: Vec<Vector> = motion.particles.iter().map(change).collect();
+        if let (&[a, b], &[wa, wb]) = (&changes[..], motion.weights)
+            && wa > 0.0
+            && wb > 0.0
+        {
+            let bound = self.flights[0].velocity() / wa + self.flights[1].velocity() / wb + mu * self.bounds.velocity;
+            self.within(Quantity::Momentum, (a / wa + b / wb).norm(), bound)?;
+        }
+        for ((change, weight), sign) in changes.iter().zip(motion.weights).zip([1.0, -1.0]) {
+            let expected = (self.event.normal * self.event.impulse + turned * mu) * (sign * weight);
+            let bound = self.bounds.velocity + weight * mu * turned_bound;
+            self.within(Quantity::Velocity, (change - expected).norm(), bound)?;
+        }
+        Ok(())
+    }
+
+    /// Kinetic energy changes by the step and by what the barrier takes. `speed_bound` is what is uncertain of the speed that it
+    /// leaves.
+    fn check_energy(&mut self, motion: &Motion, lost: f64, speed_bound: f64) -> Result<(), Fault> {
+        let (mut gained, mut scale) = (0.0, 0.0);
+        for ((&p, &weight), flight) in motion.particles.iter().zip(motion.weights).zip(&self.flights) {
+            if weight > 0.0 {
+                let (old, new) = (&self.before.velocities[p as usize], &self.after.velocities[p as usize]);
+                gained += 0.5 / weight * (new - old).dot(&(new + old));
+                scale += (flight.speed + new.norm()) * flight.velocity() / weight;
+            }
+        }
+        let (mu, approach) = (motion.reduced_mass, motion.approach());
+        let speed: f64 = self.flights.iter().map(|flight| flight.speed).sum();
+        let receding = approach.max(motion.radial.abs()) - approach;
+        let bound = scale
+            + mu * speed * self.bounds.velocity
+            + rounded(self.event.energy_step.abs())
+            + mu * receding * receding;
+        self.within(Quantity::Energy, (gained + self.event.energy_step + self.event.dissipated).abs(), bound)?;
+        let bound = bound + 2.0 * mu * approach * (self.bounds.normal_velocity + speed_bound);
+        self.within(Quantity::Dissipation, (self.event.dissipated - lost).abs(), bound)
+    }
+
+    /// Compares what should be nothing with what round-off explains.
+    fn within(&mut self, quantity: Quantity, by: f64, bound: f64) -> Result<(), Fault> {
+        if by <= bound {
+            self.margins.note_outcome(by, bound);
+            return Ok(());
+        }
+        Err(Fault::WrongNumbers { contact: Contact::of(self.event), quantity, by, bound })
+    }
+}

@@ -1,0 +1,100 @@
+//! The verifier's own pair states: from distances at the start, then from the events' outcomes alone.
+
+use super::contact::Contact;
+use super::violation::Fault;
+use super::world::World;
+use crate::engine::States;
+use crate::model::ParticleId;
+use crate::model::potential::Potential;
+use std::collections::BTreeMap;
+
+/// The states of all pairs that are not strangers.
+#[derive(Debug, Default)]
+pub(super) struct Pairs {
+    /// By particle and partner, the lower id under the higher one and the other way round; state 0 only for bonds.
+    states: Vec<BTreeMap<u32, usize>>,
+}
+
+impl Pairs {
+    /// From the distances of all pairs, the one time that distances decide them.
+    pub fn from_distances(world: &World, states: &States) -> Self {
+        let at_start = |i, j, bond: &Potential| bond.state_at(world.nearest(states, i, j).norm());
+        let mut pairs = Self::bonded(world, states.positions.len(), at_start);
+        if !world.has_states {
+            return pairs;
+        }
+        for &i in &world.moving {
+            for (j, _) in (0..).zip(&states.positions).filter(|(j, _)| world.is_first(i, *j)) {
+                let distance = world.nearest(states, i, j).norm();
+                if (distance > world.longest_range && !world.holds_all_pairs) || pairs.get(i, j).is_some() {
+                    continue;
+                }
+                let state = world.interaction(i, j).map_or(0, |interaction| interaction.potential.state_at(distance));
+                if state > 0 {
+                    pairs.set(i, j, state);
+                }
+            }
+        }
+        pairs
+    }
+
+    /// As they are told; all others are strangers.
+    ///
+    /// # Errors
+    /// [`Fault::Unknown`] if a pair cannot be in its state.
+    pub fn told(world: &World, states: &States, told: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
+        let mut pairs = Self::bonded(world, states.positions.len(), |_, _, _| 0);
+        for &([a, b], state) in told {
+            if !world.has_state(a.0, b.0, state.into()) {
+                return Err(Fault::Unknown { contact: Contact::pair(a, b), distance: 0.0, state: state.into() });
+            }
+            pairs.set(a.0, b.0, state.into());
+        }
+        Ok(pairs)
+    }
+
+    /// All strangers but the bonded pairs, each in the state that `state_of` gives it.
+    fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
+        let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
+        for &(a, b) in world.bonds.keys() {
+            if let Some(interaction) = world.interaction(a, b) {
+                pairs.set(a, b, state_of(a, b, &interaction.potential));
+            }
+        }
+        pairs
+    }
+
+    /// The state of a pair that is no stranger.
+    pub fn get(&self, i: u32, j: u32) -> Option<usize> {
+        self.states[i as usize].get(&j).copied()
+    }
+
+    pub fn set(&mut self, i: u32, j: u32, state: usize) {
+        self.states[i as usize].insert(j, state);
+        self.states[j as usize].insert(i, state);
+    }
+
+    /// Makes two particles strangers.
+    pub fn forget(&mut self, i: u32, j: u32) {
+        self.states[i as usize].remove(&j);
+        self.states[j as usize].remove(&i);
+    }
+
+    /// The partners of a particle that are no strangers.
+    pub fn of(&self, i: u32) -> impl Iterator<Item = (u32, usize)> {
+        self.states[i as usize].iter().map(|(&j, &state)| (j, state))
+    }
+
+    /// All pairs that are not in state 0, lower id first, ascending.
+    pub fn captured(&self) -> Vec<([ParticleId; 2], usize)> {
+        let mut captured = Vec::new();
+        for (i, partners) in (0..).zip(&self.states) {
+            for (&j, &state) in partners.range(i + 1..) {
+                if state > 0 {
+                    captured.push(([ParticleId(i), ParticleId(j)], state));
+                }
+            }
+        }
+        captured
+    }
+}

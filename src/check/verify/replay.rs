@@ -1,0 +1,247 @@
+//! The replay of a run, with every event of a stretch shown to the verifier.
+
+use super::certificate::{Certificate, Counts, End};
+use super::verifier::Verifier;
+use super::violation::{Fault, Violation};
+use crate::engine::{Arrest, Reason, Simulation, States, Until};
+use crate::model::{Limit, RunPlan, Scene};
+use std::ops::ControlFlow;
+
+/// Events between two calls of `watch` on the way to the stretch.
+const CHUNK: u64 = 100_000;
+/// Events between two calls of `watch` within it.
+const FEW: u64 = 64;
+/// Steps of the engine between two calls of `watch`, however few events they are: some tens of milliseconds.
+const STEPS: u64 = 20_000;
+
+/// Which events of a run to prove.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stretch {
+    /// Events that are only replayed first.
+    pub from: u64,
+    /// Events that are then proven.
+    pub events: u64,
+}
+
+/// How far a verification is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// What is to be done.
+    pub stretch: Stretch,
+    /// Events so far, since the start of the simulation.
+    pub events: u64,
+    /// Whether the stretch has begun.
+    pub is_proving: bool,
+    /// Simulated time.
+    pub time: f64,
+}
+
+impl Progress {
+    /// The part of the way to the stretch that is done, or of the stretch: 0 to 1.
+    #[must_use]
+    pub fn fraction(&self) -> f64 {
+        let Stretch { from, events } = self.stretch;
+        let (done, all) =
+            if self.is_proving { (self.events.saturating_sub(from), events) } else { (self.events, from) };
+        (done as f64 / all.max(1) as f64).min(1.0)
+    }
+}
+
+/// Replays a scene, and proves a stretch of it.
+///
+/// The replay ends where the run does that the scene plans. `watch` is called now and then, and ends it at once where it
+/// breaks. Before a stretch that does not begin at the start, pair states are what the engine remembers; from there on they
+/// follow from the events alone.
+#[must_use]
+pub fn verify(scene: Scene, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Certificate {
+    if scene.is_driven() {
+        return Certificate { end: End::Driven, ..Certificate::blank(1, scene.start_time) };
+    }
+    let plan = scene.run.clone();
+    let mut replay = Replay { simulation: Simulation::new(scene), stages: stages(&plan), ends: None };
+    let skipped = replay.skip(stretch, watch);
+    let mut states = States::default();
+    replay.simulation.states(&mut states);
+    let blank = Certificate::blank(replay.simulation.tally().physical() + 1, replay.simulation.time());
+    let mut verifier = match replay.verifier(stretch, &states) {
+        Ok(verifier) => verifier,
+        Err(fault) => return Certificate { end: End::Violated(replay.violation(fault)), ..blank },
+    };
+    let origin = states.elapsed;
+    let end = match skipped {
+        Some(End::Idle) => replay.idle(&mut verifier).unwrap_or_else(End::Violated),
+        Some(end) => end,
+        None => replay.prove(&mut verifier, stretch, &mut states, watch),
+    };
+    Certificate {
+        duration: states.elapsed.after(&origin),
+        counts: Counts { asked: verifier.counts.asked + verifier.window.asked, ..verifier.counts },
+        margins: verifier.margins,
+        largest_gap: verifier.largest_gap,
+        deepest_overlap: verifier.deepest_overlap,
+        end,
+        ..blank
+    }
+}
+
+/// The stages of a run that are left, the next one last.
+fn stages(plan: &RunPlan) -> Vec<Limit> {
+    let planned = [plan.limit, plan.equilibration].into_iter();
+    let stages: Vec<Limit> = planned.filter(|limit| *limit != Limit::default()).collect();
+    // A scene that does not say how long to run, or whose equilibration ends by what it measures, can be replayed for ever.
+    if stages.is_empty() || plan.until_stationary { vec![Limit::default()] } else { stages }
+}
+
+struct Replay {
+    simulation: Simulation,
+    stages: Vec<Limit>,
+    /// Simulated time and events at which the present stage ends.
+    ends: Option<Until>,
+}
+
+impl Replay {
+    /// Where the present stage of the run ends; none after the last one.
+    fn stage(&mut self) -> Option<Until> {
+        if self.ends.is_none_or(|ends| self.simulation.tally().physical() >= ends.events) {
+            let limit = self.stages.pop()?;
+            let events = self.simulation.tally().physical();
+            self.ends = Some(Until {
+                time: limit.time.map_or(f64::INFINITY, |time| self.simulation.time() + time),
+                events: limit.events.map_or(u64::MAX, |more| events.saturating_add(more)),
+            });
+        }
+        self.ends
+    }
+
+    /// Goes to the start of the stretch without looking.
+    fn skip(&mut self, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Option<End> {
+        while self.simulation.tally().physical() < stretch.from {
+            if watch(&self.progress(stretch, false)).is_break() {
+                return Some(End::Interrupted);
+            }
+            let Some(stage) = self.stage() else { return Some(End::RunEnded) };
+            let chunk = self.simulation.tally().physical().saturating_add(CHUNK);
+            let until = Until { events: stage.events.min(stretch.from).min(chunk), ..stage };
+            match self.simulation.advance_for(STEPS, until, |_| {}) {
+                Ok(None | Some(Reason::Events)) => {}
+                Ok(Some(Reason::Time)) => self.ends = None,
+                Ok(Some(Reason::Idle)) => return Some(End::Idle),
+                Err(arrest) => return Some(End::Arrested(arrest)),
+            }
+        }
+        None
+    }
+
+    /// At the start of the stretch.
+    fn verifier(&self, stretch: Stretch, states: &States) -> Result<Verifier, Fault> {
+        let scene = self.simulation.scene();
+        match stretch.from {
+            0 => Verifier::new(scene, states),
+            _ => Verifier::resume(scene, states, &self.simulation.captured_pairs()),
+        }
+    }
+
+    /// Proves event after event.
+    fn prove(
+        &mut self,
+        verifier: &mut Verifier,
+        stretch: Stretch,
+        states: &mut States,
+        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> End {
+        let mut end = None;
+        while end.is_none() {
+            let done = verifier.counts.events();
+            if done.is_multiple_of(FEW) && watch(&self.progress(stretch, true)).is_break() {
+                end = Some(End::Interrupted);
+            } else if done >= stretch.events {
+                end = Some(End::Asked);
+            } else {
+                end = self.step(verifier, stretch, states, watch).unwrap_or_else(|stop| Some(stop.into()));
+            }
+        }
+        let end = end.unwrap_or(End::Asked);
+        match verifier.compare_pairs(&self.simulation.captured_pairs()) {
+            Err(fault) if !matches!(end, End::Violated(_) | End::Arrested(_) | End::Interrupted) => {
+                End::Violated(self.violation(fault))
+            }
+            _ => end,
+        }
+    }
+
+    /// The next event of the run, or what there is instead.
+    fn step(
+        &mut self,
+        verifier: &mut Verifier,
+        stretch: Stretch,
+        states: &mut States,
+        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Option<End>, Stop> {
+        let Some(stage) = self.stage() else { return Ok(Some(End::RunEnded)) };
+        let progress = self.progress(stretch, true);
+        let mut watch = || watch(&progress);
+        let until = Until { time: stage.time, events: self.simulation.tally().physical().saturating_add(1) };
+        let mut event = None;
+        let reason = loop {
+            if let Some(reason) = self.simulation.advance_for(STEPS, until, |executed| event = Some(*executed))? {
+                break reason;
+            }
+            if watch().is_break() {
+                return Ok(Some(End::Interrupted));
+            }
+        };
+        self.simulation.states(states);
+        if let Some(event) = event {
+            verifier.witness_watched(&event, states, &mut watch).map_err(|fault| self.violation(fault))?;
+            return Ok(None);
+        }
+        verifier.witness_quiet_watched(states, &mut watch).map_err(|fault| self.violation(fault))?;
+        self.ends = None;
+        if reason == Reason::Idle {
+            return Ok(Some(self.idle(verifier)?));
+        }
+        Ok(None)
+    }
+
+    /// The engine says that nothing will happen any more: whether that is so.
+    fn idle(&self, verifier: &mut Verifier) -> Result<End, Violation> {
+        verifier.witness_end().map(|()| End::Idle).map_err(|fault| self.violation(fault))
+    }
+
+    fn violation(&self, fault: Fault) -> Violation {
+        Violation { event: self.simulation.tally().physical(), time: self.simulation.time(), fault }
+    }
+
+    fn progress(&self, stretch: Stretch, is_proving: bool) -> Progress {
+        let events = self.simulation.tally().physical();
+        Progress { stretch, events, is_proving, time: self.simulation.time() }
+    }
+}
+
+/// What ends a proof early.
+enum Stop {
+    Arrested(Arrest),
+    Violated(Violation),
+}
+
+impl From<Arrest> for Stop {
+    fn from(arrest: Arrest) -> Self {
+        Self::Arrested(arrest)
+    }
+}
+
+impl From<Violation> for Stop {
+    fn from(violation: Violation) -> Self {
+        Self::Violated(violation)
+    }
+}
+
+impl From<Stop> for End {
+    fn from(stop: Stop) -> Self {
+        match stop {
+            Stop::Arrested(arrest) => Self::Arrested(arrest),
+            Stop::Violated(Violation { fault: Fault::Interrupted, .. }) => Self::Interrupted,
+            Stop::Violated(violation) => Self::Violated(violation),
+        }
+    }
+}

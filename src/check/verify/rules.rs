@@ -1,0 +1,71 @@
+//! The steps of potentials and the contacts with barriers, read from the scene: nothing that an engine has prepared is used here.
+
+use crate::Vector;
+use crate::model::potential::Potential;
+
+/// From which side a pair sees a discontinuity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Side {
+    /// From outside: the pair is valid beyond the distance.
+    Positive,
+    /// From inside.
+    Negative,
+}
+
+impl Side {
+    /// The direction in which the distance grows on the valid side: 1 or -1.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
+        }
+    }
+}
+
+/// A discontinuity, as a pair in some state sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Step {
+    /// `s` `[length]`.
+    pub distance: f64,
+    /// `dU`, the energy beyond it less the one before it `[energy]`.
+    pub energy: f64,
+}
+
+impl Step {
+    /// What a pair in a state of a potential sees on one of its sides.
+    pub fn seen(potential: &Potential, state: usize, side: Side) -> Option<Self> {
+        let (radii, energies) = (potential.radii(), potential.energies());
+        let (radius, beyond) = match side {
+            Side::Positive => (state, state + 1),
+            Side::Negative => (state.checked_sub(1)?, state - 1),
+        };
+        Some(Self { distance: *radii.get(radius)?, energy: energies.get(beyond)? - energies.get(state)? })
+    }
+
+    /// Whether nothing crosses it.
+    pub fn is_barrier(&self) -> bool {
+        self.energy == f64::INFINITY
+    }
+}
+
+/// Where a free flight leads in some time: `r + v t + a t^2 / 2`, and the velocity there.
+pub(super) fn fly(position: &Vector, velocity: &Vector, acceleration: &Vector, dt: f64) -> (Vector, Vector) {
+    (position + velocity * dt + acceleration * (0.5 * dt * dt), velocity + acceleration * dt)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pair_in_a_well_sees_its_edge_from_inside_and_the_core_from_outside() {
+        let well = Potential::square_well(2.0, 1.5, 0.5).unwrap();
+        let seen = |state, side| Step::seen(&well, state, side).map(|step| (step.distance, step.energy));
+        assert_eq!(seen(0, Side::Positive), Some((3.0, -0.5)));
+        assert_eq!(seen(0, Side::Negative), None);
+        assert_eq!(seen(1, Side::Negative), Some((3.0, 0.5)));
+        assert_eq!(seen(1, Side::Positive), Some((2.0, f64::INFINITY)));
+        assert_eq!(seen(9, Side::Positive), None);
+        assert_eq!(seen(9, Side::Negative), None);
+    }
+}

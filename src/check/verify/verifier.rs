@@ -1,0 +1,283 @@
+//! The proof itself, event by event, from nothing but events and states.
+
+use super::approach::Boundary;
+use super::barrier::ContactMemory;
+use super::bounds::is_without_digits;
+use super::certificate::{Counts, Margins, note};
+use super::contact::Contact;
+use super::pace::{Pace, round_the_box};
+use super::pairs::Pairs;
+use super::rules::fly;
+use super::violation::Fault;
+use super::window::{Due, Window};
+use super::world::World;
+use crate::engine::event::{Event, EventKind};
+use crate::engine::{Elapsed, States};
+use crate::model::{ParticleId, Scene};
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+
+/// Proves a sequence of events.
+///
+/// It is shown each event with the states after it, [`Verifier::witness`], and knows nothing of what an engine predicts,
+/// remembers or sorts into cells.
+#[derive(Debug)]
+pub struct Verifier {
+    pub(super) world: World,
+    pub(super) pairs: Pairs,
+    /// Memory of the TC model, if it is switched on.
+    pub(super) contacts: Option<ContactMemory>,
+    /// States at the last event, as they were shown.
+    pub(super) states: States,
+    /// States at the time of the event in hand, along the flights before it.
+    pub(super) before: States,
+    pub(super) last_event: Vec<Elapsed>,
+    pub(super) window: Window,
+    /// Due already, but deeper in the invalid side by no more than round-off.
+    overdue: Vec<Due>,
+    pub(super) pace: Pace,
+    pub(super) start_time: f64,
+    pub(super) counts: Counts,
+    pub(super) margins: Margins,
+    pub(super) largest_gap: f64,
+    pub(super) deepest_overlap: f64,
+}
+
+impl Verifier {
+    /// From the first states of a scene. Pair states follow from the distances, this one time.
+    ///
+    /// # Errors
+    /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::TooFast`] if they are too fast for any number.
+    pub fn new(scene: &Scene, states: &States) -> Result<Self, Fault> {
+        check_count(scene.particles.len(), states)?;
+        let world = World::new(scene);
+        let pairs = Pairs::from_distances(&world, states);
+        Self::with_pairs(scene, world, pairs, states, None)
+    }
+
+    /// From states within a run, with the pairs that are not in state 0 then.
+    ///
+    /// # Errors
+    /// [`Fault::Incomplete`] if there are not as many states as particles, [`Fault::Unknown`] if a pair has no such state.
+    pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
+        check_count(scene.particles.len(), states)?;
+        let world = World::new(scene);
+        let pairs = Pairs::told(&world, states, captured)?;
+        Self::with_pairs(scene, world, pairs, states, Some(states.elapsed))
+    }
+
+    fn with_pairs(
+        scene: &Scene,
+        world: World,
+        pairs: Pairs,
+        states: &States,
+        unseen_before: Option<Elapsed>,
+    ) -> Result<Self, Fault> {
+        let count = states.positions.len();
+        let pace = Pace::new(&world, states);
+        let window = Window::open(&world, &pairs, states, pace.length(&world, states, 0.0))?;
+        Ok(Self {
+            window,
+            pace,
+            pairs,
+            contacts: world.contact_time.map(|time| ContactMemory::new(time, count, unseen_before)),
+            states: states.clone(),
+            before: states.clone(),
+            // Where the last event is not known, no later than the start.
+            last_event: vec![Elapsed::default(); states.positions.len()],
+            overdue: Vec::new(),
+            start_time: scene.start_time,
+            counts: Counts::default(),
+            margins: Margins::default(),
+            largest_gap: 0.0,
+            deepest_overlap: 0.0,
+            world,
+        })
+    }
+
+    /// Proves that an event is the next one and comes out as it should. `after` are the states at its time, after it.
+    ///
+    /// # Errors
+    /// The first [`Fault`].
+    pub fn witness(&mut self, event: &Event, after: &States) -> Result<(), Fault> {
+        self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
+    }
+
+    /// The same, unless `watch`, which is asked now and then, breaks.
+    pub(super) fn witness_watched(
+        &mut self,
+        event: &Event,
+        after: &States,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<(), Fault> {
+        let contact = Contact::of(event);
+        check_count(self.states.positions.len(), after)?;
+        if contact.particles().any(|particle| particle as usize >= self.states.positions.len()) {
+            return Err(Fault::Unknown { contact, distance: event.distance, state: 0 });
+        }
+        self.pass_to(&after.elapsed, Some(contact), watch)?;
+        match event.kind {
+            EventKind::Pair(outcome) => self.check_pair(event, contact, outcome, after)?,
+            EventKind::Wall { .. } => self.check_wall(event, contact, after)?,
+            // Nothing that two particles do.
+            EventKind::Thermostat => return Err(Fault::Unknown { contact, distance: event.distance, state: 0 }),
+        }
+        self.check_flights(&contact, after)?;
+        self.states.clone_from(after);
+        let mut changed = Vec::new();
+        for particle in contact.particles() {
+            self.last_event[particle as usize] = after.elapsed;
+            if !self.world.is_static(particle) {
+                changed.push(particle);
+            }
+        }
+        self.window.events += 1;
+        self.window.forget(changed.iter().copied());
+        // An event may make its two so fast that they would go round the box many times in what is left of the window.
+        let now = self.window.time(&self.states.elapsed);
+        let left = self.window.length - now;
+        self.window.end_by(now + round_the_box(&self.world, &self.states, &changed, left));
+        self.window.look_again(&self.world, &self.pairs, &self.states, &changed)
+    }
+
+    /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there.
+    ///
+    /// # Errors
+    /// The first [`Fault`].
+    pub fn witness_quiet(&mut self, now: &States) -> Result<(), Fault> {
+        self.witness_quiet_watched(now, &mut || ControlFlow::Continue(()))
+    }
+
+    /// The same, unless `watch`, which is asked now and then, breaks.
+    pub(super) fn witness_quiet_watched(
+        &mut self,
+        now: &States,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<(), Fault> {
+        check_count(self.states.positions.len(), now)?;
+        self.pass_to(&now.elapsed, None, watch)?;
+        self.check_flights_of(now, |_| false)
+    }
+
+    /// Goes on to a time, and proves that everything due before it has taken place.
+    fn pass_to(
+        &mut self,
+        elapsed: &Elapsed,
+        executed: Option<Contact>,
+        watch: &mut dyn FnMut() -> ControlFlow<()>,
+    ) -> Result<(), Fault> {
+        let since = elapsed.after(&self.states.elapsed);
+        if !(since.is_finite() && since >= 0.0) {
+            return Err(Fault::Backwards { by: -since });
+        }
+        while self.window.time(elapsed) > self.window.length {
+            self.settle(self.window.length, None)?;
+            self.next_window(elapsed)?;
+            if watch().is_break() {
+                return Err(Fault::Interrupted);
+            }
+        }
+        self.stream(since, *elapsed);
+        self.settle(self.window.time(elapsed), executed)
+    }
+
+    /// A window from the end of this one on.
+    fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
+        // Told in the epoch of the latest states: in that of the window it might have fewer digits.
+        let latest = self.states.elapsed;
+        let left = self.window.length - self.window.time(&latest);
+        let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };
+        self.stream(end.after(&self.states.elapsed).max(0.0), end);
+        self.counts.asked += self.window.asked;
+        self.counts.windows += 1;
+        self.pace.learn(&self.window, &self.world);
+        let length = self.pace.length(&self.world, &self.before, elapsed.after(&end));
+        // What is overdue is found again.
+        self.overdue.clear();
+        self.window = Window::open(&self.world, &self.pairs, &self.before, length)?;
+        if end.since_epoch + self.window.length <= end.since_epoch {
+            let speed = |i: &u32| self.before.velocities[*i as usize].norm();
+            let fastest = self.world.moving.iter().copied().max_by(|a, b| speed(a).total_cmp(&speed(b))).unwrap_or(0);
+            return Err(Fault::TooFast { particle: ParticleId(fastest), speed: speed(&fastest) });
+        }
+        Ok(())
+    }
+
+    /// Moves all particles along their flights since the last event.
+    fn stream(&mut self, dt: f64, elapsed: Elapsed) {
+        self.before.elapsed = elapsed;
+        for i in 0..self.states.positions.len() {
+            let (position, velocity) = (&self.states.positions[i], &self.states.velocities[i]);
+            (self.before.positions[i], self.before.velocities[i]) =
+                fly(position, velocity, &self.world.accelerations[i], dt);
+        }
+    }
+
+    /// Looks at everything that was due before a time in the window: nothing may have gone deeper since then.
+    fn settle(&mut self, time: f64, executed: Option<Contact>) -> Result<(), Fault> {
+        let overdue = std::mem::take(&mut self.overdue);
+        let known = overdue.len();
+        for (number, due) in overdue.into_iter().chain(self.window.due_before(time)).enumerate() {
+            if !self.window.is_valid(&due) {
+                continue;
+            }
+            let contact = due.claim.contact;
+            let bound = self.bounds(&contact, &due.approach, &self.flights(&contact)).distance;
+            // What round-off explains is no depth to start from, or many steps could lead down.
+            let from = due.approach.gap(due.time);
+            let from = if from.abs() <= bound { 0.0 } else { from };
+            let deeper = from - due.approach.lowest(due.time, time);
+            if deeper.is_nan() || deeper > bound {
+                let due = self.start_time + (self.window.origin.total() + due.time);
+                return Err(Fault::Missed { contact, due, deeper, bound });
+            }
+            if let Boundary::Sphere { distance, .. } = due.approach.boundary
+                && is_without_digits(deeper, distance)
+            {
+                return Err(Fault::WithoutDigits { contact, by: deeper, distance });
+            }
+            note(&mut self.margins.overlap, deeper, bound);
+            if executed == Some(contact) {
+                continue;
+            }
+            self.counts.ties += u64::from(number >= known && executed.is_some());
+            self.wait(due, time);
+        }
+        Ok(())
+    }
+
+    /// Keeps what is overdue by round-off; if it has turned, it may be due again later.
+    fn wait(&mut self, due: Due, time: f64) {
+        if due.approach.closing(time) > 0.0 {
+            self.overdue.push(due);
+        } else {
+            self.window.ask_again(&due, time);
+        }
+    }
+
+    /// Compares the pair states with those that an engine remembers.
+    ///
+    /// # Errors
+    /// [`Fault::PairState`] with the first pair that differs.
+    pub fn compare_pairs(&self, captured: &[([ParticleId; 2], u16)]) -> Result<(), Fault> {
+        let own: BTreeMap<_, _> = self.pairs.captured().into_iter().collect();
+        let theirs: BTreeMap<_, _> = captured.iter().map(|&(pair, state)| (pair, state.into())).collect();
+        for &pair in own.keys().chain(theirs.keys()) {
+            let state = |of: &BTreeMap<_, usize>| of.get(&pair).copied().unwrap_or(0);
+            let (events, engine) = (state(&own), state(&theirs));
+            if events != engine {
+                return Err(Fault::PairState { pair, events, engine });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_count(particles: usize, states: &States) -> Result<(), Fault> {
+    let found = states.positions.len().min(states.velocities.len());
+    if found == particles && states.positions.len() == states.velocities.len() {
+        Ok(())
+    } else {
+        Err(Fault::Incomplete { particles, found })
+    }
+}

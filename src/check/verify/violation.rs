@@ -1,0 +1,213 @@
+//! What a run can do wrong.
+
+use super::contact::Contact;
+use crate::engine::event::Outcome;
+use crate::model::ParticleId;
+use std::fmt;
+use thiserror::Error;
+
+/// A quantity of an event that did not come out as the physics says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Quantity {
+    /// The unit vector between the two `[1]`.
+    Normal,
+    /// The changes of the two velocities against the impulse of the event `[length / time]`.
+    Velocity,
+    /// Total momentum of the two `[mass length / time]`.
+    Momentum,
+    /// Kinetic energy against the energy step and what was dissipated `[energy]`.
+    Energy,
+    /// Kinetic energy lost, against the restitution `[energy]`.
+    Dissipation,
+    /// Energy step of the discontinuity `[energy]`.
+    EnergyStep,
+    /// The impulse, against the speed that a barrier leaves, over the reduced mass `[length / time]`.
+    Impulse,
+    /// Relative normal velocity afterwards, in the direction that the outcome excludes `[length / time]`.
+    Direction,
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Normal => "the normal",
+            Self::Velocity => "the change of velocity",
+            Self::Momentum => "the momentum",
+            Self::Energy => "the energy balance",
+            Self::Dissipation => "the dissipated energy",
+            Self::EnergyStep => "the energy step",
+            Self::Impulse => "the impulse",
+            Self::Direction => "the direction afterwards",
+        })
+    }
+}
+
+/// What is wrong. Lengths are `[length]`, speeds `[length / time]`; a bound is what round-off explains.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Fault {
+    /// Not as many positions or velocities as the scene has particles.
+    #[error("{found} states of {particles} particles")]
+    Incomplete {
+        /// Particles of the scene.
+        particles: usize,
+        /// States that are there.
+        found: usize,
+    },
+    /// Time went backwards, or nowhere that a number can tell.
+    #[error("time went back by {by:.3e}")]
+    Backwards {
+        /// By how much `[time]`.
+        by: f64,
+    },
+    /// An event that the rule demanded earlier did not take place: it was missed, or put behind others.
+    #[error(
+        "{contact} were due at t = {due}, and went {deeper:.3e} deeper into the invalid side since then; round-off explains \
+        {bound:.1e}"
+    )]
+    Missed {
+        /// Who.
+        contact: Contact,
+        /// Simulated time at which it was due.
+        due: f64,
+        /// By how much the overlap function's distance decreased while it was negative.
+        deeper: f64,
+        /// What round-off explains.
+        bound: f64,
+    },
+    /// An event at a distance from its discontinuity.
+    #[error("{contact} had an event {gap:.3e} away from the discontinuity; round-off explains {bound:.1e}")]
+    Early {
+        /// Who.
+        contact: Contact,
+        /// How far.
+        gap: f64,
+        /// What round-off explains.
+        bound: f64,
+    },
+    /// An event of two that move apart.
+    #[error("{contact} had an event while leaving the discontinuity with speed {speed:.3e}")]
+    NotClosing {
+        /// Who.
+        contact: Contact,
+        /// How fast.
+        speed: f64,
+    },
+    /// An event at a discontinuity, a wall or a particle that is not there.
+    #[error("{contact} had an event at the distance {distance}, where nothing is for their pair state {state}")]
+    Unknown {
+        /// Who.
+        contact: Contact,
+        /// Where.
+        distance: f64,
+        /// The state of the pair.
+        state: usize,
+    },
+    /// Another outcome than the table's.
+    #[error("{contact} had a {found:?} where the physics demands a {expected:?}")]
+    WrongOutcome {
+        /// Who.
+        contact: Contact,
+        /// What the energies demand.
+        expected: Outcome,
+        /// What was reported.
+        found: Outcome,
+    },
+    /// The right outcome with wrong numbers.
+    #[error("{contact}: {quantity} is off by {by:.3e}; round-off explains {bound:.1e}")]
+    WrongNumbers {
+        /// Who.
+        contact: Contact,
+        /// Of what.
+        quantity: Quantity,
+        /// By how much.
+        by: f64,
+        /// What round-off explains.
+        bound: f64,
+    },
+    /// The velocity of a particle changed without an event.
+    #[error("the velocity of particle {} changed by {by:.3e} without an event", particle.0)]
+    Disturbed {
+        /// Which.
+        particle: ParticleId,
+        /// By how much.
+        by: f64,
+    },
+    /// A particle is not where its flight leads.
+    #[error("particle {} is {by:.3e} away from where its flight leads; round-off explains {bound:.1e}", particle.0)]
+    Jumped {
+        /// Which.
+        particle: ParticleId,
+        /// How far.
+        by: f64,
+        /// What round-off explains.
+        bound: f64,
+    },
+    /// A particle that goes round the box in less time than the digits of the simulated time can tell.
+    #[error(
+        "particle {} is so fast ({speed:.3e}) that it goes round the box in less than the digits of the time can tell: nothing can \
+        be proven", particle.0
+    )]
+    TooFast {
+        /// Which.
+        particle: ParticleId,
+        /// How fast.
+        speed: f64,
+    },
+    /// A gap or an overlap that round-off explains, because the numbers have so few digits, and that is far too large all the same.
+    #[error(
+        "{contact} had an event {by:.3e} away from a discontinuity at {distance}: round-off explains even that, in numbers of this size, \
+        and so nothing can be proven"
+    )]
+    WithoutDigits {
+        /// Who.
+        contact: Contact,
+        /// How far `[length]`.
+        by: f64,
+        /// The distance of the discontinuity `[length]`.
+        distance: f64,
+    },
+    /// The run ended as if nothing would ever happen again, though something is due.
+    #[error("the run ended because nothing would happen any more, but {contact} are due at t = {due}")]
+    EndedEarly {
+        /// Who.
+        contact: Contact,
+        /// Simulated time at which it is due.
+        due: f64,
+    },
+    /// The run ended as if nothing would ever happen again, which nobody can know.
+    #[error(
+        "the run ended because nothing would happen any more, but {contact} pass each other's periodic images for ever: nothing \
+        shows that they never meet"
+    )]
+    EndNotShown {
+        /// Who.
+        contact: Contact,
+    },
+    /// The caller wanted no more.
+    #[error("interrupted")]
+    Interrupted,
+    /// At the end, the engine remembers another state of a pair than the events make it.
+    #[error("particles {} and {} are in pair state {engine}, but their events lead to state {events}", pair[0].0, pair[1].0)]
+    PairState {
+        /// Which.
+        pair: [ParticleId; 2],
+        /// By the events since the start of the stretch.
+        events: usize,
+        /// In the engine's memory.
+        engine: usize,
+    },
+}
+
+/// A fault, and the event at which it was found.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("at event {event}, t = {time}: {fault}")]
+pub struct Violation {
+    /// Number of the event since the start of the simulation, from 1.
+    pub event: u64,
+    /// Simulated time.
+    pub time: f64,
+    /// What is wrong.
+    pub fault: Fault,
+}

@@ -1,0 +1,254 @@
+//! A stretch of simulated time, and everything that Algorithm 1 says will be due in it.
+//!
+//! At its start all pairs are looked at once. What is too far apart to meet within the window is left out; the rest is asked
+//! when its next event is due. An event changes the flight of two particles: what was due for them is void, and their pairs with
+//! all others are looked at anew.
+
+use super::approach::{Approach, Boundary};
+use super::contact::{Claim, Contact};
+use super::pairs::Pairs;
+use super::rules::{Side, Step};
+use super::violation::Fault;
+use super::world::{Wall, World};
+use crate::Vector;
+use crate::engine::{Elapsed, States};
+use crate::model::ParticleId;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Rounding of the comparison that leaves out what is too far apart: some tens of roundings of lengths.
+pub(super) const MARGIN: f64 = 1.0 + 1e-12;
+/// More images than this of one pair are not looked at. Within a window no particle goes round the box, and a range is at most
+/// half a period: that makes six images along an axis.
+const MOST_IMAGES: f64 = 4096.0;
+
+/// An event that the rule demands.
+#[derive(Debug, Clone)]
+pub(super) struct Due {
+    /// When, in the window `[time]`.
+    pub time: f64,
+    pub claim: Claim,
+    pub approach: Approach,
+    /// How often the flights of the two had changed when this was asked.
+    versions: [u32; 2],
+}
+
+impl PartialEq for Due {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Due {}
+
+impl PartialOrd for Due {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Due {
+    /// The earliest is the greatest, so that a heap gives it first.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.time.total_cmp(&self.time).then_with(|| other.claim.cmp(&self.claim))
+    }
+}
+
+/// The window.
+#[derive(Debug)]
+pub(super) struct Window {
+    /// When it starts.
+    pub origin: Elapsed,
+    /// How long it is `[time]`.
+    pub length: f64,
+    /// Events that it has seen.
+    pub events: u64,
+    /// How often Algorithm 1 was asked.
+    pub asked: u64,
+    due: BinaryHeap<Due>,
+    versions: Vec<u32>,
+}
+
+impl Window {
+    /// Looks at all pairs and walls.
+    ///
+    /// # Errors
+    /// [`Fault::TooFast`] if a pair goes round the box too often.
+    pub fn open(world: &World, pairs: &Pairs, states: &States, length: f64) -> Result<Self, Fault> {
+        let mut window = Self {
+            origin: states.elapsed,
+            length,
+            events: 0,
+            asked: 0,
+            due: BinaryHeap::new(),
+            versions: vec![0; states.positions.len()],
+        };
+        let reaches: Vec<f64> = (0..states.positions.len())
+            .map(|i| reach(&states.velocities[i], &world.accelerations[i], length))
+            .collect();
+        for &i in &world.moving {
+            window.look_at(world, pairs, states, i, |j| world.is_first(i, j), &reaches)?;
+        }
+        Ok(window)
+    }
+
+    /// Ends the window earlier.
+    pub fn end_by(&mut self, time: f64) {
+        self.length = self.length.min(time);
+    }
+
+    /// Makes void what was due for two particles, whose flights have changed.
+    pub fn forget(&mut self, particles: impl Iterator<Item = u32>) {
+        for particle in particles {
+            self.versions[particle as usize] = self.versions[particle as usize].wrapping_add(1);
+        }
+    }
+
+    /// Looks at all pairs of some particles, whose flights have changed.
+    ///
+    /// # Errors
+    /// [`Fault::TooFast`] if a pair goes round the box too often.
+    pub fn look_again(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) -> Result<(), Fault> {
+        let left = self.length - self.time(&states.elapsed);
+        let reaches: Vec<f64> =
+            (0..states.positions.len()).map(|i| reach(&states.velocities[i], &world.accelerations[i], left)).collect();
+        for (at, &i) in changed.iter().enumerate() {
+            self.look_at(world, pairs, states, i, |j| !changed[..at].contains(&j), &reaches)?;
+        }
+        Ok(())
+    }
+
+    /// A time in the window `[time]`.
+    pub fn time(&self, elapsed: &Elapsed) -> f64 {
+        elapsed.after(&self.origin)
+    }
+
+    /// What was due before a time in the window, earliest first, and is not void.
+    pub fn due_before(&mut self, time: f64) -> Vec<Due> {
+        let mut due = Vec::new();
+        while self.due.peek().is_some_and(|first| first.time < time) {
+            due.extend(self.due.pop().filter(|first| self.is_valid(first)));
+        }
+        due
+    }
+
+    /// Asks for the next event after a time in the window, of what was due before.
+    pub fn ask_again(&mut self, due: &Due, time: f64) {
+        self.ask(due.claim, due.approach.streamed(time));
+    }
+
+    /// Whether the flights that something was asked for are the present ones.
+    pub fn is_valid(&self, due: &Due) -> bool {
+        self.versions_of(&due.claim.contact) == due.versions
+    }
+
+    fn versions_of(&self, contact: &Contact) -> [u32; 2] {
+        let mut versions = [0; 2];
+        for (version, particle) in versions.iter_mut().zip(contact.particles()) {
+            *version = self.versions[particle as usize];
+        }
+        versions
+    }
+
+    /// Asks for one particle's pairs and walls.
+    fn look_at(
+        &mut self,
+        world: &World,
+        pairs: &Pairs,
+        states: &States,
+        i: u32,
+        is_wanted: impl Fn(u32) -> bool,
+        reaches: &[f64],
+    ) -> Result<(), Fault> {
+        for (j, state) in pairs.of(i).filter(|(j, _)| *j != i && is_wanted(*j)) {
+            self.ask_pair(world, states, i, j, state)?;
+        }
+        let far = (world.longest_range + reaches[i as usize]) * MARGIN;
+        for (j, its_reach) in (0..).zip(reaches).filter(|(j, _)| *j != i && is_wanted(*j)) {
+            let reach = far + its_reach * MARGIN;
+            if world.nearest(states, i, j).norm_squared() <= reach * reach && pairs.get(i, j).is_none() {
+                self.ask_pair(world, states, i, j, 0)?;
+            }
+        }
+        if !world.is_static(i) {
+            self.ask_walls(world, states, i);
+        }
+        Ok(())
+    }
+
+    /// Asks when a pair reaches the discontinuities that its state sees.
+    fn ask_pair(&mut self, world: &World, states: &States, i: u32, j: u32, state: usize) -> Result<(), Fault> {
+        let Some(interaction) = world.interaction(i, j) else { return Ok(()) };
+        let left = self.length - self.time(&states.elapsed);
+        let nearest = world.nearest(states, i, j);
+        let velocity = states.velocities[i as usize] - states.velocities[j as usize];
+        let acceleration = world.accelerations[i as usize] - world.accelerations[j as usize];
+        for side in [Side::Positive, Side::Negative] {
+            let Some(seen) = Step::seen(&interaction.potential, state, side) else { continue };
+            // A pair inside of a discontinuity only knows its nearest image.
+            let images = match side {
+                Side::Positive => {
+                    let reaches = reach_along(&velocity, &acceleration, left).add_scalar(seen.distance) * MARGIN;
+                    let images = world.images(&nearest, &reaches, MOST_IMAGES);
+                    images.ok_or(Fault::TooFast { particle: ParticleId(i), speed: velocity.norm() })?
+                }
+                Side::Negative => vec![nearest],
+            };
+            for position in images {
+                let approach = Approach {
+                    since: self.time(&states.elapsed),
+                    position,
+                    velocity,
+                    acceleration,
+                    boundary: Boundary::Sphere { distance: seen.distance, side },
+                };
+                let contact = Contact::pair(ParticleId(i), ParticleId(j));
+                self.ask(Claim { contact, side }, approach);
+            }
+        }
+        Ok(())
+    }
+
+    fn ask_walls(&mut self, world: &World, states: &States, i: u32) {
+        for wall in &world.walls {
+            let approach = wall_approach(world, states, i, wall, self.time(&states.elapsed));
+            let contact = Contact::Wall { particle: ParticleId(i), axis: wall.axis, is_upper: wall.is_upper };
+            self.ask(Claim { contact, side: Side::Positive }, approach);
+        }
+    }
+
+    fn ask(&mut self, claim: Claim, approach: Approach) {
+        self.asked += 1;
+        if let Some(time) = approach.next_event().filter(|time| *time <= self.length) {
+            self.due.push(Due { time, claim, approach, versions: self.versions_of(&claim.contact) });
+        }
+    }
+}
+
+/// The flight of a particle towards a wall, its height above contact along the first axis.
+pub(super) fn wall_approach(world: &World, states: &States, i: u32, wall: &Wall, since: f64) -> Approach {
+    let (k, inwards) = (usize::from(wall.axis), wall.inwards());
+    let along = |x: f64| Vector::new(inwards * x, 0.0, 0.0);
+    let height = inwards * (states.positions[i as usize][k] - wall.at) - world.radius(i);
+    Approach {
+        since,
+        position: Vector::new(height, 0.0, 0.0),
+        velocity: along(states.velocities[i as usize][k]),
+        acceleration: along(world.accelerations[i as usize][k]),
+        boundary: Boundary::Plane,
+    }
+}
+
+/// How far a flight leads in some time, at most `[length]`.
+pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 {
+    (velocity.norm() + 0.5 * acceleration.norm() * time) * time
+}
+
+/// The same along each axis: 0 for ever where nothing moves `[length]`.
+pub(super) fn reach_along(velocity: &Vector, acceleration: &Vector, time: f64) -> Vector {
+    Vector::from_fn(|k, _| {
+        let (v, a) = (velocity[k].abs(), acceleration[k].abs());
+        let from_speed = if v > 0.0 { v * time } else { 0.0 };
+        from_speed + if a > 0.0 { 0.5 * a * time * time } else { 0.0 }
+    })
+}

@@ -1,0 +1,200 @@
+//! What never changes: masses, accelerations, interactions, the box.
+
+use super::contact::Contact;
+use crate::Vector;
+use crate::engine::States;
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Face};
+use crate::model::{Interaction, InteractionId, ParticleId, Scene, Species};
+use std::collections::BTreeMap;
+
+/// A wall of the box.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wall {
+    pub axis: u8,
+    pub is_upper: bool,
+    /// Coordinate along its axis `[length]`.
+    pub at: f64,
+    pub restitution: f64,
+}
+
+impl Wall {
+    /// The direction away from the wall along its axis: 1 or -1.
+    pub fn inwards(&self) -> f64 {
+        if self.is_upper { -1.0 } else { 1.0 }
+    }
+}
+
+/// The constants of a scene, by particle.
+#[derive(Debug)]
+pub(super) struct World {
+    scene: Scene,
+    pub inverse_masses: Vec<f64>,
+    pub accelerations: Vec<Vector>,
+    /// Ids of the particles that move.
+    pub moving: Vec<u32>,
+    /// Interactions of bonded pairs, lower id first.
+    pub bonds: BTreeMap<(u32, u32), InteractionId>,
+    pub walls: Vec<Wall>,
+    /// Edges of periodic axes, 0 for others `[length]`.
+    pub periods: Vector,
+    /// The shortest of them, infinite if there are none `[length]`.
+    pub shortest_period: f64,
+    lower: Vector,
+    /// The longest distance of two particles, infinite where they can fly off `[length]`.
+    pub diagonal: f64,
+    /// Beyond this distance no strangers meet `[length]`.
+    pub longest_range: f64,
+    /// A length of the scene's particles: the longest range, or diameter if there is none `[length]`.
+    pub longest_length: f64,
+    /// The largest coordinate of a wall `[length]`.
+    pub farthest_wall: f64,
+    /// Whether any pair can be in another state than 0.
+    pub has_states: bool,
+    /// Whether species are bonded, so that pairs are in another state however far apart they are.
+    pub holds_all_pairs: bool,
+    pub contact_time: Option<f64>,
+}
+
+impl World {
+    pub fn new(scene: &Scene) -> Self {
+        let species: Vec<&Species> =
+            (0..).map(ParticleId).zip(&scene.particles).map(|(id, _)| scene.species_of(id)).collect();
+        let bonds = scene.bonds.iter().map(|bond| {
+            let [a, b] = bond.pair.map(|id| id.0);
+            ((a.min(b), a.max(b)), bond.interaction)
+        });
+        let potentials = scene.table.iter().map(|(_, id)| &scene.interactions[id.0 as usize].potential);
+        Self {
+            inverse_masses: species.iter().map(|species| species.mass.recip()).collect(),
+            accelerations: species.iter().map(|species| species.acceleration).collect(),
+            moving: (0..).zip(&species).filter(|(_, species)| !species.is_static()).map(|(i, _)| i).collect(),
+            bonds: bonds.collect(),
+            walls: walls(scene),
+            periods: scene.space.periods().map(|period| if period.is_finite() { period } else { 0.0 }),
+            shortest_period: scene.space.periods().min(),
+            lower: scene.space.lower,
+            diagonal: if scene.space.is_fully_periodic() { scene.space.size.norm() } else { f64::INFINITY },
+            longest_range: potentials.clone().map(|potential| potential.range()).fold(0.0, f64::max),
+            longest_length: scene.longest_range(),
+            farthest_wall: walls(scene).iter().map(|wall| wall.at.abs()).fold(0.0, f64::max),
+            has_states: potentials.clone().any(|potential| *potential.accessible_states().end() > 0),
+            holds_all_pairs: potentials.clone().any(Potential::is_bond),
+            contact_time: scene.contact_time,
+            scene: scene.clone(),
+        }
+    }
+
+    pub fn is_static(&self, i: u32) -> bool {
+        self.inverse_masses[i as usize] == 0.0
+    }
+
+    /// Whether the pair of a moving particle `i` and `j` comes up here, and not again as `j` and `i`.
+    pub fn is_first(&self, i: u32, j: u32) -> bool {
+        i < j || (i > j && self.is_static(j))
+    }
+
+    /// Half the diameter `[length]`.
+    pub fn radius(&self, i: u32) -> f64 {
+        0.5 * self.scene.species_of(ParticleId(i)).diameter
+    }
+
+    /// The interaction of a pair.
+    pub fn interaction(&self, i: u32, j: u32) -> Option<&Interaction> {
+        let bond = if self.bonds.is_empty() { None } else { self.bonds.get(&(i.min(j), i.max(j))).copied() };
+        let species = |i: u32| self.scene.particles[i as usize].species;
+        let id = bond.or_else(|| self.scene.interaction_of(species(i), species(j)))?;
+        self.scene.interactions.get(id.0 as usize)
+    }
+
+    pub fn is_bonded(&self, i: u32, j: u32) -> bool {
+        self.bonds.contains_key(&(i.min(j), i.max(j)))
+    }
+
+    /// The wall of a contact, if the box has it.
+    pub fn wall(&self, contact: &Contact) -> Option<Wall> {
+        let Contact::Wall { axis, is_upper, .. } = *contact else { return None };
+        self.walls.iter().find(|wall| wall.axis == axis && wall.is_upper == is_upper).copied()
+    }
+
+    /// Whether a pair of moving or bonded particles can be in a state.
+    pub fn has_state(&self, i: u32, j: u32, state: usize) -> bool {
+        let count = self.scene.particles.len();
+        let exist = i != j && (i as usize) < count && (j as usize) < count;
+        exist
+            && self
+                .interaction(i, j)
+                .is_some_and(|interaction| interaction.potential.accessible_states().contains(&state))
+    }
+
+    /// `r_i - r_j` of the nearest images, wherever they are.
+    pub fn nearest(&self, states: &States, i: u32, j: u32) -> Vector {
+        self.shortest(states.positions[i as usize] - states.positions[j as usize])
+    }
+
+    /// The shortest image of a separation, however long it is.
+    pub fn shortest(&self, mut apart: Vector) -> Vector {
+        for k in 0..3 {
+            let period = self.periods[k];
+            if apart[k].abs() > 0.5 * period && period > 0.0 {
+                // Nearly always one period; the quotient is for particles that have left the box.
+                let is_next = apart[k].abs() <= 1.5 * period;
+                apart[k] -= if is_next { period.copysign(apart[k]) } else { period * (apart[k] / period).round() };
+            }
+        }
+        apart
+    }
+
+    /// The images of a separation that come within `reach` along each axis; `None` if they are more than `most`.
+    ///
+    /// Their number is known before there is room for them: a flight that is long enough passes more than any memory holds.
+    pub fn images(&self, nearest: &Vector, reach: &Vector, most: f64) -> Option<Vec<Vector>> {
+        let periodic = || (0..3).filter(|&k| self.periods[k] > 0.0);
+        let ends = |k: usize| {
+            let period = self.periods[k];
+            [((-reach[k] - nearest[k]) / period).ceil(), ((reach[k] - nearest[k]) / period).floor()]
+        };
+        let count: f64 = periodic().map(ends).map(|[first, last]| (last - first + 1.0).max(0.0)).product();
+        if count.is_nan() || count > most {
+            return None;
+        }
+        let mut images = vec![*nearest];
+        for k in periodic() {
+            let [first, last] = ends(k);
+            let numbers: Vec<f64> =
+                std::iter::successors(Some(first), |n| Some(n + 1.0)).take_while(|n| *n <= last).collect();
+            let of = |image: Vector| {
+                numbers.iter().map(move |n| {
+                    let mut image = image;
+                    image[k] += n * self.periods[k];
+                    image
+                })
+            };
+            images = images.into_iter().flat_map(of).collect();
+        }
+        Some(images)
+    }
+
+    /// Whether a position is where the engine keeps particles: along periodic axes within the box to half a period.
+    pub fn is_in_box(&self, position: &Vector) -> bool {
+        (0..3).filter(|&k| self.periods[k] > 0.0).all(|k| {
+            let fraction = (position[k] - self.lower[k]) / self.periods[k];
+            (-0.5..1.5).contains(&fraction)
+        })
+    }
+}
+
+fn walls(scene: &Scene) -> Vec<Wall> {
+    let mut walls = Vec::new();
+    for axis in 0..3_u8 {
+        let k = usize::from(axis);
+        let Boundary::Bounded { lower, upper } = scene.space.boundary[k] else { continue };
+        let ends = [(false, lower, scene.space.lower[k]), (true, upper, scene.space.upper()[k])];
+        for (is_upper, face, at) in ends {
+            if let Face::Wall { restitution } = face {
+                walls.push(Wall { axis, is_upper, at, restitution });
+            }
+        }
+    }
+    walls
+}

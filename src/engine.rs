@@ -1,0 +1,377 @@
+//! A simulation: a scene in motion.
+
+/// Runs an expression with the chosen engine, whatever its type.
+macro_rules! with_engine {
+    ($simulation:expr, $engine:ident => $body:expr) => {
+        match $simulation {
+            Chosen::FreeHard($engine) => $body,
+            Chosen::FreeTable($engine) => $body,
+            Chosen::FallingHard($engine) => $body,
+            Chosen::FallingTable($engine) => $body,
+        }
+    };
+}
+
+mod apart;
+mod arrange;
+mod audit;
+mod body;
+mod build;
+mod cell;
+mod clock;
+mod confinement;
+mod drive;
+pub mod event;
+mod event_loop;
+mod execute;
+mod expect;
+mod growth;
+pub mod hardware;
+mod idle;
+pub mod neighbours;
+mod order;
+mod others;
+pub mod pairs;
+mod predict;
+mod prediction;
+pub mod schedule;
+mod shear;
+mod shell;
+mod snapshot;
+mod states;
+mod thermostat;
+mod wall;
+
+use crate::engine::event::{Event, EventCounts, EventKind, Tally};
+use crate::engine::neighbours::Search;
+use crate::model::space::Boundary;
+use crate::model::{Limit, ParticleId, Scene};
+use event_loop::Engine;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use thiserror::Error;
+
+pub use audit::Overlap;
+pub use snapshot::{Energy, Snapshot};
+pub use states::{Elapsed, States};
+
+/// How far to go: whichever comes first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Until {
+    /// Simulated time `[time]`, absolute; infinite for no limit.
+    pub time: f64,
+    /// Number of physical events since the start of the simulation.
+    pub events: u64,
+}
+
+impl Until {
+    /// Up to a simulated time.
+    #[must_use]
+    pub fn time(time: f64) -> Self {
+        Self { time, events: u64::MAX }
+    }
+
+    /// Up to a number of physical events since the start.
+    #[must_use]
+    pub fn events(events: u64) -> Self {
+        Self { time: f64::INFINITY, events }
+    }
+}
+
+/// Why a stretch of a simulation ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reason {
+    /// The simulated time was reached.
+    Time,
+    /// The number of events was reached.
+    Events,
+    /// No time limit was given, and it was shown that nothing will ever happen again: all pairs recede where nothing comes back, and
+    /// there is no wall on the way.
+    Idle,
+}
+
+/// How the dynamics arrests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Standstill {
+    /// Events go on, but time does not: a contact at rest, or infinitely many contacts in a finite time.
+    Time {
+        /// How many events there were at that time.
+        events: u64,
+    },
+    /// An inelastic collapse that carries its speed along: contacts leave ever less relative speed, until there is none
+    /// in the digits of the velocities.
+    Speed {
+        /// The last normal speed of approach `[length / time]`.
+        approach: f64,
+    },
+}
+
+impl fmt::Display for Standstill {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Time { events } => write!(f, "{events} events without time advancing, the last of"),
+            Self::Speed { approach } => {
+                write!(f, "inelastic collapse, down to an approach speed of {approach:.1e} that rounding swallows, of")
+            }
+        }
+    }
+}
+
+/// The dynamics has come to rest in a way that needs infinitely many events.
+///
+/// Carom cannot go on from here without changing the model, so it says so instead of spinning.
+#[doc(alias = "DynamicalArrest")]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "dynamical arrest at time {time}: {standstill} particle {} and {}",
+    particle.0,
+    partner.map_or("a wall".to_owned(), |id| format!("particle {}", id.0))
+)]
+pub struct Arrest {
+    /// A particle that is part of it.
+    pub particle: ParticleId,
+    /// The other one, or none for a wall.
+    pub partner: Option<ParticleId>,
+    /// When.
+    pub time: f64,
+    /// What stands still.
+    pub standstill: Standstill,
+}
+
+impl Arrest {
+    /// What the user can do about it.
+    pub const CURE: &'static str = "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the \
+        restitution to 1, or start without particles at rest in contact or overlapping";
+}
+
+/// The engine that was chosen for a scene, once and at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EngineChoice {
+    /// Whether particles accelerate, so that flights are parabolas.
+    pub is_falling: bool,
+    /// Whether pairs are looked up in a table of potentials, with a memory of pair states; otherwise there is one species
+    /// of hard spheres.
+    pub has_table: bool,
+    /// How neighbours are found at the start; a run changes that with the density.
+    pub search: Search,
+}
+
+impl EngineChoice {
+    /// The engine for a scene.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let is_falling = scene.species.iter().any(|s| s.acceleration.iter().any(|a| *a != 0.0));
+        let is_one_hard_sphere = scene.species.len() == 1
+            && scene.bonds.is_empty()
+            && !scene.species[0].is_static()
+            && scene.table.get(0, 0).is_some_and(|id| {
+                let potential = &scene.interactions[id.0 as usize].potential;
+                potential.is_hard_sphere() && !potential.is_bond()
+            });
+        Self { is_falling, has_table: !is_one_hard_sphere, search: Search::of(scene) }
+    }
+}
+
+impl fmt::Display for EngineChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let pairs = if self.has_table { "a table of potentials with pair states" } else { "one hard-sphere species" };
+        let motion = if self.is_falling { "falling" } else { "force-free" };
+        write!(f, "{motion} particles, {pairs}, {}", self.search)
+    }
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+enum Chosen {
+    FreeHard(Engine<false, false>),
+    FreeTable(Engine<false, true>),
+    FallingHard(Engine<true, false>),
+    FallingTable(Engine<true, true>),
+}
+
+/// A scene in motion.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Simulation {
+    scene: Scene,
+    choice: EngineChoice,
+    engine: Chosen,
+    /// How much larger the diameters of the scene are than at the start.
+    scale: f64,
+}
+
+impl Simulation {
+    /// Chooses the engine and predicts the first events.
+    #[must_use]
+    pub fn new(scene: Scene) -> Self {
+        let choice = EngineChoice::new(&scene);
+        let engine = match (choice.is_falling, choice.has_table) {
+            (false, false) => Chosen::FreeHard(Engine::new(&scene)),
+            (false, true) => Chosen::FreeTable(Engine::new(&scene)),
+            (true, false) => Chosen::FallingHard(Engine::new(&scene)),
+            (true, true) => Chosen::FallingTable(Engine::new(&scene)),
+        };
+        Self { scene, choice, engine, scale: 1.0 }
+    }
+
+    /// The scene that it started from; after a growth with the diameters and the state at its end.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Which engine runs it.
+    #[must_use]
+    pub fn engine(&self) -> EngineChoice {
+        self.choice
+    }
+
+    /// Simulated time now `[time]`.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        with_engine!(&self.engine, engine => engine.time())
+    }
+
+    /// What has happened so far.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        with_engine!(&self.engine, engine => &engine.tally)
+    }
+
+    /// What has happened so far, by kind and species.
+    #[must_use]
+    pub fn event_counts(&self) -> EventCounts {
+        if self.choice.has_table {
+            return with_engine!(&self.engine, engine => engine.counts.clone());
+        }
+        let species = self.scene().particles.first().map_or(0, |particle| particle.species.0 as usize);
+        EventCounts::of_one_species(species, self.tally())
+    }
+
+    /// Goes on until a time or a number of events.
+    ///
+    /// Where a stretch ends does not change what happens: two stretches are one long one, bit for bit.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn advance(&mut self, until: Until) -> Result<Reason, Arrest> {
+        self.advance_with(until, |_| {})
+    }
+
+    /// Goes on, and shows every physical event to `observe` as it happens.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn advance_with(&mut self, until: Until, observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
+        if self.tally().physical() >= until.events {
+            return Ok(Reason::Events);
+        }
+        with_engine!(&mut self.engine, engine => engine.advance(until, observe))
+    }
+
+    /// Goes on as [`Self::advance_with`] does, but pauses with `None` after a number of steps: an event, a cell transition, a prediction
+    /// anew, whatever takes about as long; at least one is done.
+    ///
+    /// Between two events there can be any number of other steps, so this is for whoever wants to look up in between. Where it pauses
+    /// changes nothing of what happens.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn advance_for(
+        &mut self,
+        steps: u64,
+        until: Until,
+        observe: impl FnMut(&Event),
+    ) -> Result<Option<Reason>, Arrest> {
+        if self.tally().physical() >= until.events {
+            return Ok(Some(Reason::Events));
+        }
+        with_engine!(&mut self.engine, engine => engine.advance_for(steps.max(1), until, observe))
+    }
+
+    /// Executes the next event of a pair or a wall and stops at its time, if there is one up to a simulated time; otherwise goes on to
+    /// that time.
+    ///
+    /// `None` with an infinite limit means that nothing will ever happen again. Where that is so but cannot be shown, as of two particles that
+    /// pass each other for ever in a periodic box, an infinite limit is never reached.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn step_before(&mut self, limit: f64) -> Result<Option<Event>, Arrest> {
+        let mut executed = None;
+        let until = Until { time: limit, events: self.tally().physical() + 1 };
+        self.advance_with(until, |event| {
+            if event.kind != EventKind::Thermostat {
+                executed = Some(*event);
+            }
+        })?;
+        Ok(executed)
+    }
+
+    /// Writes where everything is now into `states`, with all the digits of the time that the engine has.
+    pub fn states(&self, states: &mut States) {
+        with_engine!(&self.engine, engine => engine.states(states));
+    }
+
+    /// All pairs that are not in state 0, each once, lower id first, and their states.
+    #[must_use]
+    pub fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
+        with_engine!(&self.engine, engine => engine.captured_pairs())
+    }
+
+    /// Whether it can be shown that nothing will ever happen again.
+    pub(crate) fn is_over(&self) -> bool {
+        with_engine!(&self.engine, engine => engine.is_over())
+    }
+
+    /// Where everything is now.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let snapshot = with_engine!(&self.engine, engine => engine.snapshot());
+        Snapshot { scale: self.scale(), ..snapshot }
+    }
+
+    /// The energies now.
+    #[must_use]
+    pub fn energy(&self) -> Energy {
+        with_engine!(&self.engine, engine => engine.energy())
+    }
+
+    /// The deepest overlap now, of all pairs and walls; `None` if nothing overlaps.
+    #[must_use]
+    pub fn deepest_overlap(&self) -> Option<Overlap> {
+        with_engine!(&self.engine, engine => engine.deepest_overlap())
+    }
+
+    /// The overlaps now that are deeper than round-off explains, of all pairs and walls.
+    #[must_use]
+    pub fn real_overlaps(&self) -> Vec<Overlap> {
+        with_engine!(&self.engine, engine => engine.real_overlaps())
+    }
+
+    /// The state of a pair: through how many radii of its potential it has been captured.
+    #[must_use]
+    pub fn pair_state(&self, a: ParticleId, b: ParticleId) -> u16 {
+        with_engine!(&self.engine, engine => engine.state_of_pair(a, b))
+    }
+
+    /// Asks for large pages, after it was read from a checkpoint.
+    pub(crate) fn enlarge(&self) {
+        with_engine!(&self.engine, engine => engine.enlarge());
+    }
+
+    /// Gives the measured stretch another end.
+    pub(crate) fn set_limit(&mut self, limit: Limit) {
+        self.scene.run.limit = limit;
+    }
+
+    /// Number of particles that move.
+    #[must_use]
+    pub fn moving(&self) -> usize {
+        self.scene.particles.iter().filter(|p| !self.scene.species[p.species.0 as usize].is_static()).count()
+    }
+
+    /// Number of axes along which particles move.
+    #[must_use]
+    pub fn dimensions(&self) -> usize {
+        self.scene.space.boundary.iter().filter(|b| **b != Boundary::Flat).count()
+    }
+}

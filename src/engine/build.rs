@@ -1,0 +1,193 @@
+//! From a scene to an engine at its start.
+
+use super::body::Body;
+use super::clock::Clock;
+use super::confinement::Confinement;
+use super::event_loop::{Engine, Wall};
+use super::order::along_curve;
+use super::prediction::Prediction;
+use super::shear::Shear;
+use crate::Vector;
+use crate::engine::event::{EventCounts, Tally};
+use crate::engine::neighbours::grid::Face;
+use crate::engine::neighbours::near::Near;
+use crate::engine::neighbours::{Neighbours, Search};
+use crate::engine::pairs::contacts::ContactTimes;
+use crate::engine::pairs::memory::PairMemory;
+use crate::engine::pairs::rules::Rules;
+use crate::engine::schedule::EventQueue;
+use crate::model::random::{Purpose, Random};
+use crate::model::space::{Boundary, Face as SpaceFace};
+use crate::model::{Scene, SpeciesId};
+use crate::physics::detection::many::Width;
+
+/// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
+const LARGE: usize = 32_768;
+
+/// The random numbers of walls are those of a stage that no scene has.
+const WALLS: usize = 1 << 40;
+
+/// So many times have a median that is near enough to that of more.
+const MANY: usize = 32_768;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    pub fn new(scene: &Scene) -> Self {
+        let rules = Rules::new(scene);
+        let count = scene.particles.len();
+        let names = {
+            let positions: Vec<Vector> = scene.particles.iter().map(|p| p.position).collect();
+            along_curve(&scene.space, &positions)
+        };
+        let mut numbers = vec![0; count];
+        for (&name, number) in names.iter().zip(0..) {
+            numbers[name as usize] = number;
+        }
+        let particles = || names.iter().map(|&name| &scene.particles[name as usize]);
+        let bodies = particles()
+            .zip(&names)
+            .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
+            .collect();
+        let n = count as u64;
+        let has_thermal_walls = scene.wall_temperatures.iter().any(Option::is_some);
+        let mut engine = Self {
+            is_large: count > LARGE,
+            bodies,
+            width: Width::most(),
+            species: particles().map(|p| rules.rows.row(p.species)).collect(),
+            numbers,
+            near: Near::default(),
+            images: vec![[0; 3]; count],
+            predictions: vec![Prediction::NONE; count],
+            queue: EventQueue::new(count, 1.0),
+            further_images: Vec::new(),
+            tied_axes: [false; 3],
+            neighbours: Neighbours::none(&scene.space),
+            space: scene.space.clone(),
+            ranges: ranges(scene, rules.rows.species()),
+            longest: scene.bonds.iter().fold(scene.longest_range(), |longest, bond| {
+                longest.max(scene.interactions[bond.interaction.0 as usize].potential.range())
+            }),
+            reach: scene.longest_range(),
+            memory: PairMemory::new(if TABLE { count } else { 0 }),
+            is_known: vec![false; if TABLE { count } else { 0 }],
+            walls: walls(scene),
+            confinement: Confinement::of(scene),
+            periods: scene.space.periods(),
+            contact_times: scene.contact_time.map(|contact_time| ContactTimes::new(contact_time, count)),
+            tally: Tally::default(),
+            counts: EventCounts::new(if TABLE { scene.species.len() } else { 0 }),
+            executed: 0,
+            transitions_at_event: 0,
+            transitions_at_order: 0,
+            start: scene.start_time,
+            epoch: 0.0,
+            epochs: 0,
+            now: 0.0,
+            last_reached: 0.0,
+            wall_random: has_thermal_walls.then(|| Random::new(scene.seed, Purpose::Thermostat, WALLS)),
+            kicks: None,
+            has_loose_pairs: scene
+                .bonds
+                .iter()
+                .any(|bond| !scene.interactions[bond.interaction.0 as usize].potential.is_bond()),
+            growing: None,
+            shear: scene.shear_rate.map(|rate| Shear::new(rate, scene.displacement, &scene.space)),
+            interlude: f64::INFINITY,
+            lost_speed: None,
+            clock: Clock {
+                since: 0.0,
+                events: 0,
+                // Simultaneous events of a lattice, and N^2/2 of touching spheres on a line, are no arrest.
+                most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
+            },
+            rules,
+        };
+        drop(names);
+        engine.find_interlude();
+        engine.sort_in(Search::of(scene));
+        if TABLE {
+            engine.remember_pairs(scene);
+        }
+        engine.fill_lists();
+        engine.enlarge();
+        for particle in engine.particles() {
+            if !engine.is_static(particle) {
+                engine.predict(particle, 0.0);
+            }
+        }
+        let moving = engine.predictions.iter().filter(|prediction| prediction.wake_time().is_finite()).count();
+        if moving > 0 {
+            // Some of them are enough for a median.
+            let finite = engine.predictions.iter().map(Prediction::wake_time).filter(|time| time.is_finite());
+            let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
+            let middle = times.len() / 2;
+            let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
+            engine.queue = EventQueue::new(moving, median);
+        }
+        for particle in engine.particles() {
+            engine.schedule(particle);
+        }
+        engine
+    }
+
+    /// Sets the states of all pairs from their distances at the start, the one time that distances decide them.
+    fn remember_pairs(&mut self, scene: &Scene) {
+        for bond in &scene.bonds {
+            let [a, b] = bond.pair.map(|id| self.number(id));
+            self.remember(scene, a, b, bond.interaction.narrow(), true);
+        }
+        let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
+        let mut near = Near::default();
+        for a in self.particles().filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
+            self.neighbours.find_near(a, &mut near);
+            let all = if holds_all_pairs { self.particles() } else { 0..0 };
+            let found = if holds_all_pairs { &[] } else { near.found() };
+            let mut across = Vec::new();
+            self.for_each_across(a, |b| across.push(b));
+            for b in all.chain(found.iter().copied()).chain(across) {
+                // Pairs of two moving particles come up twice; the first time decides.
+                if b == a || (b < a && !self.is_static(b)) || self.memory.get(a, b).is_some() {
+                    continue;
+                }
+                let meeting = *self.rules.meeting(self.species[a as usize], self.species[b as usize]);
+                if meeting.exists {
+                    self.remember(scene, a, b, meeting.interaction, false);
+                }
+            }
+        }
+    }
+
+    /// Sets one pair's state; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
+    fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
+        let apart = self.bodies[a as usize].position - self.bodies[b as usize].position;
+        let distance = self.nearest(apart, Vector::zeros(), 0.0).0.position.norm();
+        let state = scene.interactions[usize::from(interaction)].potential.state_at(distance);
+        // A scene's potentials have some thousands of steps at the most.
+        let state = u16::try_from(state).unwrap_or(u16::MAX);
+        if state > 0 || is_bond {
+            self.know(a, b, state, interaction);
+        }
+    }
+}
+
+/// By species and species, row by row, the distances at which strangers meet, negative for those who never do.
+fn ranges(scene: &Scene, species: &[SpeciesId]) -> Vec<f64> {
+    species.iter().flat_map(|&a| species.iter().map(move |&b| scene.range(a, b))).collect()
+}
+
+fn walls(scene: &Scene) -> Vec<Wall> {
+    let mut walls = Vec::new();
+    for (face_axis, axis) in (0..).zip(0..3) {
+        if let Boundary::Bounded { lower, upper } = scene.space.boundary[axis] {
+            for (is_upper, side, at) in
+                [(false, lower, scene.space.lower[axis]), (true, upper, scene.space.upper()[axis])]
+            {
+                if let SpaceFace::Wall { restitution } = side {
+                    let temperature = scene.wall_temperatures[axis];
+                    walls.push(Wall { face: Face { axis: face_axis, is_upper }, at, restitution, temperature });
+                }
+            }
+        }
+    }
+    walls
+}

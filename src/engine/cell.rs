@@ -1,0 +1,159 @@
+//! Cells in the event loop: who is near a particle, and when it goes into the next cell.
+
+use super::event_loop::Engine;
+use super::predict::Streamed;
+use super::prediction::Prediction;
+use super::shear::GRADIENT;
+use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::grid::{Face, Grid};
+use crate::engine::neighbours::near::Near;
+use crate::physics::detection::plane;
+use crate::physics::overlap::Side;
+
+/// Of half a period, what rounding can leave of the distance of two particles on the outer faces of their cells, and much more.
+const TIED: f64 = 1e-6;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The first meeting with those in the cells around the particle, and when it leaves its own.
+    #[inline]
+    pub(super) fn predict_in_cell(&mut self, me: &Streamed, prediction: &mut Prediction) {
+        let mut near = std::mem::take(&mut self.near);
+        self.neighbours.find_near(me.id, &mut near);
+        self.predict_near(me, near, prediction);
+        self.predict_bounds(me, prediction);
+    }
+
+    /// What is fixed in space: walls near the particle's cell, and the cell's faces.
+    #[inline]
+    fn predict_bounds(&self, me: &Streamed, prediction: &mut Prediction) {
+        let Neighbours::Cells(cells) = &self.neighbours else { return };
+        let cell = cells.home(me.id);
+        if !self.walls.is_empty() {
+            // Those of other cells are too far away to be met.
+            let is_near = |face: Face| {
+                let [is_first, is_last] = cells.grid.is_outermost(cell, usize::from(face.axis));
+                if face.is_upper { is_last } else { is_first }
+            };
+            self.predict_walls(me, is_near, prediction);
+        }
+        self.predict_transition(me, &cells.grid, cell, prediction);
+    }
+
+    /// The strangers of the scratch list, which is given back; those that the particle knows are unmarked.
+    fn predict_near(&mut self, me: &Streamed, mut near: Near, prediction: &mut Prediction) {
+        if TABLE {
+            near.retain(|other| !self.is_known[other as usize]);
+            for known in self.memory.of(me.id) {
+                self.is_known[known.partner as usize] = false;
+            }
+        }
+        if self.tied_axes.contains(&true) {
+            self.predict_ties(me, near.found(), prediction);
+        }
+        if !self.is_one_by_one() {
+            let (strangers, length) = near.filled_up(me.id);
+            self.predict_strangers(me, true, strangers, length, prediction);
+        } else {
+            near.found().iter().for_each(|&other| self.predict_stranger(me, other, prediction));
+            self.predict_across(me, prediction);
+        }
+        self.near = near;
+    }
+
+    /// The first meeting with those that are half a period away, but for rounding, in the image on the other side.
+    ///
+    /// Either of the two may be the nearest image, and the one that is left out here is looked at with all others.
+    fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
+        for &other in others.iter().filter(|&&other| other != me.id) {
+            let (nearest, _) = self.relative(me, other);
+            let is_tied: [bool; 3] = std::array::from_fn(|axis| {
+                let half = 0.5 * self.periods[axis];
+                self.tied_axes[axis] && nearest.position[axis].abs() > half * (1.0 - TIED)
+            });
+            let squared = if TABLE {
+                let meeting = self.rules.meeting(self.species[me.id as usize], self.species[other as usize]);
+                if meeting.exists { meeting.squared } else { continue }
+            } else {
+                self.rules.meeting(0, 0).squared
+            };
+            // Along one axis, or along several at once.
+            for sides in 1..8_u8 {
+                let is_other = |axis: usize| sides >> axis & 1 == 1;
+                if (0..3).any(|axis| is_other(axis) && !is_tied[axis]) {
+                    continue;
+                }
+                let mut state = nearest;
+                for axis in (0..3).filter(|&axis| is_other(axis)) {
+                    state.position[axis] -= self.periods[axis].copysign(state.position[axis]);
+                }
+                if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+                    self.offer(me, other, Side::Positive, dt, prediction);
+                }
+            }
+        }
+    }
+
+    /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
+    /// particles that are new to it comes first.
+    pub(super) fn cross(&mut self, particle: u32, time: f64) {
+        self.tally.transition += 1;
+        let mut prediction = self.predictions[particle as usize];
+        let face = prediction.exit;
+        let body = &mut self.bodies[particle as usize];
+        let Neighbours::Cells(cells) = &mut self.neighbours else { return };
+        if self.shear.is_some() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face) {
+            return self.slide(particle, face, time);
+        }
+        let transition = cells.cross(particle, face);
+        if transition.wrap != 0 {
+            let axis = usize::from(face.axis);
+            body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
+            self.images[particle as usize][axis] -= transition.wrap;
+        }
+        if self.is_one_by_one() || self.is_apart(particle) {
+            self.predict(particle, time);
+            self.schedule(particle);
+            return;
+        }
+        let me = self.streamed(particle, time);
+        if TABLE {
+            for known in self.memory.of(particle) {
+                self.is_known[known.partner as usize] = true;
+            }
+        }
+        let mut near = std::mem::take(&mut self.near);
+        if let Neighbours::Cells(cells) = &self.neighbours {
+            cells.find_new(transition.cell, face, &mut near);
+        }
+        self.predict_near(&me, near, &mut prediction);
+        self.predict_bounds(&me, &mut prediction);
+        self.predictions[particle as usize] = prediction;
+        self.schedule(particle);
+    }
+
+    fn predict_transition(&self, me: &Streamed, grid: &Grid, cell: u32, prediction: &mut Prediction) {
+        prediction.transition_time = f64::INFINITY;
+        if !FALLING {
+            grid.for_each_face_ahead(cell, &me.velocity, |face: Face, at| {
+                let axis = usize::from(face.axis);
+                // Rounding may have put it beyond the face already.
+                let time = me.time + ((at - me.position[axis]) / me.velocity[axis]).max(0.0);
+                if time < prediction.transition_time {
+                    (prediction.transition_time, prediction.exit) = (time, face);
+                }
+            });
+            return;
+        }
+        grid.for_each_face(cell, |face: Face, at| {
+            let axis = usize::from(face.axis);
+            let inwards = if face.is_upper { -1.0 } else { 1.0 };
+            let height = inwards * (me.position[axis] - at);
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
+                && me.time + dt < prediction.transition_time
+            {
+                prediction.transition_time = me.time + dt;
+                prediction.exit = face;
+            }
+        });
+    }
+}

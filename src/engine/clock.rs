@@ -1,0 +1,111 @@
+//! Time: epochs that keep its digits, and the watch for dynamics that stand still.
+
+use super::event_loop::Engine;
+use super::prediction::{Contact, Prediction};
+use super::{Arrest, Standstill};
+use serde::{Deserialize, Serialize};
+
+/// Time that advances by less than this part of the queue's span stands still: some thousand times the spacing of the
+/// floats that count it. An epoch sees of the order of ten events per particle, so a working system is far away from it.
+const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
+
+/// Counts events without time.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Clock {
+    /// Time at which the count began.
+    pub since: f64,
+    /// Physical events since then.
+    pub events: u64,
+    /// More than this many in no time is an arrest.
+    pub most: u64,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Ends the run where events go on without time, or without speed: theory, section 6.
+    pub(super) fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
+        let standstill = match self.lost_speed {
+            Some(approach) => Standstill::Speed { approach },
+            None if self.clock.events > self.clock.most => Standstill::Time { events: self.clock.events },
+            None => return Ok(()),
+        };
+        let is_pair = matches!(prediction.contact, Contact::Pair(_));
+        Err(Arrest {
+            particle: self.name(particle),
+            partner: is_pair.then(|| self.name(prediction.partner)),
+            time: self.time(),
+            standstill,
+        })
+    }
+
+    /// Counts an event, unless time has moved since the last one.
+    #[inline]
+    pub(super) fn count_standstill(&mut self) {
+        if self.now - self.clock.since > self.queue.span() * SHORTEST_ADVANCE {
+            (self.clock.since, self.clock.events) = (self.now, 0);
+        } else {
+            self.clock.events += 1;
+        }
+    }
+
+    /// Moves the epoch to where the queue has come, or further if nothing happens before; false if nothing ever happens.
+    ///
+    /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
+    /// multiple of a power of two, which most times lose without rounding.
+    pub(super) fn move_epoch(&mut self) -> bool {
+        let next = self.predictions.iter().map(Prediction::wake_time).fold(self.interlude, f64::min);
+        if next == f64::INFINITY {
+            return false;
+        }
+        let reached = self.queue.reached();
+        self.last_reached = reached;
+        let shift = reached * (next / reached).floor().max(1.0);
+        self.epoch += shift;
+        self.now -= shift;
+        self.clock.since -= shift;
+        if let Some(kicks) = &mut self.kicks {
+            kicks.next -= shift;
+        }
+        if let Some(growing) = &mut self.growing {
+            growing.start -= shift;
+        }
+        self.shift_shear(shift);
+        self.find_interlude();
+        for body in &mut self.bodies {
+            body.time -= shift;
+        }
+        for prediction in &mut self.predictions {
+            prediction.contact_time -= shift;
+            prediction.transition_time -= shift;
+        }
+        if let Some(times) = &mut self.contact_times {
+            times.shift(shift);
+        }
+        self.epochs += 1;
+        // Densities change slowly, but for the start.
+        let is_looked_at = self.epochs.is_power_of_two() || self.epochs.is_multiple_of(16);
+        let may_rearrange = self.growing.is_none() && self.shear.is_none();
+        if !(is_looked_at && may_rearrange && self.rearrange_if_due()) {
+            self.refresh(-2.0 * shift);
+        }
+        self.queue.restart();
+        for particle in self.particles() {
+            self.schedule(particle);
+        }
+        true
+    }
+
+    /// Brings forward what nothing has happened to since `oldest`, to the epoch.
+    ///
+    /// A state from long ago has its position rounded at the whole distance flown since, with every wrap, and its contact is
+    /// predicted from as far away.
+    fn refresh(&mut self, oldest: f64) {
+        for particle in self.particles() {
+            if self.bodies[particle as usize].time < oldest {
+                self.stream(particle, 0.0);
+                if !self.is_static(particle) {
+                    self.predict(particle, 0.0);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! What acts on a simulation from outside: thermostats, growing diameters.
+
+use super::thermostat::Bath;
+use super::{Chosen, Simulation};
+use crate::Vector;
+use crate::engine::event_loop::Engine;
+use crate::model::{Growth, Thermostat};
+
+impl Simulation {
+    /// Starts a heat bath, or ends it. `stage` tells the random numbers of one stage from those of another.
+    ///
+    /// [`Thermostat::Rescaling`] is no bath: whoever runs the simulation calls [`Self::scale_velocities`] at its times.
+    pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) {
+        let bath = thermostat.and_then(|thermostat| match *thermostat {
+            Thermostat::Andersen { temperature, rate, axes } => Some(Bath { temperature, rate, axes }),
+            Thermostat::Rescaling { .. } => None,
+        });
+        let seed = self.scene.seed;
+        with_engine!(&mut self.engine, engine => engine.set_bath(bath, seed, stage));
+    }
+
+    /// Whether a heat bath gives particles new velocities.
+    #[must_use]
+    pub fn has_kicks(&self) -> bool {
+        with_engine!(&self.engine, engine => engine.kicks.is_some())
+    }
+
+    /// Multiplies all velocities, relative to `drift` and to what streams, by a factor; the energy that it takes is counted as supplied.
+    pub fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
+        with_engine!(&mut self.engine, engine => engine.scale_velocities(factor, drift));
+    }
+
+    /// Lets all diameters grow from now on, to at most `largest` times what they are.
+    ///
+    /// Only for hard spheres without gravity in a periodic box, as a scene with a stage of growth has been checked to be.
+    pub(crate) fn grow(&mut self, growth: &Growth, largest: f64) {
+        with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
+    }
+
+    /// The factor by which diameters have grown since the start of the scene.
+    #[must_use]
+    pub fn scale(&self) -> f64 {
+        self.scale * with_engine!(&self.engine, engine => engine.scale())
+    }
+
+    /// The factor by which the diameters of the scene are larger than at the start.
+    pub(crate) fn grown(&self) -> f64 {
+        self.scale
+    }
+
+    /// Ends the growth: from now on the diameters are those that they have grown to.
+    pub(crate) fn end_growth(&mut self) {
+        let scale = with_engine!(&self.engine, engine => engine.scale());
+        let snapshot = self.snapshot();
+        self.scene.grow(scale);
+        self.scale *= scale;
+        for (particle, (position, velocity)) in
+            self.scene.particles.iter_mut().zip(snapshot.positions.iter().zip(&snapshot.velocities))
+        {
+            (particle.position, particle.velocity) = (*position, *velocity);
+        }
+        self.scene.start_time = snapshot.time;
+        let scene = &self.scene;
+        let carried = with_engine!(&self.engine, engine => engine.carried());
+        match &mut self.engine {
+            Chosen::FreeHard(engine) => *engine = Engine::new(scene),
+            Chosen::FreeTable(engine) => *engine = Engine::new(scene),
+            Chosen::FallingHard(engine) => *engine = Engine::new(scene),
+            Chosen::FallingTable(engine) => *engine = Engine::new(scene),
+        }
+        with_engine!(&mut self.engine, engine => engine.carry(carried, &snapshot.images));
+        self.choice = super::EngineChoice::new(&self.scene);
+    }
+}

@@ -1,0 +1,156 @@
+//! Events: what is foreseen (a prediction), and what has happened (an event).
+
+mod counts;
+
+pub use counts::{CountedKind, EventCounts};
+
+use crate::Vector;
+use crate::base::sum::Sum;
+use crate::model::ParticleId;
+use serde::{Deserialize, Serialize};
+
+pub use crate::physics::response::Outcome;
+
+/// What kind of physical event took place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    /// Two particles at a discontinuity of their potential.
+    Pair(Outcome),
+    /// A particle at a wall of the box.
+    Wall {
+        /// The wall's axis: 0, 1 or 2.
+        axis: u8,
+        /// Whether it is the wall at the upper corner.
+        is_upper: bool,
+    },
+    /// A thermostat gives a particle a new velocity: it comes from outside, and is not counted among the physical events.
+    Thermostat,
+}
+
+/// A physical event, as it happened.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// What took place.
+    pub kind: EventKind,
+    /// The particle that it happened to.
+    pub particle: ParticleId,
+    /// The other one of a pair.
+    pub partner: Option<ParticleId>,
+    /// Unit vector from the partner (or the wall) to the particle.
+    pub normal: Vector,
+    /// The momentum that the particle gained along `normal` `[mass length / time]`; a partner gained the opposite.
+    pub impulse: f64,
+    /// Distance of the discontinuity `[length]`; for a wall, of the particle's centre from it.
+    pub distance: f64,
+    /// Potential energy gained `[energy]`.
+    pub energy_step: f64,
+    /// Kinetic energy lost to restitution `[energy]`.
+    pub dissipated: f64,
+    /// Positions of the particle and of its partner `[length]`, within the box along periodic axes but for round-off; zero for a
+    /// partner that is a wall.
+    pub positions: [Vector; 2],
+    /// Their velocities before the event `[length / time]`.
+    pub before: [Vector; 2],
+    /// Their velocities after the event `[length / time]`.
+    pub after: [Vector; 2],
+}
+
+/// How often what has happened since the start, and the sums that pressure and the audit need.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Tally {
+    /// Core events.
+    pub core: u64,
+    /// Those of them with a static partner.
+    pub core_static: u64,
+    /// Capture events.
+    pub capture: u64,
+    /// Release events.
+    pub release: u64,
+    /// Bounce events.
+    pub bounce: u64,
+    /// Contacts with walls.
+    pub wall: u64,
+    /// Particles that left their cell, or the shell of their neighbour list: not physical, the price of finding neighbours.
+    pub transition: u64,
+    /// Physical events at which the overlap function had a turning point: no relative normal velocity that an impulse
+    /// could reverse.
+    pub turning_point: u64,
+    /// Physical events executed in an invalid state, deeper than the round-off of the positions.
+    pub in_invalid_state: u64,
+    /// Contacts that the TC model looked at: all with infinite barriers, while it is switched on.
+    pub tc_contacts: u64,
+    /// Contacts that the TC model made less dissipative.
+    pub tc_altered: u64,
+    /// Deepest overlap at any event, relative to the discontinuity's distance.
+    pub deepest_overlap: f64,
+    /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
+    pub virial: f64,
+    /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events, with `x` from the middle of the box,
+    /// each divided by the volume that the centres of its species can reach `[energy / length^D]`.
+    pub confined_virial: [f64; 3],
+    /// For each axis, momentum that its lower and its upper wall have given, inwards, divided by the area of the wall that centres of the
+    /// particle's species can reach `[energy time / length^D]`; 0 where that area has no end.
+    pub wall_push: [[f64; 2]; 3],
+    /// Kinetic energy lost to restitution `[energy]`.
+    pub dissipated: Sum,
+    /// Velocities that a thermostat has given.
+    pub kick: u64,
+    /// Energy from outside: of thermostats, growing diameters and sheared boxes `[energy]`.
+    pub supplied: Sum,
+}
+
+impl Tally {
+    /// Number of physical events: Core, Capture, Release, Bounce and wall.
+    #[must_use]
+    pub fn physical(&self) -> u64 {
+        self.core + self.capture + self.release + self.bounce + self.wall
+    }
+
+    /// How often a particle that moves took part in a Core event: two particles in each, but one where the partner is static.
+    #[must_use]
+    pub fn core_contacts(&self) -> u64 {
+        2 * self.core - self.core_static
+    }
+
+    /// What happened since an earlier tally. The deepest overlap stays that of both.
+    pub(crate) fn since(&self, earlier: &Self) -> Self {
+        let mut since = *self;
+        for (count, before) in [
+            (&mut since.core, earlier.core),
+            (&mut since.core_static, earlier.core_static),
+            (&mut since.capture, earlier.capture),
+            (&mut since.release, earlier.release),
+            (&mut since.bounce, earlier.bounce),
+            (&mut since.wall, earlier.wall),
+            (&mut since.transition, earlier.transition),
+            (&mut since.turning_point, earlier.turning_point),
+            (&mut since.in_invalid_state, earlier.in_invalid_state),
+            (&mut since.tc_contacts, earlier.tc_contacts),
+            (&mut since.tc_altered, earlier.tc_altered),
+            (&mut since.kick, earlier.kick),
+        ] {
+            *count -= before;
+        }
+        since.virial -= earlier.virial;
+        for axis in 0..3 {
+            since.confined_virial[axis] -= earlier.confined_virial[axis];
+            for side in 0..2 {
+                since.wall_push[axis][side] -= earlier.wall_push[axis][side];
+            }
+        }
+        since.dissipated.add(-earlier.dissipated.total());
+        since.supplied.add(-earlier.supplied.total());
+        since
+    }
+
+    pub(crate) fn count(&mut self, outcome: Outcome) {
+        match outcome {
+            Outcome::Core => self.core += 1,
+            Outcome::Capture => self.capture += 1,
+            Outcome::Release => self.release += 1,
+            Outcome::Bounce => self.bounce += 1,
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! How many events of each kind there were, by species.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::Tally;
+use crate::base::numbers::id;
+
+/// Kinds of events whose numbers are kept apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum CountedKind {
+    /// Two particles at a hard core.
+    Core,
+    /// Two particles go through a step inwards.
+    Capture,
+    /// Two particles go through a step outwards.
+    Release,
+    /// Two particles turn back at a step.
+    Bounce,
+    /// Two particles at the far end of a bond.
+    Bond,
+    /// A particle at a wall of the box.
+    Wall,
+    /// A particle gets a velocity from a thermostat.
+    Thermostat,
+}
+
+impl CountedKind {
+    /// Those of two particles.
+    const OF_PAIRS: [Self; 5] = [Self::Core, Self::Capture, Self::Release, Self::Bounce, Self::Bond];
+    /// Those of one particle.
+    const OF_ONE: [Self; 2] = [Self::Wall, Self::Thermostat];
+
+    /// Its name in files and tables.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Core => "core",
+            Self::Capture => "capture",
+            Self::Release => "release",
+            Self::Bounce => "bounce",
+            Self::Bond => "bond",
+            Self::Wall => "wall",
+            Self::Thermostat => "thermostat",
+        }
+    }
+}
+
+/// Numbers of events by kind, and by the species that took part.
+///
+/// Bounces off the far end of a bond, an infinite barrier, are counted as [`CountedKind::Bond`] here; a [`Tally`] counts them among the bounces.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct EventCounts {
+    /// Of each pair of species, the lower one first.
+    pairs: Pairs,
+    /// Of each species.
+    singles: BTreeMap<u32, [u64; 2]>,
+}
+
+/// With up to so many species, each pair of them has a place in a table; with more, only those that met do.
+const MOST_LISTED: usize = 128;
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+enum Pairs {
+    Listed(Vec<[u64; 5]>),
+    Sparse(BTreeMap<(u32, u32), [u64; 5]>),
+}
+
+impl Default for Pairs {
+    fn default() -> Self {
+        Self::Sparse(BTreeMap::new())
+    }
+}
+
+/// The place of a pair of species, `a <= b`, in a triangle.
+fn place(a: usize, b: usize) -> usize {
+    b * (b + 1) / 2 + a
+}
+
+impl EventCounts {
+    /// No events yet, of so many species.
+    #[must_use]
+    pub fn new(species: usize) -> Self {
+        let pairs = if species <= MOST_LISTED {
+            Pairs::Listed(vec![[0; 5]; species * (species + 1) / 2])
+        } else {
+            Pairs::default()
+        };
+        Self { pairs, singles: BTreeMap::new() }
+    }
+
+    /// Those of one species of hard spheres, which a tally knows.
+    pub(crate) fn of_one_species(species: usize, tally: &Tally) -> Self {
+        let mut counts = Self::new(0);
+        counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [tally.core, 0, 0, 0, 0])]));
+        counts.singles.insert(id(species), [tally.wall, tally.kick]);
+        counts
+    }
+
+    /// Counts an event of two species.
+    #[inline]
+    pub(crate) fn note_pair(&mut self, a: usize, b: usize, kind: CountedKind) {
+        let (a, b) = (a.min(b), a.max(b));
+        let counts = match &mut self.pairs {
+            Pairs::Listed(list) => list.get_mut(place(a, b)),
+            Pairs::Sparse(map) => {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "a scene has at most MOST_KINDS species, by SceneBuilder::build"
+                )]
+                let pair = (a as u32, b as u32);
+                Some(map.entry(pair).or_default())
+            }
+        };
+        if let Some(count) = counts.and_then(|counts| counts.get_mut(kind as usize)) {
+            *count += 1;
+        }
+    }
+
+    /// Counts an event of one particle.
+    pub(crate) fn note_single(&mut self, species: usize, kind: CountedKind) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a scene has at most MOST_KINDS species, by SceneBuilder::build"
+        )]
+        let species = species as u32;
+        let counts = self.singles.entry(species).or_default();
+        counts[usize::from(kind == CountedKind::Thermostat)] += 1;
+    }
+
+    /// What happened: kind, species (one, or two with the lower one first) and number, for all that happened at all.
+    #[must_use]
+    pub fn entries(&self) -> Vec<(CountedKind, Vec<u32>, u64)> {
+        let mut entries = Vec::new();
+        let mut enter = |a: u32, b: u32, counts: &[u64; 5]| {
+            for (kind, count) in CountedKind::OF_PAIRS.into_iter().zip(counts).filter(|(_, count)| **count > 0) {
+                entries.push((kind, vec![a, b], *count));
+            }
+        };
+        match &self.pairs {
+            Pairs::Sparse(map) => map.iter().for_each(|((a, b), counts)| enter(*a, *b, counts)),
+            Pairs::Listed(list) => {
+                let pairs = (0..).flat_map(|b| (0..=b).map(move |a| (a, b)));
+                pairs.zip(list).for_each(|((a, b), counts)| enter(a, b, counts));
+            }
+        }
+        for (species, counts) in &self.singles {
+            for (kind, count) in CountedKind::OF_ONE.into_iter().zip(counts).filter(|(_, count)| **count > 0) {
+                entries.push((kind, vec![*species], *count));
+            }
+        }
+        entries.sort();
+        entries
+    }
+
+    /// What happened since an earlier count.
+    #[must_use]
+    pub fn since(&self, earlier: &Self) -> Self {
+        let mut since = self.clone();
+        match (&mut since.pairs, &earlier.pairs) {
+            (Pairs::Listed(now), Pairs::Listed(before)) => now.iter_mut().zip(before).for_each(|(now, b)| less(now, b)),
+            (Pairs::Sparse(now), Pairs::Sparse(before)) => {
+                before.iter().for_each(|(pair, b)| less(now.entry(*pair).or_default(), b));
+            }
+            // Nothing had happened before anything was counted.
+            _ => {}
+        }
+        for (species, before) in &earlier.singles {
+            less(since.singles.entry(*species).or_default(), before);
+        }
+        since
+    }
+}
+
+fn less<const N: usize>(now: &mut [u64; N], before: &[u64; N]) {
+    now.iter_mut().zip(before).for_each(|(now, before)| *now = now.saturating_sub(*before));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn many_species_count_as_few_do() {
+        let (mut few, mut many) = (EventCounts::new(3), EventCounts::new(MOST_LISTED + 1));
+        for counts in [&mut few, &mut many] {
+            counts.note_pair(2, 0, CountedKind::Core);
+            let before = counts.clone();
+            counts.note_pair(0, 2, CountedKind::Core);
+            counts.note_pair(1, 1, CountedKind::Bond);
+            counts.note_single(1, CountedKind::Thermostat);
+            counts.note_single(2, CountedKind::Wall);
+            let since = counts.since(&before);
+            let of = |kind, species: &[u32]| {
+                let entries = since.entries();
+                entries.iter().find(|(k, s, _)| *k == kind && s == species).map_or(0, |(_, _, count)| *count)
+            };
+            assert_eq!((of(CountedKind::Core, &[0, 2]), of(CountedKind::Bond, &[1, 1])), (1, 1));
+            assert_eq!((of(CountedKind::Thermostat, &[1]), of(CountedKind::Wall, &[2])), (1, 1));
+        }
+        assert_eq!(few.entries(), many.entries());
+        assert_eq!(few.entries()[0], (CountedKind::Core, vec![0, 2], 2));
+    }
+}

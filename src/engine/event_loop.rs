@@ -1,0 +1,330 @@
+//! The event loop: pop, stream, execute, repredict.
+
+use super::body::Body;
+use super::clock::Clock;
+use super::confinement::Confinement;
+use super::growth::Growing;
+use super::prediction::{Contact, Prediction};
+use super::shear::Shear;
+use super::thermostat::Kicks;
+use super::{Arrest, Reason, Until};
+use crate::Vector;
+use crate::engine::event::{Event, EventCounts, Tally};
+use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::grid::Face;
+use crate::engine::neighbours::near::Near;
+use crate::engine::pairs::contacts::ContactTimes;
+use crate::engine::pairs::memory::{Known, PairMemory};
+use crate::engine::pairs::rules::Rules;
+use crate::engine::schedule::{EventQueue, Sleepers};
+use crate::model::ParticleId;
+use crate::model::random::Random;
+use crate::model::space::Space;
+use crate::physics::detection::many::Width;
+use serde::{Deserialize, Serialize};
+use std::ops::Range;
+
+/// So many particles are brought into a new epoch in the time of one step of the loop.
+const PER_STEP: u64 = 16;
+
+/// A wall of the box.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Wall {
+    pub face: Face,
+    /// Coordinate along its axis.
+    pub at: f64,
+    pub restitution: f64,
+    /// Of the velocities that it gives; `None` if it reflects.
+    pub temperature: Option<f64>,
+}
+
+/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or remember a state; otherwise there is one
+/// species of hard spheres, and nothing about pairs is stored or looked up.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
+    pub bodies: Vec<Body>,
+    /// How many pairs are looked at with one instruction.
+    #[serde(skip, default = "Width::most")]
+    pub width: Width,
+    /// Whether they are too many for the caches next to the processor.
+    pub is_large: bool,
+    /// The number of each particle that the user has an id for.
+    pub numbers: Vec<u32>,
+    pub species: Vec<u16>,
+    /// How many periods each particle has travelled along the axes.
+    pub images: Vec<[i32; 3]>,
+    pub predictions: Vec<Prediction>,
+    pub queue: EventQueue,
+    pub neighbours: Neighbours,
+    pub rules: Rules,
+    pub memory: PairMemory,
+    /// Scratch: whom the particle in hand already knows.
+    pub is_known: Vec<bool>,
+    /// Scratch: whom the particle in hand finds in the cells around it.
+    #[serde(skip)]
+    pub near: Near,
+    pub walls: Vec<Wall>,
+    /// The walls as the pressure sees them; none where there are none.
+    pub confinement: Option<Confinement>,
+    pub periods: Vector,
+    pub space: Space,
+    /// By species and species, the distances at which strangers meet, negative for those who never do; the longest, also of bonds; and
+    /// the one that cells alone have to reach.
+    pub ranges: Vec<f64>,
+    pub longest: f64,
+    pub reach: f64,
+    /// Images of a small box that have to be looked at one by one; empty for others.
+    pub further_images: Vec<Vector>,
+    /// Axes along which neighbours can be half a period apart, so that their nearest image is decided by rounding.
+    pub tied_axes: [bool; 3],
+    pub contact_times: Option<ContactTimes>,
+    pub tally: Tally,
+    /// Events by species; empty without a table.
+    pub counts: EventCounts,
+    /// Physical events, the sum of the tally's.
+    pub executed: u64,
+    /// Cell transitions when the last of them happened.
+    pub transitions_at_event: u64,
+    /// Transitions when particles were last put in order.
+    pub transitions_at_order: u64,
+    /// Simulated time at the start, at the epoch since then, and now since the epoch.
+    pub start: f64,
+    pub epoch: f64,
+    /// Number of epochs that have ended.
+    pub epochs: u64,
+    pub now: f64,
+    /// How long the epoch before this one was.
+    pub last_reached: f64,
+    pub clock: Clock,
+    /// Random numbers of the walls, if some are thermal.
+    pub wall_random: Option<Random>,
+    /// What gives particles new velocities from outside.
+    pub kicks: Option<Kicks>,
+    /// Whether some pairs have interactions of their own that do not hold them together.
+    pub has_loose_pairs: bool,
+    /// How the diameters grow.
+    pub growing: Option<Growing>,
+    /// How the box is sheared.
+    pub shear: Option<Shear>,
+    /// When a kick, a look across the sides of a sheared box, or a larger size of cells comes next, since the epoch; infinite for never.
+    pub interlude: f64,
+    /// Approach speed of an inelastic contact that lost it in rounding.
+    pub lost_speed: Option<f64>,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The user's id of a particle.
+    #[inline]
+    pub(super) fn name(&self, particle: u32) -> ParticleId {
+        ParticleId(self.bodies[particle as usize].name)
+    }
+
+    /// The number of a particle that the user names.
+    #[inline]
+    pub(super) fn number(&self, id: ParticleId) -> u32 {
+        self.numbers[id.0 as usize]
+    }
+
+    /// Writes what two particles know of each other into the lists of both; static ones keep none.
+    pub(super) fn know(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
+        for (particle, partner) in [(a, b), (b, a)] {
+            if !self.is_static(particle) {
+                let is_new = self.memory.set(particle, Known { partner, state, interaction });
+                if is_new && let Some(lists) = self.neighbours.lists_mut() {
+                    lists.remove(particle, partner);
+                }
+            }
+        }
+    }
+
+    /// Makes two particles strangers again.
+    pub(super) fn forget(&mut self, a: u32, b: u32) {
+        for (particle, partner) in [(a, b), (b, a)] {
+            if !self.is_static(particle) {
+                self.memory.forget(particle, partner);
+                if let Some(lists) = self.neighbours.lists_mut() {
+                    lists.add(particle, partner);
+                }
+            }
+        }
+    }
+
+    #[inline]
+    pub(super) fn is_static(&self, particle: u32) -> bool {
+        TABLE && self.rules.species[usize::from(self.species[particle as usize])].is_static()
+    }
+
+    #[inline]
+    pub(super) fn acceleration(&self, particle: u32) -> Vector {
+        if FALLING {
+            let species = if TABLE { self.species[particle as usize] } else { 0 };
+            self.rules.species[usize::from(species)].acceleration
+        } else {
+            Vector::zeros()
+        }
+    }
+
+    /// Puts a particle's pending prediction into the queue.
+    #[inline]
+    pub(super) fn schedule(&mut self, particle: u32) {
+        let wake = self.predictions.wake(particle);
+        if wake.time < f64::INFINITY {
+            self.queue.push(wake);
+        }
+    }
+
+    /// Runs until a time or a number of physical events, and calls `observe` for each event.
+    pub fn advance(&mut self, until: Until, mut observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
+        loop {
+            if let Some(reason) = self.advance_for(u64::MAX, until, &mut observe)? {
+                return Ok(reason);
+            }
+        }
+    }
+
+    /// The same, but pauses with `None` after a number of steps, be they events, cell transitions, predictions anew or whatever else
+    /// takes as long. Where it pauses changes nothing.
+    pub fn advance_for(
+        &mut self,
+        steps: u64,
+        until: Until,
+        mut observe: impl FnMut(&Event),
+    ) -> Result<Option<Reason>, Arrest> {
+        let mut stop = self.since_epoch(until.time);
+        let mut left = steps;
+        loop {
+            let Some(rest) = left.checked_sub(1) else { return Ok(None) };
+            left = rest;
+            let Some(wake) = self.queue.peek(&self.predictions) else {
+                if self.interlude <= stop.min(self.queue.reached()) {
+                    left = left.saturating_sub(self.intervene(&mut observe));
+                    continue;
+                }
+                if self.move_epoch() {
+                    left = left.saturating_sub(self.steps_of_all());
+                    stop = self.since_epoch(until.time);
+                    continue;
+                }
+                if until.time == f64::INFINITY {
+                    return Ok(Some(Reason::Idle));
+                }
+                self.now = stop;
+                return Ok(Some(Reason::Time));
+            };
+            let particle = wake.particle;
+            let prediction = self.predictions[particle as usize];
+            if prediction.wake_time() != wake.time {
+                self.queue.pop();
+                continue;
+            }
+            if self.is_large {
+                self.expect_coming();
+            }
+            if wake.time > stop.min(self.interlude) {
+                if self.interlude <= stop {
+                    left = left.saturating_sub(self.intervene(&mut observe));
+                    continue;
+                }
+                self.now = stop;
+                return Ok(Some(Reason::Time));
+            }
+            let is_transition = prediction.is_transition();
+            if !is_transition && self.executed >= until.events {
+                return Ok(Some(Reason::Events));
+            }
+            if is_transition && until.time == f64::INFINITY && self.is_proof_due() && self.is_over() {
+                return Ok(Some(Reason::Idle));
+            }
+            self.queue.pop();
+            self.now = wake.time;
+            if is_transition {
+                match self.neighbours {
+                    Neighbours::Cells(_) => self.cross(particle, wake.time),
+                    Neighbours::Lists(_) => self.recentre(particle, wake.time),
+                }
+                continue;
+            }
+            match prediction.contact {
+                Contact::Pair(side) => {
+                    let partner = prediction.partner;
+                    if self.bodies[partner as usize].events != prediction.partner_events {
+                        self.predict(particle, wake.time);
+                        self.schedule(particle);
+                        continue;
+                    }
+                    observe(&self.execute_pair(particle, partner, side, wake.time));
+                    self.predict(particle, wake.time);
+                    self.schedule(particle);
+                    if !self.is_static(partner) {
+                        self.predict(partner, wake.time);
+                        self.schedule(partner);
+                    }
+                }
+                Contact::Wall(face) => {
+                    observe(&self.execute_wall(particle, face, wake.time));
+                    self.predict(particle, wake.time);
+                    self.schedule(particle);
+                }
+            }
+            self.executed += 1;
+            self.transitions_at_event = self.tally.transition;
+            self.count_standstill();
+            self.check_standstill(particle, &prediction)?;
+            // At the time of the last event, whatever else goes on until the next one.
+            if self.executed >= until.events {
+                return Ok(Some(Reason::Events));
+            }
+        }
+    }
+
+    /// Does what is due between two wakes, and says how many steps that was.
+    fn intervene(&mut self, observe: &mut impl FnMut(&Event)) -> u64 {
+        let mut steps = self.steps_of_all();
+        if self.next_kick() <= self.interlude {
+            self.kick().iter().for_each(observe);
+            steps = 0;
+        } else if self.next_look() <= self.interlude {
+            self.look_across();
+        } else {
+            self.begin_leg();
+        }
+        self.find_interlude();
+        steps
+    }
+
+    /// Looking at all particles takes as long as so many steps.
+    fn steps_of_all(&self) -> u64 {
+        self.bodies.len() as u64 / PER_STEP
+    }
+
+    /// Finds the next time of that.
+    pub(super) fn find_interlude(&mut self) {
+        self.interlude = self.next_kick().min(self.next_look()).min(self.next_leg());
+    }
+
+    /// The numbers of all particles.
+    #[inline]
+    pub(super) fn particles(&self) -> Range<u32> {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
+        )]
+        let count = self.bodies.len() as u32;
+        0..count
+    }
+
+    /// Whether pairs have to be looked at one by one.
+    #[inline]
+    pub(super) fn is_one_by_one(&self) -> bool {
+        !self.further_images.is_empty() || self.growing.is_some() || self.shear.is_some()
+    }
+
+    /// Simulated time now.
+    pub fn time(&self) -> f64 {
+        self.start + (self.epoch + self.now)
+    }
+
+    fn since_epoch(&self, time: f64) -> f64 {
+        (time - self.start) - self.epoch
+    }
+}

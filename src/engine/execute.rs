@@ -1,0 +1,427 @@
+//! Execution: a predicted contact of a pair becomes an event.
+
+use super::audit::MOST_ROUND_OFF;
+use super::event_loop::Engine;
+use crate::Vector;
+use crate::engine::event::{CountedKind, Event, EventKind};
+use crate::engine::pairs::rules::Discontinuity;
+use crate::model::ParticleId;
+use crate::physics::motion::RelativeState;
+use crate::physics::overlap::Side;
+use crate::physics::response::{Approach, Leaving, Outcome, Response, respond, tc_contact};
+
+/// Relative to the speeds of two particles, what the velocities of both leave uncertain of their difference: two roundings
+/// of each, of the last event and the one before.
+const LOST: f64 = 2.0 * f64::EPSILON;
+
+/// A pair at a discontinuity.
+struct Encounter {
+    i: u32,
+    j: u32,
+    side: Side,
+    /// `r_ij`.
+    apart: Vector,
+    /// Along `r_ij`, `stretch` times as long; in the direction of approach where the two are at the same point.
+    line: Vector,
+    /// See [`stretch`].
+    stretch: f64,
+    /// `v_ij`.
+    velocity: Vector,
+    /// How fast the discontinuity moves outwards.
+    surface: f64,
+    /// Along `line`.
+    approach: Approach,
+}
+
+/// What the line of centres is multiplied by, so that its squared length is an ordinary divisor.
+///
+/// Spheres of diameter 1 meet at `|r|^2` within some floats of 1. To divide by `1 + k eps` rounds up more often than down, by
+/// a twentieth of a rounding in the mean, and that heats a fluid by the same amount in every event. Nine sixteenths spread
+/// the roundings evenly, and leave a head-on collision of simple numbers exact. Spheres of diameter 4/3 are the ones whose squared
+/// distance nine sixteenths take to a power of two: their line stays as long as it is.
+#[inline]
+fn stretch(squared: f64) -> f64 {
+    // The digits of `9/16 |r|^2`, moved so that those next to a power of two, on either side, are the smallest numbers.
+    let digits = (0.5625 * squared).to_bits().wrapping_add(NEAR_POWER_OF_TWO) & DIGITS;
+    if digits < 2 * NEAR_POWER_OF_TWO { 1.0 } else { 0.75 }
+}
+
+/// The digits of a float.
+const DIGITS: u64 = (1 << (f64::MANTISSA_DIGITS - 1)) - 1;
+
+/// Floats on either side of a power of two that still round to one side: contacts are some tens of floats from their distance, and the
+/// bias falls with the number.
+const NEAR_POWER_OF_TWO: u64 = 1 << 16;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Moves a particle along its free flight to `time`.
+    #[inline]
+    pub(super) fn stream(&mut self, particle: u32, time: f64) {
+        let (position, velocity) = self.state_at(particle, time);
+        let body = &mut self.bodies[particle as usize];
+        (body.position, body.velocity, body.time) = (position, velocity, time);
+    }
+
+    /// A pair reaches a discontinuity.
+    pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side, time: f64) -> Event {
+        let flown = time - self.bodies[i as usize].time.max(self.bodies[j as usize].time);
+        self.stream(i, time);
+        self.stream(j, time);
+        let (state, interaction) = self.pair_state(i, j);
+        let (seen, restitution, surface) = self.discontinuity(state, interaction, side, time);
+        let pair = self.encounter(i, j, side, surface);
+        let before = self.velocities(i, j);
+        self.note_state(&pair, &seen, flown);
+        let (response, tangential_scale) = self.leave(&pair, &seen, restitution, time);
+
+        let Approach { radial, squared, reduced_mass } = pair.approach;
+        // Per length of the line.
+        let change = (response.radial - radial) / squared;
+        let impulse = reduced_mass * change;
+        self.change_relative_velocity(i, j, &(pair.line * change));
+        if tangential_scale != 1.0 {
+            let tangential = pair.velocity - pair.line * (radial / squared);
+            self.change_relative_velocity(i, j, &(tangential * (tangential_scale - 1.0)));
+        }
+        if seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce {
+            self.separate(&pair);
+        }
+        self.bodies[i as usize].events = self.bodies[i as usize].events.wrapping_add(1);
+        if self.inverse_mass(j) > 0.0 {
+            self.bodies[j as usize].events = self.bodies[j as usize].events.wrapping_add(1);
+        }
+
+        self.tally.count(response.outcome);
+        if TABLE {
+            self.count_by_species(i, j, &response, &seen);
+        }
+        if self.confinement.is_some() {
+            self.note_confined([i, j], &before);
+        }
+        self.tally.virial += reduced_mass * (response.radial - radial) / pair.stretch;
+        let (energy_step, dissipated) = match response.outcome {
+            Outcome::Capture | Outcome::Release => (seen.energy_step, 0.0),
+            _ if tangential_scale != 1.0 => (0.0, 0.0),
+            _ => (0.0, -0.5 * impulse * (radial + response.radial)),
+        };
+        if dissipated != 0.0 {
+            self.tally.dissipated.add(dissipated);
+        }
+        if self.shear.is_some() {
+            // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
+            let faster = (before[0] - before[1]) - pair.velocity;
+            let gained = (self.bodies[i as usize].velocity - before[0]) / self.inverse_mass(i);
+            self.tally.supplied.add(faster.dot(&gained));
+        }
+        if surface != 0.0 {
+            self.tally.supplied.add(impulse * surface * squared.sqrt());
+        }
+        self.remember_outcome(i, j, response.outcome, state, interaction);
+        let positions = [i, j].map(|particle| self.bodies[particle as usize].position);
+        let length = squared.sqrt();
+        Event {
+            time: self.time(),
+            kind: EventKind::Pair(response.outcome),
+            particle: self.name(i),
+            partner: Some(self.name(j)),
+            normal: pair.line / length,
+            impulse: impulse * length,
+            distance: seen.distance,
+            energy_step,
+            dissipated,
+            positions,
+            before,
+            after: self.velocities(i, j),
+        }
+    }
+
+    /// Counts an event of a pair for its species.
+    #[inline]
+    fn count_by_species(&mut self, i: u32, j: u32, response: &Response, seen: &Discontinuity) {
+        let kind = match response.outcome {
+            Outcome::Core => CountedKind::Core,
+            Outcome::Capture => CountedKind::Capture,
+            Outcome::Release => CountedKind::Release,
+            Outcome::Bounce if seen.energy_step == f64::INFINITY => CountedKind::Bond,
+            Outcome::Bounce => CountedKind::Bounce,
+        };
+        self.tally.core_static += u64::from(kind == CountedKind::Core && (self.is_static(i) || self.is_static(j)));
+        let [a, b] = [i, j].map(|particle| usize::from(self.species[particle as usize]));
+        self.counts.note_pair(a, b, kind);
+    }
+
+    #[inline]
+    fn velocities(&self, i: u32, j: u32) -> [Vector; 2] {
+        [i, j].map(|particle| self.bodies[particle as usize].velocity)
+    }
+
+    /// A pair as it is now, both particles streamed to the same time.
+    #[inline]
+    fn encounter(&self, i: u32, j: u32, side: Side, surface: f64) -> Encounter {
+        let (a, b) = (&self.bodies[i as usize], &self.bodies[j as usize]);
+        let (state, _) = self.nearest(a.position - b.position, a.velocity - b.velocity, a.time);
+        let RelativeState { position: apart, velocity } = state;
+        let stretch = stretch(apart.norm_squared());
+        let mut line = apart * stretch;
+        if line.norm_squared() < f64::MIN_POSITIVE {
+            line = any_normal(&velocity) * stretch;
+        }
+        let reduced_mass = 1.0 / (self.inverse_mass(i) + self.inverse_mass(j));
+        let squared = line.norm_squared();
+        let radial = velocity.dot(&line) - opening(surface, squared);
+        Encounter {
+            i,
+            j,
+            side,
+            apart,
+            line,
+            stretch,
+            velocity,
+            surface,
+            approach: Approach { radial, squared, reduced_mass },
+        }
+    }
+
+    /// Takes note of an overlap or a turning point, of a pair that has flown freely for at least the time `flown`.
+    #[inline]
+    fn note_state(&mut self, pair: &Encounter, seen: &Discontinuity, flown: f64) {
+        let sign = pair.side.sign();
+        let squared = pair.apart.norm_squared();
+        if (squared - seen.squared) * sign < 0.0 {
+            let depth = sign * (seen.distance - squared.sqrt());
+            let acceleration = self.acceleration(pair.i) - self.acceleration(pair.j);
+            let path = (pair.velocity.norm() + 0.5 * flown * acceleration.norm()) * flown;
+            let round_off = self.round_off_of_pair(pair.i, pair.j, seen.distance, path, flown);
+            self.note_overlap(depth, seen.distance, round_off);
+        }
+        if (pair.velocity.dot(&pair.apart) - opening(pair.surface, squared)) * sign >= 0.0 {
+            self.tally.turning_point += 1;
+        }
+    }
+
+    /// The radial motion after the event, and the factor of the tangential motion.
+    #[inline]
+    fn leave(&mut self, pair: &Encounter, seen: &Discontinuity, restitution: f64, time: f64) -> (Response, f64) {
+        let Encounter { i, j, side, ref line, ref velocity, ref approach, .. } = *pair;
+        let mut response = respond(side, seen.energy_step, approach, restitution);
+        if seen.energy_step != f64::INFINITY {
+            return (response, 1.0);
+        }
+        if self.contact_times.is_none() {
+            if restitution < 1.0 {
+                self.note_lost_speed(pair, restitution);
+            }
+            return (response, 1.0);
+        }
+        let length = approach.squared.sqrt();
+        let vn = approach.radial / length;
+        let acceleration = (self.acceleration(i) - self.acceleration(j)).dot(line) / length;
+        let tangential = (velocity.norm_squared() - vn * vn).max(0.0);
+        let closing = -side.sign() * (acceleration + tangential * pair.stretch / length);
+        let arriving = (-side.sign() * vn).max(0.0);
+        // A static particle has no contact of its own, as a wall has none: it would make the contacts of all its partners elastic.
+        let moving: &[u32] = match (self.is_static(i), self.is_static(j)) {
+            (true, _) => &[j],
+            (_, true) => &[i],
+            _ => &[i, j],
+        };
+        let leaving = self.tc_model(moving, restitution, arriving, tangential.sqrt(), closing, time);
+        // What the model leaves as it is, or makes elastic, goes without the rounding of a square root.
+        if leaving.speed == arriving {
+            response = respond(side, seen.energy_step, approach, 1.0);
+        } else if leaving.speed != restitution * arriving {
+            response.radial = side.sign() * leaving.speed * length;
+        }
+        (response, leaving.tangential_scale)
+    }
+
+    /// Takes note of an inelastic contact whose speed is lost in the rounding of the velocities.
+    ///
+    /// Each contact of a collapse leaves a fraction of the speed before. In exact numbers that goes on for ever, in a
+    /// finite time; in rounded ones until the speeds have no digits left. Chance makes a contact that slow with a
+    /// probability of the square of [`LOST`].
+    #[inline]
+    fn note_lost_speed(&mut self, pair: &Encounter, restitution: f64) {
+        let approach = -pair.side.sign() * pair.approach.radial;
+        let leaving = if restitution > 0.0 { restitution * approach } else { approach };
+        let (a, b) = (&self.bodies[pair.i as usize].velocity, &self.bodies[pair.j as usize].velocity);
+        let resolved = LOST * (a.amax() + b.amax());
+        if approach > 0.0 && leaving * leaving < resolved * resolved * pair.approach.squared {
+            self.lost_speed = Some(approach / pair.approach.squared.sqrt());
+        }
+    }
+
+    #[inline]
+    fn remember_outcome(&mut self, i: u32, j: u32, outcome: Outcome, state: u16, interaction: u16) {
+        if TABLE {
+            match outcome {
+                Outcome::Capture => self.know(i, j, state + 1, interaction),
+                Outcome::Release if state > 1 => self.know(i, j, state - 1, interaction),
+                Outcome::Release => self.release(i, j, interaction),
+                Outcome::Core | Outcome::Bounce => {}
+            }
+        }
+    }
+
+    /// Adds `change` to `v_i - v_j`, at constant total momentum.
+    ///
+    /// The heavier particle takes its share `w / (w_i + w_j)`, and the lighter one what is left of the change: the two add up to all
+    /// of it. Two shares that are rounded each for itself do not, always by the same amount, and an elastic contact would have a
+    /// restitution of `1 +- eps` in every event.
+    #[inline]
+    fn change_relative_velocity(&mut self, i: u32, j: u32, change: &Vector) {
+        let (wi, wj) = (self.inverse_mass(i), self.inverse_mass(j));
+        let less = change * (wi.min(wj) / (wi + wj));
+        let more = change - less;
+        let (of_i, of_j) = if wi < wj { (less, more) } else { (more, less) };
+        self.bodies[i as usize].velocity += of_i;
+        self.bodies[j as usize].velocity -= of_j;
+    }
+
+    /// Rounds a reflection outwards: the pair must leave the discontinuity in the numbers that detection will see.
+    ///
+    /// A change below the spacing of the velocities' floats does nothing, and the same event would be due again for ever.
+    /// Changes of one such spacing, doubled until they count, change the energy by round-off only. At relative rest a pair
+    /// outside of its core stays where it is, but one at the end of its bond must come inside.
+    fn separate(&mut self, pair: &Encounter) {
+        let &Encounter { i, j, side, ref apart, ref line, surface, ref approach, .. } = pair;
+        let opening = opening(surface, apart.norm_squared());
+        let closing = |engine: &Self| {
+            let between = engine.bodies[i as usize].position - engine.bodies[j as usize].position;
+            let velocity = engine.bodies[i as usize].velocity - engine.bodies[j as usize].velocity;
+            let velocity = if engine.shear.is_some() {
+                engine.nearest(between, velocity, engine.bodies[i as usize].time).0.velocity
+            } else {
+                velocity
+            };
+            match side {
+                Side::Positive => velocity.dot(apart) < opening,
+                Side::Negative => velocity.dot(apart) >= opening,
+            }
+        };
+        if !closing(self) {
+            return;
+        }
+        let speed = self.bodies[i as usize].velocity.amax().max(self.bodies[j as usize].velocity.amax());
+        let mut change = side.sign() * f64::EPSILON * speed;
+        let normal = line / approach.squared.sqrt();
+        // 52 doublings take a float's spacing to the float itself.
+        for _ in 0..52 {
+            self.change_relative_velocity(i, j, &(normal * change));
+            if !closing(self) {
+                return;
+            }
+            change *= 2.0;
+        }
+    }
+
+    /// The state of a pair that the user names.
+    pub(super) fn state_of_pair(&self, a: ParticleId, b: ParticleId) -> u16 {
+        self.pair_state(self.number(a), self.number(b)).0
+    }
+
+    /// State and interaction of a pair: what the moving one of them remembers, or a stranger's.
+    pub(super) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
+        if !TABLE {
+            return (0, 0);
+        }
+        let (keeper, other) = if self.is_static(i) { (j, i) } else { (i, j) };
+        self.memory.get(keeper, other).map_or_else(
+            || (0, self.rules.meeting(self.species[i as usize], self.species[j as usize]).interaction),
+            |known| (known.state, known.interaction),
+        )
+    }
+
+    /// The discontinuity that a pair is at, its restitution, and how fast it moves outwards.
+    #[inline]
+    fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> (Discontinuity, f64, f64) {
+        let interaction = if TABLE { interaction } else { self.rules.meeting(0, 0).interaction };
+        let steps = &self.rules.steps[usize::from(interaction)];
+        // A prediction is only ever made for a discontinuity that the pair's state has.
+        let mut seen = steps.seen_from(state, side).unwrap_or(Discontinuity {
+            distance: 0.0,
+            squared: 0.0,
+            energy_step: f64::INFINITY,
+        });
+        let surface = self.growth_of(seen.distance);
+        if self.growing.is_some() {
+            seen.distance *= self.scale_at(time);
+            seen.squared = seen.distance * seen.distance;
+        }
+        (seen, steps.restitution, surface)
+    }
+
+    /// A pair in state 0 again: strangers, unless a bond of its own keeps its interaction.
+    fn release(&mut self, i: u32, j: u32, interaction: u16) {
+        let meeting = self.rules.meeting(self.species[i as usize], self.species[j as usize]);
+        if meeting.exists && meeting.interaction == interaction {
+            self.forget(i, j);
+        } else {
+            self.know(i, j, 0, interaction);
+        }
+    }
+
+    #[inline]
+    pub(super) fn inverse_mass(&self, particle: u32) -> f64 {
+        let species = if TABLE { self.species[particle as usize] } else { 0 };
+        self.rules.species[usize::from(species)].inverse_mass
+    }
+
+    /// `depth` and `round_off` are lengths, `unit` is the one that depths are compared with.
+    pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
+        self.tally.deepest_overlap = self.tally.deepest_overlap.max(depth / unit);
+        if depth > round_off.min(MOST_ROUND_OFF * unit) {
+            self.tally.in_invalid_state += 1;
+        }
+    }
+
+    /// A contact under the TC model, and its entry in the model's memory.
+    pub(super) fn tc_model(
+        &mut self,
+        particles: &[u32],
+        restitution: f64,
+        approach: f64,
+        tangential: f64,
+        closing: f64,
+        time: f64,
+    ) -> Leaving {
+        let Some(times) = &mut self.contact_times else {
+            return Leaving { speed: restitution * approach, tangential_scale: 1.0 };
+        };
+        let is_recent = times.note(particles, time);
+        let leaving = tc_contact(restitution, is_recent, approach, tangential, closing, times.contact_time);
+        self.tally.tc_contacts += 1;
+        self.tally.tc_altered += u64::from(leaving.speed != restitution * approach || leaving.tangential_scale != 1.0);
+        leaving
+    }
+}
+
+/// `r . u` of a discontinuity that moves outwards at the speed `u`.
+#[inline]
+fn opening(surface: f64, squared: f64) -> f64 {
+    if surface == 0.0 { 0.0 } else { surface * squared.sqrt() }
+}
+
+/// A direction for two particles at the same point: the one in which they approach.
+fn any_normal(velocity: &Vector) -> Vector {
+    velocity.try_normalize(0.0).map_or(Vector::x(), |direction| -direction)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_line_has_a_squared_length_next_to_a_power_of_two() {
+        for diameter in [1.0, 4.0 / 3.0, 2.0 / 3.0, 8.0 / 3.0, 0.7, 1e-3, 1e9, 1.5, std::f64::consts::SQRT_2] {
+            let contact: f64 = diameter * diameter;
+            for ulps in -40..=40_i64 {
+                let squared = f64::from_bits(contact.to_bits().wrapping_add_signed(ulps));
+                let stretch = stretch(squared);
+                let digits = (stretch * stretch * squared).to_bits() & DIGITS;
+                assert!(digits > 1000 && digits < DIGITS - 1000, "{diameter} {ulps}");
+            }
+        }
+        assert_eq!((stretch(1.0), stretch((4.0_f64 / 3.0).powi(2))), (0.75, 1.0));
+    }
+}

@@ -1,0 +1,154 @@
+//! Diameters that grow: the discontinuities of all pairs move outwards at a constant speed.
+
+use serde::{Deserialize, Serialize};
+
+use super::event_loop::Engine;
+use crate::engine::event::{EventCounts, Tally};
+use crate::engine::neighbours::Search;
+use crate::physics::detection::plane;
+use crate::physics::motion::RelativeState;
+
+/// Cells reach for spheres that are larger by up to this factor. Smaller steps sort more often, larger ones search farther.
+const LEG: f64 = 1.1;
+
+/// Diameters that are `1 + rate (t - start)` times those of the scene.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Growing {
+    /// `[1 / time]`
+    rate: f64,
+    /// Since the epoch.
+    pub start: f64,
+    /// Cells reach for diameters that are this factor times those of the scene,
+    pub reach: f64,
+    /// which ends at this one.
+    largest: f64,
+}
+
+impl Growing {
+    /// The factor of all diameters at a time since the epoch.
+    #[inline]
+    pub fn scale(&self, time: f64) -> f64 {
+        1.0 + self.rate * (time - self.start)
+    }
+
+    /// When the spheres will be as large as cells reach, since the epoch; infinite if they are not to become larger.
+    fn outgrown(&self) -> f64 {
+        if self.reach < self.largest { self.start + (self.reach - 1.0) / self.rate } else { f64::INFINITY }
+    }
+}
+
+/// Time from now until two spheres touch whose distance of contact is `distance` now and grows at `speed`.
+///
+/// `f(t) = |r + v t|^2 - (s + u t)^2 = (r^2 - s^2) + 2 (r.v - s u) t + (v^2 - u^2) t^2`, and the rule of [`crate::physics::detection`]: the first
+/// time at which `f <= 0` and falling. The quadratic may open downwards, because every pair meets in the end; it is that of a ball
+/// over a floor, with any acceleration.
+#[inline]
+pub(super) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> Option<f64> {
+    let (r, v) = (&state.position, &state.velocity);
+    let height = r.norm_squared() - distance * distance;
+    plane::next_event(height, 2.0 * (r.dot(v) - distance * speed), 2.0 * (v.norm_squared() - speed * speed))
+}
+
+/// What outlives an engine.
+#[derive(Debug, Clone)]
+pub(super) struct Carried {
+    tally: Tally,
+    counts: EventCounts,
+    executed: u64,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The factor of all diameters now.
+    pub fn scale(&self) -> f64 {
+        self.scale_at(self.now)
+    }
+
+    /// The factor of all diameters at a time since the epoch.
+    #[inline]
+    pub(super) fn scale_at(&self, time: f64) -> f64 {
+        self.growing.as_ref().map_or(1.0, |growing| growing.scale(time))
+    }
+
+    /// How fast a distance grows that is `distance` in the scene.
+    #[inline]
+    pub(super) fn growth_of(&self, distance: f64) -> f64 {
+        self.growing.as_ref().map_or(0.0, |growing| growing.rate * distance)
+    }
+
+    /// What outlives the engine when another one takes over with other diameters.
+    pub fn carried(&self) -> Carried {
+        Carried { tally: self.tally, counts: self.counts.clone(), executed: self.executed }
+    }
+
+    /// Goes on counting where another engine has stopped.
+    pub fn carry(&mut self, carried: Carried, images: &[[i32; 3]]) {
+        let wrapped = std::mem::take(&mut self.tally);
+        debug_assert_eq!(wrapped.physical(), 0, "it has just been made");
+        (self.tally, self.counts, self.executed) = (carried.tally, carried.counts, carried.executed);
+        self.transitions_at_event = self.tally.transition;
+        self.transitions_at_order = self.tally.transition;
+        for (particle, image) in self.images.iter_mut().enumerate() {
+            *image = images[self.bodies[particle].name as usize];
+        }
+    }
+
+    /// Lets all diameters grow from now on, up to `largest` times those of the scene.
+    pub fn grow(&mut self, rate: f64, largest: f64) {
+        self.growing = Some(Growing { rate, start: self.now, reach: LEG.min(largest), largest });
+        self.sort_anew();
+        self.find_interlude();
+    }
+
+    /// When the spheres outgrow their cells; infinite if they never do.
+    #[inline]
+    pub(super) fn next_leg(&self) -> f64 {
+        self.growing.as_ref().map_or(f64::INFINITY, Growing::outgrown)
+    }
+
+    /// Sorts the spheres into larger cells, when they have come to the size that cells reach for.
+    pub(super) fn begin_leg(&mut self) {
+        let Some(growing) = &mut self.growing else { return };
+        self.now = growing.outgrown().max(self.now);
+        growing.reach = (growing.reach * LEG).min(growing.largest);
+        self.sort_anew();
+    }
+
+    fn sort_anew(&mut self) {
+        for particle in self.particles() {
+            self.stream(particle, self.now);
+            let position = self.bodies[particle as usize].position;
+            self.wrap(particle, &position);
+        }
+        self.sort_in(Search::Cells);
+        self.start_anew();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+
+    fn state(x: f64, v: f64) -> RelativeState {
+        RelativeState { position: Vector::new(x, 0.0, 0.0), velocity: Vector::new(v, 0.0, 0.0) }
+    }
+
+    #[test]
+    fn spheres_that_grow_meet_at_rest_and_when_they_part_slowly() {
+        assert_eq!(next_contact(&state(2.0, 0.0), 1.0, 0.5), Some(2.0));
+        // 2 + t/4 = 1 + t/2
+        assert_eq!(next_contact(&state(2.0, 0.25), 1.0, 0.5), Some(4.0));
+        assert_eq!(next_contact(&state(2.0, 0.5), 1.0, 0.5), None);
+        assert_eq!(next_contact(&state(2.0, 1.0), 1.0, 0.5), None);
+        // 2 - t = 1 + t
+        assert_eq!(next_contact(&state(2.0, -1.0), 1.0, 1.0), Some(0.5));
+    }
+
+    #[test]
+    fn a_contact_is_due_at_once_only_where_the_gap_closes() {
+        assert_eq!(next_contact(&state(1.0, 0.0), 1.0, 0.5), Some(0.0));
+        assert_eq!(next_contact(&state(1.0, 1.0), 1.0, 0.5), None);
+        // Leaves at 0.25 and loses against 0.5: at once, though it moves away.
+        assert_eq!(next_contact(&state(1.0, 0.25), 1.0, 0.5), Some(0.0));
+    }
+}

@@ -1,0 +1,242 @@
+//! A grid of cells no smaller than the longest interaction.
+//!
+//! A particle can only meet strangers in its own cell and the ones next to it. Which cell a particle is in is state: it is
+//! set once at the start and then changed by cell transitions only, never recomputed from a position, because round-off
+//! puts positions on the wrong side of a cell's face. Along axes that are not periodic the outermost cells reach to infinity.
+
+mod search;
+
+use super::grid::{Face, Grid};
+use crate::Vector;
+use crate::base::numbers::id;
+use crate::engine::hardware::pages::enlarge;
+use crate::model::space::Space;
+use serde::{Deserialize, Serialize};
+
+/// No particle: the end of a cell's list.
+pub const NOBODY: u32 = u32::MAX;
+
+/// What a transition did.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Transition {
+    /// The new cell.
+    pub cell: u32,
+    /// Along a periodic axis, the number of periods to add to the particle's coordinate: -1, 0 or 1.
+    pub wrap: i32,
+}
+
+/// The grid and the particles in it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Cells {
+    /// The grid.
+    pub grid: Grid,
+    /// First particle of each cell.
+    first: Vec<u32>,
+    /// Next particle of the same cell.
+    next: Vec<u32>,
+    /// The cell of each particle.
+    homes: Vec<u32>,
+}
+
+/// In a thin fluid, a cell's side over the mean distance of particles in one, two and three dimensions: finer ones are left more
+/// often, coarser ones hold more particles that are not met. In three, within a tenth of the best speed from 0.6 to 0.8 at packing
+/// fractions of 0.02 and 0.1.
+const FINE: [f64; 3] = [1.0, 0.8, 0.7];
+
+/// Grids finer than this many cells per particle only cost memory and transitions.
+const CELLS_PER_PARTICLE: f64 = 8.0;
+
+impl Cells {
+    /// Cells over `space` for interactions up to `range` `[length]`, with particles at `positions` in them.
+    #[must_use]
+    pub fn new(space: &Space, range: f64, positions: &[Vector]) -> Self {
+        let grid = Grid::new(space, range, positions, FINE, CELLS_PER_PARTICLE);
+        let mut cells = Self {
+            first: vec![NOBODY; grid.count()],
+            next: vec![NOBODY; positions.len()],
+            homes: vec![0; positions.len()],
+            grid,
+        };
+        // Backwards, so that each list ends up in ascending order.
+        for (index, position) in positions.iter().enumerate().rev() {
+            let cell = cells.grid.cell_at(position);
+            cells.insert(id(index), cell);
+        }
+        cells
+    }
+
+    /// Asks for large pages.
+    pub fn enlarge(&self) {
+        enlarge(&self.first);
+        enlarge(&self.next);
+        enlarge(&self.homes);
+    }
+
+    fn insert(&mut self, particle: u32, cell: u32) {
+        self.homes[particle as usize] = cell;
+        self.next[particle as usize] = self.first[cell as usize];
+        self.first[cell as usize] = particle;
+    }
+
+    fn remove(&mut self, particle: u32, cell: u32) {
+        let after = self.next[particle as usize];
+        let mut at = self.first[cell as usize];
+        if at == particle {
+            self.first[cell as usize] = after;
+            return;
+        }
+        while self.next[at as usize] != particle {
+            at = self.next[at as usize];
+        }
+        self.next[at as usize] = after;
+    }
+
+    /// The cell that a particle is in.
+    #[inline]
+    #[must_use]
+    pub fn home(&self, particle: u32) -> u32 {
+        self.homes[particle as usize]
+    }
+
+    /// Moves a particle to a cell.
+    pub fn relocate(&mut self, particle: u32, to: u32) {
+        let from = self.home(particle);
+        if to != from {
+            self.remove(particle, from);
+            self.insert(particle, to);
+        }
+    }
+
+    /// Whether a particle goes round a periodic box when it leaves through a face of its cell.
+    #[must_use]
+    pub fn wraps_behind(&self, particle: u32, face: Face) -> bool {
+        self.grid.behind(self.home(particle), face).1 != 0
+    }
+
+    /// Whether a cell is the first or the last along an axis.
+    #[must_use]
+    pub fn is_outermost(&self, cell: u32, axis: usize) -> bool {
+        self.grid.is_outermost(cell, axis).contains(&true)
+    }
+
+    /// Moves a particle to the first or last row along the gradient, and to where `position` says along the flow.
+    pub fn slide_in(&mut self, particle: u32, position: &Vector, [flow, gradient]: [usize; 2], is_last: bool) {
+        let to = self.grid.slid(self.home(particle), self.grid.cell_at(position), [flow, gradient], is_last);
+        self.relocate(particle, to);
+    }
+
+    /// Calls `visit` for all particles across the side of the gradient that a cell is next to, along the whole flow.
+    pub fn for_each_across(&self, cell: u32, axes: [usize; 2], mut visit: impl FnMut(u32)) {
+        self.grid.for_each_across(cell, axes, |across| {
+            let mut at = self.first[across as usize];
+            while at != NOBODY {
+                visit(at);
+                at = self.next[at as usize];
+            }
+        });
+    }
+
+    /// Moves a particle through a face of its cell.
+    #[inline]
+    pub fn cross(&mut self, particle: u32, face: Face) -> Transition {
+        let (to, wrap) = self.grid.behind(self.home(particle), face);
+        self.relocate(particle, to);
+        Transition { cell: to, wrap }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::neighbours::near::Near;
+    use crate::model::space::Boundary;
+
+    fn near(grid: &Cells, cell: u32) -> Vec<u32> {
+        let mut near = Near::default();
+        grid.find_near(cell, &mut near);
+        let mut found = near.found().to_vec();
+        found.sort_unstable();
+        found
+    }
+
+    fn lattice(n: u32) -> (Space, Vec<Vector>) {
+        let at = |k: u32| f64::from(k) + 0.5;
+        let positions = (0..n * n * n).map(|k| Vector::new(at(k % n), at(k / n % n), at(k / n / n))).collect();
+        (Space::periodic_cube(f64::from(n)), positions)
+    }
+
+    #[test]
+    fn every_particle_within_range_is_near_and_met_once() {
+        for n in 1..6 {
+            let (mut space, positions) = lattice(n);
+            for boundary in [Boundary::Periodic, Boundary::OPEN] {
+                space.boundary = [boundary; 3];
+                let grid = Cells::new(&space, 0.999, &positions);
+                for (id, position) in positions.iter().enumerate() {
+                    let expected: Vec<u32> = (0..)
+                        .take(positions.len())
+                        .filter(|&other| {
+                            let apart = crate::model::space::minimum_image(
+                                positions[other as usize] - position,
+                                &space.periods(),
+                            );
+                            apart.amax() < 1.5
+                        })
+                        .collect();
+                    assert_eq!(near(&grid, grid.grid.cell_at(position)), expected, "{n} {boundary:?} {id}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_new_after_a_transition_completes_what_was_near() {
+        for n in 1..6 {
+            let (mut space, positions) = lattice(n);
+            for boundary in [Boundary::Periodic, Boundary::OPEN] {
+                space.boundary = [boundary; 3];
+                let mut grid = Cells::new(&space, 0.999, &positions);
+                let mut faces = Vec::new();
+                grid.grid.for_each_face(0, |face, _| faces.push(face));
+                for face in faces {
+                    let before = near(&grid, 0);
+                    let to = grid.cross(0, face).cell;
+                    let mut found = Near::default();
+                    grid.find_new(to, face, &mut found);
+                    let new = found.found();
+                    assert!(new.iter().all(|id| *id == 0 || !before.contains(id)));
+                    let after = near(&grid, to);
+                    assert!(after.iter().all(|id| before.contains(id) || new.contains(id)));
+                    let back = Face { is_upper: !face.is_upper, ..face };
+                    assert_eq!(grid.cross(0, back).cell, 0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_transition_through_a_periodic_side_wraps() {
+        let (space, positions) = lattice(4);
+        let mut grid = Cells::new(&space, 0.9, &positions);
+        let face = Face { axis: 0, is_upper: false };
+        assert_eq!(grid.cross(0, face), Transition { cell: 3, wrap: 1 });
+        assert_eq!(grid.cross(0, Face { axis: 0, is_upper: true }), Transition { cell: 0, wrap: -1 });
+    }
+
+    #[test]
+    fn far_away_particles_of_an_open_axis_share_the_outermost_cells() {
+        let mut space = Space::periodic_cube(10.0);
+        space.boundary = [Boundary::OPEN; 3];
+        let grid = Cells::new(&space, 1.0, &[Vector::repeat(-5.0), Vector::repeat(9.0)]);
+        assert_eq!(grid.grid.cell_at(&Vector::repeat(-1e9)), grid.grid.cell_at(&Vector::repeat(-5.0)));
+        grid.grid.for_each_face(grid.grid.cell_at(&Vector::repeat(-1e9)), |face, _| assert!(face.is_upper));
+    }
+
+    #[test]
+    fn a_flat_axis_has_one_cell() {
+        let mut space = Space::periodic_cube(10.0);
+        (space.boundary[2], space.size.z) = (Boundary::Flat, 0.0);
+        let grid = Cells::new(&space, 1.0, &vec![Vector::new(0.5, 0.5, 0.0); 100]);
+        assert_eq!(grid.grid.counts()[2], 1);
+    }
+}

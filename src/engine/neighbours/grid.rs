@@ -1,0 +1,337 @@
+//! A grid of cells no smaller than the longest interaction: where they are, and which are next to which.
+//!
+//! Along axes that are not periodic the outermost cells reach to infinity.
+
+use super::divisor::Divisor;
+use crate::Vector;
+use crate::base::numbers::trunc_to_u32;
+use crate::model::space::{Boundary, Face as SpaceFace, Space};
+use serde::{Deserialize, Serialize};
+
+/// A face through which a particle leaves its cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Face {
+    /// 0, 1 or 2.
+    pub axis: u8,
+    /// Whether it is the face with the higher coordinate.
+    pub is_upper: bool,
+}
+
+/// The cells of a box.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Grid {
+    counts: [u32; 3],
+    /// To divide by the first two counts.
+    by: [Divisor; 2],
+    is_periodic: [bool; 3],
+    lower: Vector,
+    side: Vector,
+}
+
+/// With this many cells along a periodic axis, particles in neighbouring cells are less than half a period apart, so that
+/// their minimum image is the one that they can meet in before either changes its cell; with four at half a period at the most.
+const UNAMBIGUOUS: u32 = 4;
+
+/// Cells are this much wider than the interaction's range, so that round-off of positions (which stays below some
+/// `1e-10` of the box) never hides a neighbour two cells away.
+const MARGIN: f64 = 1.0 + 1e-6;
+
+impl Grid {
+    /// A grid over `space` for interactions up to `range` `[length]`, grown beyond open faces to hold all `positions`.
+    ///
+    /// It ends at walls, so that they bound its outermost cells. What is static beyond a wall is in the cell inside of it.
+    ///
+    /// Its cells are no smaller than `finest` mean distances of particles in one, two and three dimensions, and there are no more
+    /// than `most` for each particle.
+    #[must_use]
+    pub fn new(space: &Space, range: f64, positions: &[Vector], finest: [f64; 3], most: f64) -> Self {
+        let is_periodic = space.boundary.map(|b| b == Boundary::Periodic);
+        let (mut lower, mut upper) = (space.lower, space.upper());
+        for position in positions {
+            for k in 0..3 {
+                let Boundary::Bounded { lower: low, upper: high } = space.boundary[k] else { continue };
+                if low == SpaceFace::Open {
+                    lower[k] = lower[k].min(position[k]);
+                }
+                if high == SpaceFace::Open {
+                    upper[k] = upper[k].max(position[k]);
+                }
+            }
+        }
+        let extent = upper - lower;
+        let most = most * positions.len() as f64 + 64.0;
+        let moving = (0..3).filter(|&k| extent[k] > 0.0);
+        let volume_each = moving.clone().map(|k| extent[k]).product::<f64>() / positions.len() as f64;
+        let spacing = match moving.count() {
+            3 => finest[2] * libm::cbrt(volume_each),
+            2 => finest[1] * volume_each.sqrt(),
+            _ => finest[0] * volume_each,
+        };
+        let mut target = (range * MARGIN).max(spacing);
+        let counts = loop {
+            let counts = std::array::from_fn(|k| {
+                let fit = |side: f64| if side > 0.0 { (extent[k] / side).floor() } else { 0.0 };
+                // Coarse cells are no reason to fall below the number that needs no second images.
+                let few = if is_periodic[k] { fit(range * MARGIN).min(f64::from(UNAMBIGUOUS)) } else { 1.0 };
+                fit(target).max(few).clamp(1.0, f64::from(u32::MAX))
+            });
+            let [nx, ny, nz]: [f64; 3] = counts;
+            if nx * ny * nz <= most {
+                break counts.map(trunc_to_u32);
+            }
+            target = if target > 0.0 { target * 1.05 } else { extent.max() / most };
+        };
+        Self {
+            counts,
+            by: [Divisor::new(counts[0]), Divisor::new(counts[1])],
+            is_periodic,
+            lower,
+            side: Vector::from_fn(|k, _| extent[k] / f64::from(counts[k])),
+        }
+    }
+
+    /// Number of cells.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.counts.iter().map(|&n| n as usize).product()
+    }
+
+    /// The cell beyond a face, and the periods to add to a coordinate there. The cell itself at an end that is not periodic.
+    #[inline]
+    #[must_use]
+    pub fn behind(&self, cell: u32, face: Face) -> (u32, i32) {
+        let mut at = self.split(cell);
+        let axis = usize::from(face.axis);
+        // A particle at an end that is not periodic has no face there.
+        let (index, wrap) = self.beyond(axis, at[axis], face.is_upper).unwrap_or((at[axis], 0));
+        at[axis] = index;
+        (self.join(at), wrap)
+    }
+
+    /// Calls `visit(first, count)` for the cells near a cell, itself included, that follow each other: one or three at once.
+    #[inline(always)]
+    pub fn for_each_run(&self, cell: u32, mut visit: impl FnMut(usize, usize)) {
+        let at = self.split(cell);
+        let strides = [1, self.counts[0], self.counts[0] * self.counts[1]];
+        let is_inner = |k: usize| at[k].wrapping_sub(1) < self.counts[k].saturating_sub(2);
+        if is_inner(0) && is_inner(1) && is_inner(2) {
+            // Most cells: loops of a known length.
+            let first = cell - strides[2] - strides[1] - 1;
+            for z in 0..3 {
+                for y in 0..3 {
+                    visit((first + z * strides[2] + y * strides[1]) as usize, 3);
+                }
+            }
+            return;
+        }
+        let (zs, nz) = self.around(2, at[2]);
+        let (ys, ny) = self.around(1, at[1]);
+        let (xs, nx) = self.around(0, at[0]);
+        for &z in &zs[..nz] {
+            for &y in &ys[..ny] {
+                for &x in &xs[..nx] {
+                    visit((z * strides[2] + y * strides[1] + x) as usize, 1);
+                }
+            }
+        }
+    }
+
+    /// Calls `visit` for every cell that is near to `cell` and was not near to the cell before a transition through `face`.
+    #[inline(always)]
+    pub fn for_each_new(&self, cell: u32, face: Face, mut visit: impl FnMut(u32)) {
+        let at = self.split(cell);
+        let axis = usize::from(face.axis);
+        let n = self.counts[axis];
+        if self.is_periodic[axis] && n <= 3 {
+            return; // every cell along the axis was near before
+        }
+        let Some((ahead, _)) = self.beyond(axis, at[axis], face.is_upper) else { return };
+        let (others_a, others_b) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (aa, na) = self.around(others_a, at[others_a]);
+        let (bb, nb) = self.around(others_b, at[others_b]);
+        let stride = [1, self.counts[0], self.counts[0] * self.counts[1]];
+        let start = ahead * stride[axis];
+        for &a in &aa[..na] {
+            for &b in &bb[..nb] {
+                visit(start + a * stride[others_a] + b * stride[others_b]);
+            }
+        }
+    }
+
+    /// Numbers of cells along the axes.
+    #[must_use]
+    pub fn counts(&self) -> [u32; 3] {
+        self.counts
+    }
+
+    /// Separations, besides the minimum image, at which a pair can meet before either particle changes its cell.
+    ///
+    /// Empty unless a periodic axis is shorter than four cells. Between two predictions of a pair each of the two travels one
+    /// cell at most, so their separation changes by up to two cells: one period for two or three cells, two for a single one. Then axes of four cells
+    /// count, too: see [`Self::tied_axes`].
+    #[must_use]
+    pub fn further_images(&self, periods: &Vector) -> Vec<Vector> {
+        let mut images = vec![Vector::zeros()];
+        if (0..3).all(|axis| !self.is_periodic[axis] || self.counts[axis] >= UNAMBIGUOUS) {
+            return Vec::new();
+        }
+        for axis in 0..3 {
+            let most = match self.counts[axis] {
+                _ if !self.is_periodic[axis] => 0,
+                1 => 2,
+                2..=UNAMBIGUOUS => 1,
+                _ => 0,
+            };
+            images = images
+                .iter()
+                .flat_map(|image| {
+                    (-most..=most).map(move |k: i32| {
+                        let mut shifted = *image;
+                        if k != 0 {
+                            shifted[axis] += f64::from(k) * periods[axis];
+                        }
+                        shifted
+                    })
+                })
+                .collect();
+        }
+        images.retain(|image| *image != Vector::zeros());
+        images
+    }
+
+    /// Axes of four cells, along which a pair of neighbouring cells can be half a period apart, from the outer face of the one to that of the
+    /// other: there the two nearest images are as far away, and either can be the one that they meet in.
+    #[must_use]
+    pub fn tied_axes(&self) -> [bool; 3] {
+        std::array::from_fn(|axis| self.is_periodic[axis] && self.counts[axis] == UNAMBIGUOUS)
+    }
+
+    /// The cell that holds a position at the start.
+    #[must_use]
+    pub fn cell_at(&self, position: &Vector) -> u32 {
+        let index = |k: usize| {
+            let at = ((position[k] - self.lower[k]) / self.side[k]).floor();
+            // Positions in the outermost cells of open axes, and NaN from 0/0 on flat ones, saturate.
+            trunc_to_u32(at).min(self.counts[k] - 1)
+        };
+        self.join([index(0), index(1), index(2)])
+    }
+
+    #[inline]
+    fn join(&self, [x, y, z]: [u32; 3]) -> u32 {
+        (z * self.counts[1] + y) * self.counts[0] + x
+    }
+
+    #[inline]
+    fn split(&self, cell: u32) -> [u32; 3] {
+        let [yz, x] = self.by[0].divide(cell);
+        let [z, y] = self.by[1].divide(yz);
+        [x, y, z]
+    }
+
+    /// The indices next to `index` along an axis, itself included, each once.
+    #[inline]
+    fn around(&self, axis: usize, index: u32) -> ([u32; 3], usize) {
+        let n = self.counts[axis];
+        if self.is_periodic[axis] {
+            match n {
+                1 => ([0; 3], 1),
+                2 => ([0, 1, 0], 2),
+                _ => {
+                    let before = if index == 0 { n - 1 } else { index - 1 };
+                    let after = if index + 1 == n { 0 } else { index + 1 };
+                    ([before, index, after], 3)
+                }
+            }
+        } else {
+            let first = index.saturating_sub(1);
+            let last = (index + 1).min(n - 1);
+            ([first, first + 1, first + 2], (last - first + 1) as usize)
+        }
+    }
+
+    /// The index beyond an upper or lower face, and the periods to add; none at an end that is not periodic.
+    #[inline]
+    fn beyond(&self, axis: usize, index: u32, is_upper: bool) -> Option<(u32, i32)> {
+        let last = self.counts[axis] - 1;
+        match (is_upper, self.is_periodic[axis]) {
+            (true, _) if index < last => Some((index + 1, 0)),
+            (false, _) if index > 0 => Some((index - 1, 0)),
+            (true, true) => Some((0, -1)),
+            (false, true) => Some((last, 1)),
+            _ => None,
+        }
+    }
+
+    /// Calls `visit(face, coordinate)` for the faces through which a particle can leave its cell, along its coordinates.
+    ///
+    /// Outermost faces of axes that are not periodic are no faces.
+    #[inline]
+    pub fn for_each_face(&self, cell: u32, mut visit: impl FnMut(Face, f64)) {
+        let at = self.split(cell);
+        for (axis, index) in at.into_iter().enumerate() {
+            let n = self.counts[axis];
+            #[expect(clippy::cast_possible_truncation, reason = "one of three axes")]
+            let face = |is_upper| Face { axis: axis as u8, is_upper };
+            if self.is_periodic[axis] || index > 0 {
+                visit(face(false), self.lower[axis] + f64::from(index) * self.side[axis]);
+            }
+            if self.is_periodic[axis] || index + 1 < n {
+                visit(face(true), self.lower[axis] + f64::from(index + 1) * self.side[axis]);
+            }
+        }
+    }
+
+    /// The same for the faces that a particle with a constant velocity flies towards, one per axis at most.
+    #[inline]
+    pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(Face, f64)) {
+        let at = self.split(cell);
+        for (axis, index) in at.into_iter().enumerate() {
+            let is_upper = velocity[axis] > 0.0;
+            let last = if is_upper { self.counts[axis] - 1 } else { 0 };
+            if velocity[axis] != 0.0 && (self.is_periodic[axis] || index != last) {
+                let line = f64::from(index + u32::from(is_upper));
+                #[expect(clippy::cast_possible_truncation, reason = "one of three axes")]
+                let face = Face { axis: axis as u8, is_upper };
+                visit(face, self.lower[axis] + line * self.side[axis]);
+            }
+        }
+    }
+
+    /// The cell in the first or last row along the gradient, with the index of another cell along the flow.
+    #[must_use]
+    pub fn slid(&self, cell: u32, along: u32, [flow, gradient]: [usize; 2], is_last: bool) -> u32 {
+        let mut at = self.split(cell);
+        at[flow] = self.split(along)[flow];
+        at[gradient] = if is_last { self.counts[gradient] - 1 } else { 0 };
+        self.join(at)
+    }
+
+    /// Calls `visit` for the cells across the side of the gradient that a cell is next to, along the whole flow.
+    pub fn for_each_across(&self, cell: u32, [flow, gradient]: [usize; 2], mut visit: impl FnMut(u32)) {
+        let mut at = self.split(cell);
+        let last = self.counts[gradient] - 1;
+        at[gradient] = match at[gradient] {
+            0 => last,
+            index if index == last => 0,
+            _ => return,
+        };
+        let third = 3 - flow - gradient;
+        let (around, count) = self.around(third, at[third]);
+        for &index in &around[..count] {
+            at[third] = index;
+            for index in 0..self.counts[flow] {
+                at[flow] = index;
+                visit(self.join(at));
+            }
+        }
+    }
+
+    /// Whether the cell is the first (or the last) along an axis that is not periodic, so that a wall may be near.
+    #[inline]
+    #[must_use]
+    pub fn is_outermost(&self, cell: u32, axis: usize) -> [bool; 2] {
+        let index = self.split(cell)[axis];
+        [index == 0, index + 1 == self.counts[axis]]
+    }
+}

@@ -1,0 +1,257 @@
+//! Neighbour lists: whom a particle could meet before it leaves its shell.
+//!
+//! Each moving particle has a centre, where it was when its list was made, and stays within its shell, a ball of radius
+//! `delta` around it; an event is due when it leaves. Two particles whose centres are further apart than their range and two
+//! shells cannot meet, so a list holds the others whose centres are nearer. Every pair is in the lists of both, but for static
+//! particles, which keep none. (Alias: Verlet list.)
+
+use crate::base::numbers::id;
+use crate::engine::hardware::pages::enlarge;
+use crate::engine::hardware::prefetch::prefetch;
+use serde::{Deserialize, Serialize};
+
+/// Entries are read up to eight at a time; blocks of room hold a multiple of that.
+const BLOCK: usize = 8;
+
+/// Where the list of a particle is, in blocks, and how long it is.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Span {
+    first: u32,
+    blocks: u32,
+    length: u32,
+}
+
+/// Lists of others, in one array. Unused entries of a particle name itself, whom it never meets.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Lists {
+    spans: Vec<Span>,
+    entries: Vec<u32>,
+    /// Blocks no longer in use, by their number.
+    free: Vec<Vec<u32>>,
+    /// Scratch: a list before it is made anew.
+    old: Vec<u32>,
+    /// Who has come into the list that was last renewed, and how many.
+    newcomers: Vec<u32>,
+    coming: usize,
+}
+
+/// Whether a short list holds a particle; without a branch on where.
+#[inline]
+fn holds(list: &[u32], particle: u32) -> bool {
+    list.iter().fold(false, |found, entry| found | (*entry == particle))
+}
+
+impl Lists {
+    /// Empty lists.
+    #[must_use]
+    pub fn new(particles: usize) -> Self {
+        Self { spans: vec![Span::default(); particles], ..Self::default() }
+    }
+
+    /// Asks for large pages.
+    pub fn enlarge(&self) {
+        enlarge(&self.spans);
+        enlarge(&self.entries);
+    }
+
+    /// The others in a particle's list.
+    #[inline]
+    #[must_use]
+    pub fn of(&self, particle: u32) -> &[u32] {
+        let span = self.spans[particle as usize];
+        let first = span.first as usize * BLOCK;
+        &self.entries[first..first + span.length as usize]
+    }
+
+    /// The same, filled up to a multiple of eight with the particle itself, and how many there are.
+    #[inline]
+    #[must_use]
+    pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {
+        let span = self.spans[particle as usize];
+        let first = span.first as usize * BLOCK;
+        let length = span.length as usize;
+        (&self.entries[first..first + length.next_multiple_of(BLOCK)], length)
+    }
+
+    /// Expects questions about where a list is.
+    #[inline]
+    pub fn expect_span(&self, particle: u32) {
+        prefetch(&self.spans, particle as usize);
+    }
+
+    /// Expects questions about who is in a list.
+    #[inline]
+    pub fn expect_list(&self, particle: u32) {
+        let span = self.spans[particle as usize];
+        prefetch(&self.entries, span.first as usize * BLOCK);
+        prefetch(&self.entries, (span.first as usize + 1) * BLOCK);
+    }
+
+    /// Adds an other to a particle's list.
+    pub fn add(&mut self, particle: u32, other: u32) {
+        let span = self.spans[particle as usize];
+        if span.length as usize == span.blocks as usize * BLOCK {
+            self.make_room(particle, span.blocks + 1);
+        }
+        let span = &mut self.spans[particle as usize];
+        self.entries[span.first as usize * BLOCK + span.length as usize] = other;
+        span.length += 1;
+    }
+
+    /// Takes an other out of a particle's list, if it is there.
+    pub fn remove(&mut self, particle: u32, other: u32) {
+        if let Some(at) = self.of(particle).iter().position(|entry| *entry == other) {
+            self.remove_at(particle, at);
+        }
+    }
+
+    /// Takes the entry number `at` out of a particle's list; the last one takes its place.
+    pub fn remove_at(&mut self, particle: u32, at: usize) {
+        let span = &mut self.spans[particle as usize];
+        let first = span.first as usize * BLOCK;
+        span.length -= 1;
+        let last = first + span.length as usize;
+        self.entries[first + at] = self.entries[last];
+        self.entries[last] = particle;
+    }
+
+    /// Makes `new` the list of a particle; whoever leaves it or comes into it has the particle leave or come into its own list,
+    /// unless it keeps none.
+    pub fn renew(&mut self, particle: u32, new: &[u32], keeps_none: impl Fn(u32) -> bool) {
+        let (mut old, mut newcomers) = (std::mem::take(&mut self.old), std::mem::take(&mut self.newcomers));
+        old.clear();
+        old.extend_from_slice(self.of(particle));
+        newcomers.clear();
+        newcomers.extend(new.iter().filter(|other| !holds(&old, **other)));
+        for &other in old.iter().filter(|other| !holds(new, **other)) {
+            self.remove(other, particle);
+        }
+        for &other in newcomers.iter().filter(|other| !keeps_none(**other)) {
+            self.add(other, particle);
+        }
+        self.coming = newcomers.len();
+        newcomers.resize(self.coming.next_multiple_of(BLOCK), particle);
+        (self.old, self.newcomers) = (old, newcomers);
+        self.set(particle, new);
+    }
+
+    /// Who has come into the list that was last renewed, filled up as lists are, and how many.
+    #[inline]
+    #[must_use]
+    pub fn newcomers(&self) -> (&[u32], usize) {
+        (&self.newcomers, self.coming)
+    }
+
+    /// Makes `new` the list of a particle.
+    pub fn set(&mut self, particle: u32, new: &[u32]) {
+        let Span { blocks, length, .. } = self.spans[particle as usize];
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "no more than all particles, which have numbers of 32 bits"
+        )]
+        let needed = new.len().div_ceil(BLOCK) as u32;
+        // Room that it once needed is given to those who need it now.
+        if needed > blocks || room_for(needed) < blocks {
+            self.spans[particle as usize].length = 0;
+            self.make_room(particle, needed);
+        }
+        let first = self.spans[particle as usize].first as usize * BLOCK;
+        if new.len() < length as usize && blocks == self.spans[particle as usize].blocks {
+            self.entries[first + new.len()..first + length as usize].fill(particle);
+        }
+        self.entries[first..first + new.len()].copy_from_slice(new);
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "no more than all particles, which have numbers of 32 bits"
+        )]
+        let length = new.len() as u32;
+        self.spans[particle as usize].length = length;
+    }
+
+    /// Moves a list to where it has room for so many blocks.
+    fn make_room(&mut self, particle: u32, needed: u32) {
+        let Span { first, blocks, length } = self.spans[particle as usize];
+        let room = room_for(needed);
+        self.free.resize_with(self.free.len().max(room.max(blocks) as usize + 1), Vec::new);
+        let to = self.free[room as usize].pop().unwrap_or_else(|| {
+            let to = self.entries.len() / BLOCK;
+            self.entries.resize((to + room as usize) * BLOCK, particle);
+            id(to)
+        });
+        let (old, new) = (first as usize * BLOCK, to as usize * BLOCK);
+        self.entries.copy_within(old..old + length as usize, new);
+        self.entries[new + length as usize..new + room as usize * BLOCK].fill(particle);
+        if blocks > 0 {
+            self.free[blocks as usize].push(first);
+        }
+        self.spans[particle as usize] = Span { first: to, blocks: room, length };
+    }
+}
+
+/// Blocks that a list gets when it needs some: a quarter more if it is long.
+fn room_for(needed: u32) -> u32 {
+    needed + needed / 4
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeSet;
+
+    proptest! {
+        #[test]
+        fn lists_are_sets_filled_up_with_their_owner(
+            steps in prop::collection::vec((0..4_u32, 4..40_u32, prop::bool::weighted(0.7)), 1..400),
+        ) {
+            let mut lists = Lists::new(4);
+            let mut sets = vec![BTreeSet::new(); 4];
+            for (particle, other, is_added) in steps {
+                let set = &mut sets[particle as usize];
+                if is_added && set.insert(other) {
+                    lists.add(particle, other);
+                } else if !is_added {
+                    set.remove(&other);
+                    lists.remove(particle, other);
+                }
+                for (particle, set) in (0..).zip(&sets) {
+                    let list = lists.of(particle);
+                    prop_assert_eq!(list.len(), set.len());
+                    prop_assert_eq!(&list.iter().copied().collect::<BTreeSet<_>>(), set);
+                    let (filled_up, length) = lists.filled_up(particle);
+                    prop_assert!(filled_up.len().is_multiple_of(8) && length == list.len());
+                    prop_assert_eq!(&filled_up[..length], list);
+                    prop_assert!(filled_up[length..].iter().all(|entry| *entry == particle));
+                }
+            }
+        }
+
+        #[test]
+        fn a_renewed_list_changes_those_of_the_others(
+            steps in prop::collection::vec((0..12_u32, prop::collection::btree_set(0..14_u32, 0..14)), 1..60),
+        ) {
+            // Numbers 12 and 13 keep none.
+            let mut lists = Lists::new(14);
+            let mut pairs = BTreeSet::new();
+            for (particle, mut new) in steps {
+                new.remove(&particle);
+                let old: BTreeSet<u32> = lists.of(particle).iter().copied().collect();
+                let list: Vec<u32> = new.iter().rev().copied().collect();
+                lists.renew(particle, &list, |other| other >= 12);
+                let (newcomers, count) = lists.newcomers();
+                prop_assert!(newcomers.len().is_multiple_of(8) && newcomers[count..].iter().all(|id| *id == particle));
+                prop_assert_eq!(newcomers[..count].iter().copied().collect::<BTreeSet<_>>(), &new - &old);
+                pairs.retain(|(a, b)| *a != particle && *b != particle);
+                for other in new {
+                    pairs.insert((particle, other));
+                    if other < 12 {
+                        pairs.insert((other, particle));
+                    }
+                }
+                let listed = |a: u32| lists.of(a).iter().map(move |b| (a, *b));
+                prop_assert_eq!((0..14).flat_map(listed).collect::<BTreeSet<_>>(), pairs.clone());
+                prop_assert_eq!((0..14).flat_map(listed).count(), pairs.len());
+            }
+        }
+    }
+}

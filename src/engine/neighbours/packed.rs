@@ -1,0 +1,451 @@
+//! Centres of shells, packed by cell: eight next to each other, so that all near a place are looked at in one stream.
+//!
+//! What is packed is rounded to single precision and decides nothing: it says who *may* be within reach, and never leaves out
+//! anybody who is.
+
+use super::cells::NOBODY;
+use super::grid::Grid;
+use super::near::Near;
+use crate::Vector;
+use crate::base::numbers::{id, single};
+use crate::engine::hardware::pages::enlarge;
+use crate::engine::hardware::prefetch::{prefetch, prefetch_both};
+use crate::model::space::{Boundary, Space};
+use crate::physics::detection::many::Width;
+use serde::{Deserialize, Serialize};
+
+/// Centres in a block.
+const LANES: usize = 8;
+
+/// No block.
+const NONE: u32 = u32::MAX;
+
+/// Half a unit in the last place of 1 in single precision.
+const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
+
+/// Coordinates beyond this are not told apart at all: their squares come near the largest single-precision number.
+const FAR: f64 = 1e15;
+
+/// Cells no finer than they have to be, and no more than one per particle.
+const FINEST: [f64; 3] = [0.0; 3];
+const CELLS_PER_PARTICLE: f64 = 1.0;
+
+/// Eight centres of a cell; a lane without one is not a number.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[repr(C, align(64))]
+struct Block {
+    at: [[f32; LANES]; 3],
+    ids: [u32; LANES],
+}
+
+impl Block {
+    const EMPTY: Self = Self { at: [[f32::NAN; LANES]; 3], ids: [NOBODY; LANES] };
+}
+
+/// Where a block belongs.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Link {
+    cell: u32,
+    /// Another block of the same cell.
+    next: u32,
+}
+
+/// The centres by cell.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Packed {
+    /// The cells, no smaller than the reach.
+    pub grid: Grid,
+    /// By cell, its first block.
+    first: Vec<u32>,
+    blocks: Vec<Block>,
+    links: Vec<Link>,
+    free: Vec<u32>,
+    /// By particle, the number of its block and its lane.
+    slots: Vec<u32>,
+    /// Periods, infinite where there are none.
+    periods: [f32; 3],
+    /// The largest coordinate of the box along its periodic axes.
+    scale: f64,
+    #[serde(skip, default = "Width::most")]
+    width: Width,
+}
+
+/// What is looked for.
+#[derive(Debug, Clone, Copy)]
+struct Ball {
+    centre: [f32; 3],
+    /// Squared radius, large enough for all that single precision does.
+    squared: f32,
+    periods: [f32; 3],
+}
+
+impl Packed {
+    /// Centres at `positions` in cells for a reach `[length]`.
+    #[must_use]
+    pub fn new(space: &Space, reach: f64, positions: &[Vector]) -> Self {
+        let grid = Grid::new(space, reach, positions, FINEST, CELLS_PER_PARTICLE);
+        let corner = |k: usize| space.lower[k].abs().max(space.upper()[k].abs());
+        let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
+        let mut packed = Self {
+            first: vec![NONE; grid.count()],
+            blocks: Vec::new(),
+            links: Vec::new(),
+            free: Vec::new(),
+            slots: vec![NONE; positions.len()],
+            periods: space.periods().map(single).into(),
+            scale: periodic.map(corner).fold(0.0, f64::max),
+            width: Width::most(),
+            grid,
+        };
+        for (position, particle) in positions.iter().zip(0..) {
+            packed.put(particle, position);
+        }
+        packed
+    }
+
+    /// Asks for large pages.
+    pub fn enlarge(&self) {
+        enlarge(&self.first);
+        enlarge(&self.blocks);
+        enlarge(&self.links);
+        enlarge(&self.slots);
+    }
+
+    /// Takes a particle's centre out.
+    pub fn lift(&mut self, particle: u32) {
+        let (at, lane) = place(self.slots[particle as usize]);
+        let block = &mut self.blocks[at as usize];
+        block.ids[lane] = NOBODY;
+        block.at[0][lane] = f32::NAN;
+        if block.ids == [NOBODY; LANES] {
+            self.give_back(at);
+        }
+    }
+
+    /// Unlinks an empty block from its cell.
+    fn give_back(&mut self, block: u32) {
+        let Link { cell, next } = self.links[block as usize];
+        let mut before = self.first[cell as usize];
+        if before == block {
+            self.first[cell as usize] = next;
+        } else {
+            while self.links[before as usize].next != block {
+                before = self.links[before as usize].next;
+            }
+            self.links[before as usize].next = next;
+        }
+        self.free.push(block);
+    }
+
+    /// Puts in the centre of a particle that has none.
+    pub fn put(&mut self, particle: u32, centre: &Vector) {
+        self.put_into(self.grid.cell_at(centre), particle, centre);
+    }
+
+    fn put_into(&mut self, cell: u32, particle: u32, centre: &Vector) {
+        let mut at = self.first[cell as usize];
+        while at != NONE {
+            if let Some(lane) = self.blocks[at as usize].ids.iter().position(|id| *id == NOBODY) {
+                return self.write(particle, at, lane, centre);
+            }
+            at = self.links[at as usize].next;
+        }
+        let link = Link { cell, next: self.first[cell as usize] };
+        let at = if let Some(free) = self.free.pop() {
+            self.links[free as usize] = link;
+            free
+        } else {
+            self.links.push(link);
+            self.blocks.push(Block::EMPTY);
+            id(self.links.len() - 1)
+        };
+        self.first[cell as usize] = at;
+        self.write(particle, at, 0, centre);
+    }
+
+    #[inline]
+    fn write(&mut self, particle: u32, at: u32, lane: usize, centre: &Vector) {
+        let block = &mut self.blocks[at as usize];
+        block.ids[lane] = particle;
+        for k in 0..3 {
+            block.at[k][lane] = single(centre[k]);
+        }
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "a lane is one of eight; of blocks there are no more than particles, and so no more slots than 8 MOST_PARTICLES, below 2^32"
+        )]
+        let slot = at * LANES as u32 + lane as u32;
+        self.slots[particle as usize] = slot;
+    }
+
+    /// The cell that holds a particle's centre.
+    #[inline]
+    #[must_use]
+    pub fn home(&self, particle: u32) -> u32 {
+        self.links[place(self.slots[particle as usize]).0 as usize].cell
+    }
+
+    /// Puts everybody in `cell` and the cells next to it into `near`.
+    pub fn find_near(&self, cell: u32, near: &mut Near) {
+        near.clear();
+        self.for_each_block(cell, |block| {
+            for id in block.ids {
+                near.put(id);
+            }
+        });
+    }
+
+    /// Puts everybody into `near` whose centre may be within `reach` of a centre, and hardly anybody else.
+    ///
+    /// `largest` bounds the coordinates of that centre. Who is found from two centres with the same bound is symmetric.
+    ///
+    /// Rounding moves each of the six coordinates and the three differences by half a unit in the last place at most, and a period
+    /// likewise: less than 8 roundings of the largest of them along each axis, 14 in space. The sum of squares is left with 4.
+    #[inline]
+    pub fn find_within(&self, centre: &Vector, reach: f64, largest: f64, wraps: bool, near: &mut Near) {
+        near.clear();
+        let cell = self.grid.cell_at(centre);
+        let scale = self.scale.max(largest) + reach;
+        if scale >= FAR {
+            return self.find_near(cell, near);
+        }
+        let radius = reach + 14.0 * ROUNDING * scale;
+        let ball = Ball {
+            centre: std::array::from_fn(|k| single(centre[k])),
+            squared: single(radius * radius * (1.0 + 8.0 * ROUNDING)).next_up(),
+            periods: self.periods,
+        };
+        #[cfg(target_arch = "x86_64")]
+        if self.width.has_avx2() {
+            // SAFETY: the processor has been asked for AVX2.
+            return unsafe { self.find_in_ball_avx2(cell, &ball, wraps, near) };
+        }
+        self.for_each_block(cell, |block| {
+            for lane in 0..LANES {
+                if ball.holds(block, lane) {
+                    near.put(block.ids[lane]);
+                }
+            }
+        });
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn find_in_ball_avx2(&self, cell: u32, ball: &Ball, wraps: bool, near: &mut Near) {
+        if wraps {
+            self.for_each_block(cell, |block| near.put_eight(avx2::in_ball::<true>(block, ball)));
+        } else {
+            self.for_each_block(cell, |block| near.put_eight(avx2::in_ball::<false>(block, ball)));
+        }
+    }
+
+    #[inline(always)]
+    fn for_each_block(&self, cell: u32, mut visit: impl FnMut(&Block)) {
+        self.grid.for_each_run(cell, |first, count| {
+            for &first in &self.first[first..first + count] {
+                let mut at = first;
+                while at != NONE {
+                    visit(&self.blocks[at as usize]);
+                    at = self.links[at as usize].next;
+                }
+            }
+        });
+    }
+
+    /// Expects questions about the cell of a particle.
+    #[inline]
+    pub fn expect_home(&self, particle: u32) {
+        prefetch(&self.slots, particle as usize);
+    }
+
+    /// Expects a search near a cell.
+    #[inline]
+    pub fn expect_rows(&self, cell: u32) {
+        self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
+    }
+
+    /// Expects a search near a cell now that its rows are there.
+    #[inline]
+    pub fn expect_near(&self, cell: u32) {
+        self.grid.for_each_run(cell, |first, count| {
+            for &at in &self.first[first..first + count] {
+                if at != NONE {
+                    prefetch_both(&self.blocks, at as usize);
+                    prefetch(&self.links, at as usize);
+                }
+            }
+        });
+    }
+}
+
+/// Block and lane of a slot.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "eight")]
+fn place(slot: u32) -> (u32, usize) {
+    (slot / LANES as u32, slot as usize % LANES)
+}
+
+impl Ball {
+    /// Whether it holds a lane's centre: the same operations as those for eight at once.
+    #[inline]
+    fn holds(&self, block: &Block, lane: usize) -> bool {
+        let [x, y, z]: [f32; 3] = std::array::from_fn(|k| {
+            let apart = (self.centre[k] - block.at[k][lane]).abs();
+            let apart = apart.min((self.periods[k] - apart).abs());
+            apart * apart
+        });
+        (x + y) + z <= self.squared
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use super::{Ball, Block};
+    use std::arch::x86_64::*;
+
+    /// For each set of eight lanes, their numbers in order, a byte each.
+    const LANES_OF: [u64; 256] = {
+        let mut lanes = [0_u64; 256];
+        let mut set = 0;
+        while set < 256 {
+            let (mut lane, mut count) = (0, 0);
+            while lane < 8 {
+                if set >> lane & 1 == 1 {
+                    lanes[set] |= lane << (8 * count);
+                    count += 1;
+                }
+                lane += 1;
+            }
+            set += 1;
+        }
+        lanes
+    };
+
+    /// The particles of a block whose centres are in a ball come first, and there are so many.
+    #[target_feature(enable = "avx2")]
+    #[inline]
+    pub fn in_ball<const WRAPS: bool>(block: &Block, ball: &Ball) -> ([u32; 8], usize) {
+        let mut sum = _mm256_setzero_ps();
+        for k in 0..3 {
+            // SAFETY: a whole array is loaded.
+            let there = unsafe { _mm256_loadu_ps(block.at[k].as_ptr()) };
+            let mut apart = _mm256_sub_ps(_mm256_set1_ps(ball.centre[k]), there);
+            if WRAPS {
+                let sign = _mm256_set1_ps(-0.0);
+                apart = _mm256_andnot_ps(sign, apart);
+                let other = _mm256_andnot_ps(sign, _mm256_sub_ps(_mm256_set1_ps(ball.periods[k]), apart));
+                apart = _mm256_min_ps(other, apart);
+            }
+            let square = _mm256_mul_ps(apart, apart);
+            sum = if k == 0 { square } else { _mm256_add_ps(sum, square) };
+        }
+        let is_in = _mm256_cmp_ps::<_CMP_LE_OQ>(sum, _mm256_set1_ps(ball.squared));
+        let set = _mm256_movemask_ps(is_in) as usize;
+        let lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(LANES_OF[set & 255].cast_signed()));
+        let mut ids = [0; 8];
+        // SAFETY: whole arrays are loaded and stored.
+        unsafe {
+            let all = _mm256_loadu_si256(block.ids.as_ptr().cast());
+            _mm256_storeu_si256(ids.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(all, lanes));
+        }
+        (ids, set.count_ones() as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::space::minimum_image;
+    use proptest::prelude::*;
+
+    const SIZE: f64 = 7.3;
+    const REACH: f64 = 1.3;
+
+    fn space(is_periodic: bool, lower: f64) -> Space {
+        let mut space = Space::periodic_cube(SIZE);
+        space.lower = Vector::repeat(lower);
+        if !is_periodic {
+            space.boundary = [Boundary::OPEN; 3];
+        }
+        space
+    }
+
+    /// Who is found from a centre in every way that the processor knows, which have to agree.
+    fn found(packed: &mut Packed, centre: &Vector, largest: f64) -> Vec<u32> {
+        let mut ways = Width::all().into_iter().map(|width| {
+            let mut near = Near::default();
+            packed.width = width;
+            packed.find_within(centre, REACH, largest, true, &mut near);
+            near.found().to_vec()
+        });
+        let first = ways.next().unwrap();
+        assert!(ways.all(|way| way == first));
+        first
+    }
+
+    proptest! {
+        #[test]
+        fn everybody_within_reach_is_found_and_hardly_anybody_else(
+            start in prop::collection::vec(prop::array::uniform3(0.0..SIZE), 2..120),
+            moves in prop::collection::vec((0..120_usize, prop::array::uniform3(0.0..SIZE)), 0..200),
+            is_periodic: bool,
+            lower in prop::sample::select(vec![0.0, -3.65, 1e4, -1e6]),
+        ) {
+            let space = space(is_periodic, lower);
+            let mut centres: Vec<Vector> = start.into_iter().map(|x| Vector::from(x).add_scalar(lower)).collect();
+            let mut packed = Packed::new(&space, REACH, &centres);
+            for (particle, to) in moves {
+                let particle = particle % centres.len();
+                centres[particle] = Vector::from(to).add_scalar(lower);
+                packed.lift(id(particle));
+                packed.put(id(particle), &centres[particle]);
+            }
+            let largest = centres.iter().map(Vector::amax).fold(0.0, f64::max);
+            let all: Vec<Vec<u32>> = centres.iter().map(|centre| found(&mut packed, centre, largest)).collect();
+            let slack = 30.0 * ROUNDING * (lower.abs() + SIZE);
+            for (a, centre) in centres.iter().enumerate() {
+                prop_assert_eq!(packed.home(id(a)), packed.grid.cell_at(centre));
+                for (b, other) in centres.iter().enumerate() {
+                    let apart = minimum_image(centre - other, &space.periods()).norm();
+                    let times = all[a].iter().filter(|other| **other == id(b)).count();
+                    prop_assert!(times <= 1);
+                    prop_assert!(times == 1 || apart > REACH, "{} is not found from {}", b, a);
+                    prop_assert!(times == 0 || apart < REACH + slack, "{} is found from {} at {}", b, a, apart);
+                    prop_assert_eq!(times == 1, all[b].contains(&id(a)), "not symmetric");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn far_away_everybody_in_the_same_cells_is_found() {
+        let far = |x: f64| Vector::new(x, 0.5, 0.5);
+        for x in [1e9, 1e14, 1e30] {
+            let centres = [far(0.1), far(0.1 + SIZE), far(x), far(x.next_up()), far(2.0 * x)];
+            let mut packed = Packed::new(&space(false, 0.0), REACH, &centres[..2]);
+            packed.slots.resize(5, NONE);
+            for particle in 2..5 {
+                packed.put(particle, &centres[particle as usize]);
+            }
+            let near = found(&mut packed, &centres[2], x);
+            assert!(near.contains(&2) && near.contains(&3) && !near.contains(&0), "{x} {near:?}");
+        }
+    }
+
+    #[test]
+    fn blocks_are_given_back() {
+        let centres: Vec<Vector> = (0..40).map(|k| Vector::repeat(0.01 * f64::from(k))).collect();
+        let mut packed = Packed::new(&space(true, 0.0), REACH, &centres);
+        let blocks = packed.blocks.len();
+        for cell in [1, 0, 2, 0] {
+            for particle in 0..40 {
+                packed.lift(particle);
+                packed.put_into(cell, particle, &centres[particle as usize]);
+            }
+            let mut near = Near::default();
+            packed.find_near(cell, &mut near);
+            assert_eq!(near.found().len(), 40);
+        }
+        assert!(packed.blocks.len() <= 2 * blocks, "{} blocks of {blocks} at first", packed.blocks.len());
+    }
+}

@@ -1,0 +1,97 @@
+//! Shells: where each particle may be until its neighbour list is made anew.
+
+use super::lists::Lists;
+use super::near::Near;
+use super::packed::Packed;
+use crate::Vector;
+use crate::engine::hardware::pages::enlarge;
+use crate::model::space::{Boundary, Space, minimum_image};
+use serde::{Deserialize, Serialize};
+
+/// Shells are left this much early, so that the round-off of positions and times (below some `1e-10` of the box) never lets
+/// two particles meet that are not in each other's lists.
+const MARGIN: f64 = 1e-6;
+
+/// The centres of the particles' shells, and the lists of those within reach.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Shells {
+    /// Radius `delta` of a shell `[length]`.
+    pub radius: f64,
+    /// Where each particle was when its list was made.
+    pub centres: Vec<Vector>,
+    /// The same, packed by cell.
+    pub cells: Packed,
+    /// Who is within reach of whom; somewhat further ones may be in both lists of a pair, too.
+    pub lists: Lists,
+    /// By species, the largest distance of the centre of another one within reach.
+    pub reaches: Vec<f64>,
+    /// By species and species: the square of the distance of two centres within reach, negative for those who never meet.
+    squared: Vec<f64>,
+    species: usize,
+    periods: Vector,
+    /// Between these corners, the nearest image of whoever is within reach is itself.
+    inner: [Vector; 2],
+}
+
+impl Shells {
+    /// Shells of a radius in `space`; `ranges` are the distances at which strangers of each two species meet, negative for those
+    /// who never do; `longest` is the longest one, bonds included.
+    #[must_use]
+    pub fn new(space: &Space, radius: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
+        let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * radius * (1.0 + MARGIN) };
+        let species = ranges.len().isqrt();
+        let widest = reach(longest) + 3.0 * radius;
+        let margin =
+            Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Periodic { widest } else { f64::NEG_INFINITY });
+        Self {
+            radius,
+            lists: Lists::new(positions.len()),
+            cells: Packed::new(space, ranges.iter().copied().map(reach).fold(0.0, f64::max), &positions),
+            centres: positions,
+            reaches: ranges.chunks(species).map(|row| row.iter().copied().map(reach).fold(0.0, f64::max)).collect(),
+            squared: ranges.iter().map(|&range| reach(range) * reach(range).abs()).collect(),
+            species,
+            periods: space.periods(),
+            inner: [space.lower + margin, space.upper() - margin],
+        }
+    }
+
+    /// Whether shells of a radius fit a box: the nearest image of a pair stays the same one while both are in their shells.
+    #[must_use]
+    pub fn fit(space: &Space, radius: f64, range: f64) -> bool {
+        (0..3).all(|k| space.boundary[k] != Boundary::Periodic || space.size[k] > 2.0 * (range + 4.1 * radius))
+    }
+
+    /// Whether a particle at `position` may meet others across a side of the box.
+    #[inline]
+    #[must_use]
+    pub fn wraps(&self, position: &Vector) -> bool {
+        (0..3).any(|k| position[k] < self.inner[0][k] || position[k] > self.inner[1][k])
+    }
+
+    /// Whether a centre is within reach of another particle's.
+    #[inline]
+    fn is_within_reach(&self, centre: &Vector, other: u32, species: [u16; 2]) -> bool {
+        let apart = minimum_image(centre - self.centres[other as usize], &self.periods);
+        apart.norm_squared() < self.squared[usize::from(species[0]) * self.species + usize::from(species[1])]
+    }
+
+    /// Puts those into `near` whose centres are within reach of another centre, of a particle of the species `mine`.
+    ///
+    /// `species` are those of all, or empty if there is only one. `largest` bounds the coordinates of the centre.
+    #[inline]
+    pub fn find_within_reach(&self, centre: &Vector, mine: u16, species: &[u16], largest: f64, near: &mut Near) {
+        let reach = self.reaches[usize::from(mine)];
+        self.cells.find_within(centre, reach, largest, self.wraps(centre), near);
+        if self.species > 1 {
+            near.retain(|other| self.is_within_reach(centre, other, [mine, species[other as usize]]));
+        }
+    }
+
+    /// Asks for large pages.
+    pub fn enlarge(&self) {
+        enlarge(&self.centres);
+        self.cells.enlarge();
+        self.lists.enlarge();
+    }
+}

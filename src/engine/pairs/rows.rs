@@ -1,0 +1,49 @@
+//! The species that the tables of the event loop have rows for.
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::{Scene, SpeciesId};
+
+/// All of so few species have a row, of more only those with particles: tables are looked up with every pair, and are square.
+const FEW: usize = 256;
+
+/// The species in square tables: all of a few, and of many those that have particles.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Rows {
+    /// By row.
+    species: Vec<SpeciesId>,
+    /// By species; 0 for those without a row, which no particle has.
+    rows: Vec<u16>,
+}
+
+impl Rows {
+    /// Those of a scene.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let count = scene.species.len();
+        let mut has_row = vec![count <= FEW; count];
+        for particle in &scene.particles {
+            has_row[particle.species.0 as usize] = true;
+        }
+        let species: Vec<_> =
+            (0..).zip(&has_row).filter(|(_, has_row)| **has_row).map(|(id, _)| SpeciesId(id)).collect();
+        let mut rows = vec![0; count];
+        // A scene with more was refused.
+        for (row, species) in (0..=u16::MAX).zip(&species) {
+            rows[species.0 as usize] = row;
+        }
+        Self { species, rows }
+    }
+
+    /// The row of a species that has particles.
+    #[must_use]
+    pub fn row(&self, species: SpeciesId) -> u16 {
+        self.rows[species.0 as usize]
+    }
+
+    /// The species, by row.
+    #[must_use]
+    pub fn species(&self) -> &[SpeciesId] {
+        &self.species
+    }
+}

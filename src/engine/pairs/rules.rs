@@ -1,0 +1,191 @@
+//! The interactions of a scene, laid out for the event loop.
+
+use super::rows::Rows;
+use crate::Vector;
+use crate::model::{Interaction, Scene, Species, SpeciesId};
+use crate::physics::overlap::Side;
+use serde::{Deserialize, Serialize};
+
+/// One discontinuity, seen by a pair in some state.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Discontinuity {
+    /// Its distance `s` `[length]`.
+    pub distance: f64,
+    /// `s^2` `[length^2]`.
+    pub squared: f64,
+    /// Potential energy beyond it less the one before it, `dU` `[energy]`.
+    pub energy_step: f64,
+}
+
+/// A potential as the event loop needs it: what lies outwards and inwards of each pair state.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Steps {
+    /// By state: the outer discontinuity, absent in state 0.
+    outer: Vec<Option<Discontinuity>>,
+    /// By state: the inner discontinuity, absent in the last state.
+    inner: Vec<Option<Discontinuity>>,
+    /// By state: the squares of both.
+    edges: Vec<Edges>,
+    /// Potential energy by state `[energy]`.
+    energies: Vec<f64>,
+    /// Restitution of infinite steps.
+    pub restitution: f64,
+}
+
+impl Steps {
+    fn new(interaction: &Interaction) -> Self {
+        let (radii, energies) = (interaction.potential.radii(), interaction.potential.energies());
+        let at = |radius: usize, from: usize, to: usize| Discontinuity {
+            distance: radii[radius],
+            squared: radii[radius] * radii[radius],
+            energy_step: energies[to] - energies[from],
+        };
+        let states = 0..=radii.len();
+        let outer: Vec<_> = states.clone().map(|k| (k > 0).then(|| at(k - 1, k, k - 1))).collect();
+        let inner: Vec<_> = states.map(|k| (k < radii.len()).then(|| at(k, k, k + 1))).collect();
+        let squared = |seen: &Option<Discontinuity>, none: f64| seen.map_or(none, |seen| seen.squared);
+        let edges = inner.iter().zip(&outer).map(|(inner, outer)| Edges {
+            inner: squared(inner, f64::NEG_INFINITY),
+            outer: squared(outer, f64::INFINITY),
+        });
+        Self { edges: edges.collect(), outer, inner, energies: energies.to_vec(), restitution: interaction.restitution }
+    }
+
+    /// The discontinuity that a pair in `state` sees on one of its sides.
+    #[inline]
+    #[must_use]
+    pub fn seen_from(&self, state: u16, side: Side) -> Option<Discontinuity> {
+        match side {
+            Side::Positive => self.inner[usize::from(state)],
+            Side::Negative => self.outer[usize::from(state)],
+        }
+    }
+
+    /// The squares of both.
+    #[inline]
+    #[must_use]
+    pub fn edges(&self, state: u16) -> Edges {
+        self.edges[usize::from(state)]
+    }
+
+    /// Potential energy of a pair in `state` `[energy]`.
+    #[must_use]
+    pub fn energy(&self, state: u16) -> f64 {
+        self.energies[usize::from(state)]
+    }
+}
+
+/// The squared distances of the discontinuities that a pair in some state can reach `[length^2]`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Edges {
+    /// The inner one; negative infinity if there is none.
+    pub inner: f64,
+    /// The outer one; infinite if there is none.
+    pub outer: f64,
+}
+
+/// What two strangers (in pair state 0) of given species do when they approach.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Meeting {
+    /// The square of the potential's range `[length^2]`.
+    pub squared: f64,
+    /// Index of the interaction.
+    pub interaction: u16,
+    /// Whether they interact at all.
+    pub exists: bool,
+    /// Whether the two accelerate relative to each other.
+    pub is_accelerated: bool,
+}
+
+impl Meeting {
+    /// The square of the range of a pair that meets without relative acceleration; negative infinity for others, whom Algorithm 2
+    /// then never finds to meet.
+    fn inertial_squared(&self) -> f64 {
+        if self.exists && !self.is_accelerated { self.squared } else { f64::NEG_INFINITY }
+    }
+}
+
+/// The constants of a species.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SpeciesRules {
+    /// `1 / m`, 0 for a static species.
+    pub inverse_mass: f64,
+    /// Half the diameter: distance from walls at contact `[length]`.
+    pub radius: f64,
+    /// Constant acceleration.
+    pub acceleration: Vector,
+}
+
+impl SpeciesRules {
+    fn new(species: &Species) -> Self {
+        Self {
+            inverse_mass: species.inverse_mass(),
+            radius: 0.5 * species.diameter,
+            acceleration: species.acceleration,
+        }
+    }
+
+    /// Whether particles of the species never move.
+    #[inline]
+    #[must_use]
+    pub fn is_static(&self) -> bool {
+        self.inverse_mass == 0.0
+    }
+}
+
+/// Everything about species and interactions that the event loop reads.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Rules {
+    /// The species that have a row in what follows.
+    pub rows: Rows,
+    /// By row.
+    pub species: Vec<SpeciesRules>,
+    /// By interaction.
+    pub steps: Vec<Steps>,
+    /// `species x species`, row by row.
+    meetings: Vec<Meeting>,
+    /// The same: squared ranges of those without relative acceleration, negative infinity for others.
+    inertial: Vec<f64>,
+}
+
+impl Rules {
+    /// The rules of a scene.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let rows = Rows::of(scene);
+        let of = |id: &SpeciesId| SpeciesRules::new(&scene.species[id.0 as usize]);
+        let species: Vec<_> = rows.species().iter().map(of).collect();
+        let pairs = rows.species().iter().flat_map(|a| rows.species().iter().map(move |b| (*a, *b)));
+        let meetings: Vec<Meeting> = pairs
+            .map(|(first, second)| {
+                let (a, b) = (&species[usize::from(rows.row(first))], &species[usize::from(rows.row(second))]);
+                let is_accelerated = a.acceleration != b.acceleration;
+                match scene.interaction_of(first, second) {
+                    Some(id) if !(a.is_static() && b.is_static()) => {
+                        let range = scene.interactions[id.0 as usize].potential.range();
+                        Meeting { squared: range * range, interaction: id.narrow(), exists: true, is_accelerated }
+                    }
+                    _ => Meeting { squared: 0.0, interaction: 0, exists: false, is_accelerated },
+                }
+            })
+            .collect();
+        let inertial = meetings.iter().map(|meeting| meeting.inertial_squared()).collect();
+        Self { rows, inertial, species, steps: scene.interactions.iter().map(Steps::new).collect(), meetings }
+    }
+
+    /// The squares of the distances at which strangers of each species meet one of a given species, negative infinity for those
+    /// who never meet it, or only with a relative acceleration.
+    #[inline]
+    #[must_use]
+    pub fn inertial_squared(&self, species: u16) -> &[f64] {
+        let first = usize::from(species) * self.species.len();
+        &self.inertial[first..first + self.species.len()]
+    }
+
+    /// What strangers of two species do.
+    #[inline]
+    #[must_use]
+    pub fn meeting(&self, a: u16, b: u16) -> &Meeting {
+        &self.meetings[usize::from(a) * self.species.len() + usize::from(b)]
+    }
+}

@@ -1,0 +1,256 @@
+//! Prediction: the earliest contact of one particle, and when it leaves its cell.
+
+use super::body::Body;
+use super::event_loop::Engine;
+use super::growth;
+use super::others::Others;
+use super::prediction::Prediction;
+use super::shear::FLOW;
+use crate::Vector;
+use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::cells::NOBODY;
+use crate::engine::neighbours::grid::Face;
+use crate::model::space::minimum_image;
+use crate::physics::detection::{accelerated, inertial, plane};
+use crate::physics::motion::{RelativeState, stream_position};
+use crate::physics::overlap::{Quadratic, Quartic, Side};
+
+/// A particle streamed to the time of a prediction.
+pub(super) struct Streamed {
+    pub id: u32,
+    pub position: Vector,
+    pub velocity: Vector,
+    pub acceleration: Vector,
+    pub time: f64,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Position and velocity of a particle at `time`, without moving it there.
+    #[inline]
+    pub(super) fn state_at(&self, particle: u32, time: f64) -> (Vector, Vector) {
+        streamed::<FALLING>(&self.bodies[particle as usize], &self.acceleration(particle), time)
+    }
+
+    pub(super) fn streamed(&self, id: u32, time: f64) -> Streamed {
+        let (position, velocity) = self.state_at(id, time);
+        Streamed { id, position, velocity, acceleration: self.acceleration(id), time }
+    }
+
+    /// Predicts everything about a particle anew.
+    pub(super) fn predict(&mut self, particle: u32, time: f64) {
+        let me = self.streamed(particle, time);
+        let mut prediction = Prediction::NONE;
+        if TABLE {
+            self.predict_known(&me, &mut prediction);
+        }
+        match &self.neighbours {
+            Neighbours::Lists(shells) => self.predict_in_shell(&me, shells, &mut prediction),
+            Neighbours::Cells(_) => self.predict_in_cell(&me, &mut prediction),
+        }
+        if self.is_apart(particle) {
+            self.predict_apart(&me, &mut prediction);
+        }
+        self.predictions[particle as usize] = prediction;
+    }
+
+    /// Whether those that a particle knows have to be told from strangers: lists hold strangers only.
+    fn marks_known(&self) -> bool {
+        matches!(self.neighbours, Neighbours::Cells(_))
+    }
+
+    /// Partners that the particle knows: both sides of the pair's state.
+    fn predict_known(&mut self, me: &Streamed, prediction: &mut Prediction) {
+        if !FALLING && self.shear.is_none() {
+            if self.marks_known() {
+                for known in self.memory.of(me.id) {
+                    self.is_known[known.partner as usize] = true;
+                }
+            }
+            let wraps = self.neighbours.shells().is_none_or(|shells| shells.wraps(&me.position));
+            self.others(me, wraps).first_known(me, self.memory.of(me.id), &self.rules.steps, prediction);
+            return;
+        }
+        for at in 0..self.memory.of(me.id).len() {
+            let known = self.memory.of(me.id)[at];
+            if self.marks_known() {
+                self.is_known[known.partner as usize] = true;
+            }
+            let (state, _) = self.relative(me, known.partner);
+            let steps = &self.rules.steps[usize::from(known.interaction)];
+            for side in [Side::Positive, Side::Negative] {
+                let Some(seen) = steps.seen_from(known.state, side) else { continue };
+                let horizon = prediction.contact_time - me.time;
+                if let Some(dt) = self.detect(me, known.partner, &state, seen.squared, side, horizon) {
+                    self.offer(me, known.partner, side, dt, prediction);
+                }
+            }
+        }
+    }
+
+    /// The first meeting with any of some strangers, whom `wraps` says that a nearer image may have.
+    #[inline]
+    pub(super) fn predict_strangers(
+        &self,
+        me: &Streamed,
+        wraps: bool,
+        strangers: &[u32],
+        length: usize,
+        prediction: &mut Prediction,
+    ) {
+        let before = prediction.contact_time;
+        let met = self.others(me, wraps).first_met::<FALLING, TABLE>(me, strangers, length, before);
+        if met.other != NOBODY && prediction.is_before(me.id, met.other, met.time, &self.bodies) {
+            prediction.meet(me.id, met.other, Side::Positive, met.time, &self.bodies);
+        }
+        if FALLING && TABLE {
+            let mine = self.species[me.id as usize];
+            for &other in &strangers[..length] {
+                if self.rules.meeting(mine, self.species[other as usize]).is_accelerated {
+                    self.predict_stranger(me, other, prediction);
+                }
+            }
+        }
+    }
+
+    /// What others are to a particle.
+    #[inline]
+    fn others(&self, me: &Streamed, wraps: bool) -> Others<'_> {
+        let species = if TABLE { self.species[me.id as usize] } else { 0 };
+        Others {
+            width: self.width,
+            bodies: &self.bodies,
+            periods: &self.periods,
+            wraps,
+            acceleration: me.acceleration,
+            squared: self.rules.inertial_squared(species),
+            species: &self.species,
+        }
+    }
+
+    /// A particle near by that is not known: it can only come in from outside.
+    #[inline]
+    pub(super) fn predict_stranger(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
+        if other == me.id {
+            return;
+        }
+        let squared = if TABLE {
+            let meeting = self.rules.meeting(self.species[me.id as usize], self.species[other as usize]);
+            if !meeting.exists {
+                return;
+            }
+            meeting.squared
+        } else {
+            self.rules.meeting(0, 0).squared
+        };
+        let (state, is_across) = self.relative(me, other);
+        let horizon = prediction.contact_time - me.time;
+        if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, horizon) {
+            self.offer(me, other, Side::Positive, dt, prediction);
+        }
+        if is_across {
+            for beside in [-self.periods[FLOW], self.periods[FLOW]] {
+                let mut state = state;
+                state.position[FLOW] += beside;
+                if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+                    self.offer(me, other, Side::Positive, dt, prediction);
+                }
+            }
+        }
+        for image in &self.further_images {
+            let state = RelativeState { position: state.position + image, ..state };
+            if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+                self.offer(me, other, Side::Positive, dt, prediction);
+            }
+        }
+    }
+
+    /// The particle as seen from another one, and whether that is an image across the sides of a sheared box.
+    #[inline]
+    pub(super) fn relative(&self, me: &Streamed, other: u32) -> (RelativeState, bool) {
+        let (position, velocity) = self.state_at(other, me.time);
+        self.nearest(me.position - position, me.velocity - velocity, me.time)
+    }
+
+    /// The nearest image of a relative state at a time since the epoch, and whether it is one across the sides of a sheared box.
+    #[inline]
+    pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
+        let Some(shear) = &self.shear else {
+            return (RelativeState { position: minimum_image(position, &self.periods), velocity }, false);
+        };
+        let mut state = RelativeState { position, velocity };
+        let is_across = self.nearest_sheared(&mut state, shear, time);
+        (state, is_across)
+    }
+
+    /// Time from now to the pair's next event at one discontinuity; may leave out one later than `horizon`.
+    #[inline]
+    pub(super) fn detect(
+        &self,
+        me: &Streamed,
+        other: u32,
+        state: &RelativeState,
+        squared: f64,
+        side: Side,
+        horizon: f64,
+    ) -> Option<f64> {
+        if FALLING && TABLE {
+            let acceleration = me.acceleration - self.acceleration(other);
+            if acceleration != Vector::zeros() {
+                if side == Side::Positive && is_out_of_reach(state, &acceleration, squared, horizon) {
+                    return None;
+                }
+                return accelerated::next_event(&Quartic::new(state, &acceleration, squared), side);
+            }
+        }
+        if let Some(growing) = &self.growing {
+            let distance = squared.sqrt();
+            return growth::next_contact(state, distance * growing.scale(me.time), self.growth_of(distance));
+        }
+        inertial::next_event(&Quadratic::new(state, squared), side)
+    }
+
+    /// Keeps a pair event if it is the earliest so far; between simultaneous ones the lower ids come first.
+    #[inline]
+    pub(super) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
+        let time = me.time + dt;
+        if prediction.is_before(me.id, other, time, &self.bodies) {
+            prediction.meet(me.id, other, side, time, &self.bodies);
+        }
+    }
+
+    /// Walls, but for those that `is_near` leaves out.
+    pub(super) fn predict_walls(&self, me: &Streamed, is_near: impl Fn(Face) -> bool, prediction: &mut Prediction) {
+        for wall in self.walls.iter().filter(|wall| is_near(wall.face)) {
+            let axis = usize::from(wall.face.axis);
+            let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
+            let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+            let height = inwards * (me.position[axis] - wall.at) - radius;
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
+                && me.time + dt < prediction.contact_time
+            {
+                prediction.reach(wall.face, me.time + dt, self.bodies[me.id as usize].name);
+            }
+        }
+    }
+}
+
+/// Whether a pair is too far apart to reach its discontinuity from outside within `horizon`, at the sum of all speeds.
+///
+/// `|r| > s + |v| T + |a| T^2 / 2`. An infinite or undefined horizon rejects nothing.
+#[inline]
+pub(super) fn is_out_of_reach(state: &RelativeState, acceleration: &Vector, squared: f64, horizon: f64) -> bool {
+    let speed = state.velocity.norm() + 0.5 * acceleration.norm() * horizon;
+    let reach = squared.sqrt() + speed * horizon;
+    state.position.norm_squared() > reach * reach
+}
+
+/// Position and velocity of a body at `time`.
+#[inline]
+pub(super) fn streamed<const FALLING: bool>(body: &Body, acceleration: &Vector, time: f64) -> (Vector, Vector) {
+    let dt = time - body.time;
+    if FALLING {
+        (stream_position(&body.position, &body.velocity, acceleration, dt), body.velocity + acceleration * dt)
+    } else {
+        (body.position + body.velocity * dt, body.velocity)
+    }
+}

@@ -1,0 +1,105 @@
+//! What is foreseen for a particle: one prediction, and the time at which it wakes.
+
+use super::body::Body;
+use crate::engine::hardware::prefetch::prefetch;
+use crate::engine::neighbours::cells::NOBODY;
+use crate::engine::neighbours::grid::Face;
+use crate::engine::schedule::{Sleepers, Wake};
+use crate::physics::overlap::Side;
+use serde::{Deserialize, Serialize};
+
+/// What a particle is predicted to run into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) enum Contact {
+    /// A discontinuity of its potential with the partner.
+    Pair(Side),
+    /// A wall of the box.
+    Wall(Face),
+}
+
+/// The one pending prediction of a particle: its earliest contact, and when it leaves its cell.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Prediction {
+    /// Time of the contact since the epoch; infinite if there is none.
+    pub contact_time: f64,
+    /// Time at which it leaves its cell since the epoch; infinite if it never does.
+    pub transition_time: f64,
+    /// The partner of a pair contact.
+    pub partner: u32,
+    /// The partner's number of events when this was predicted.
+    pub partner_events: u32,
+    /// Decides between simultaneous contacts: pairs before walls, then the lower id of the pair or particle.
+    pub rank: u32,
+    pub contact: Contact,
+    pub exit: Face,
+}
+
+impl Prediction {
+    pub const NONE: Self = Self {
+        contact_time: f64::INFINITY,
+        transition_time: f64::INFINITY,
+        partner: NOBODY,
+        partner_events: 0,
+        rank: 0,
+        contact: Contact::Pair(Side::Positive),
+        exit: Face { axis: 0, is_upper: false },
+    };
+
+    /// Whether it leaves its cell or shell before it meets anything.
+    #[inline]
+    pub fn is_transition(&self) -> bool {
+        self.transition_time < self.contact_time
+    }
+
+    #[inline]
+    pub fn wake_time(&self) -> f64 {
+        self.contact_time.min(self.transition_time)
+    }
+
+    /// Whether a pair's event comes before the one foreseen; between simultaneous ones, whether its ids are the lower ones.
+    #[inline]
+    pub fn is_before(&self, particle: u32, other: u32, time: f64, bodies: &[Body]) -> bool {
+        let name = |particle: u32| bodies[particle as usize].name;
+        let pair = |other: u32| (name(particle).min(name(other)), name(particle).max(name(other)));
+        time < self.contact_time
+            || (time == self.contact_time
+                && matches!(self.contact, Contact::Pair(_))
+                && pair(other) < pair(self.partner))
+    }
+
+    /// Makes a pair's event the one foreseen.
+    #[inline]
+    pub fn meet(&mut self, particle: u32, other: u32, side: Side, time: f64, bodies: &[Body]) {
+        let partner = &bodies[other as usize];
+        self.contact_time = time;
+        self.partner = other;
+        self.partner_events = partner.events;
+        self.rank = partner.name.min(bodies[particle as usize].name);
+        self.contact = Contact::Pair(side);
+    }
+
+    /// Makes a contact with a wall the event foreseen.
+    pub fn reach(&mut self, face: Face, time: f64, name: u32) {
+        self.contact_time = time;
+        self.rank = WALL | name;
+        self.contact = Contact::Wall(face);
+    }
+}
+
+/// What the ranks of contacts with walls and of transitions have, and those of pairs have not.
+const WALL: u32 = 1 << 30;
+const TRANSITION: u32 = 2 << 30;
+
+impl Sleepers for Vec<Prediction> {
+    #[inline]
+    fn wake(&self, particle: u32) -> Wake {
+        let prediction = &self[particle as usize];
+        let rank = if prediction.is_transition() { TRANSITION } else { prediction.rank };
+        Wake { time: prediction.wake_time(), particle, rank }
+    }
+
+    #[inline]
+    fn expect(&self, particle: u32) {
+        prefetch(self, particle as usize);
+    }
+}

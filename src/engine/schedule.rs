@@ -1,0 +1,338 @@
+//! The event queue: a calendar of unsorted time buckets behind a small ordered front.
+//!
+//! Each particle has at most one wake time, that of its earliest prediction. A bucket holds only the numbers of the particles that
+//! are to wake in its time; an entry is never removed. When time reaches a bucket, its particles are asked for their wake
+//! times: those that no longer wake in it are dropped, the others are sorted and become the front. An entry of the front is
+//! stale if its time is no longer the particle's wake time, and whoever pops it drops it. (Alias: future event list, calendar
+//! queue; Paul, J. Comput. Phys. 221, 615, 2007.)
+
+mod buckets;
+
+use crate::base::numbers::trunc_to_usize;
+use buckets::Buckets;
+use serde::{Deserialize, Serialize};
+
+/// A particle wakes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Wake {
+    /// Time since the epoch.
+    pub time: f64,
+    /// Which particle.
+    pub particle: u32,
+    /// Decides between entries of the same time, before the particle's number does.
+    pub rank: u32,
+}
+
+impl Wake {
+    /// One number that orders entries by time, rank and particle.
+    #[inline]
+    fn key(&self) -> u128 {
+        let bits = self.time.to_bits().cast_signed();
+        // All bits of a negative number are turned around, and the sign of a positive one.
+        let ordered = bits.cast_unsigned() ^ ((bits >> 63).cast_unsigned() | 1 << 63);
+        u128::from(ordered) << 64 | u128::from(self.rank) << 32 | u128::from(self.particle)
+    }
+}
+
+/// What the queue asks about the particles in it.
+pub trait Sleepers {
+    /// When a particle wakes; at an infinite time if it never does.
+    fn wake(&self, particle: u32) -> Wake;
+
+    /// Expects questions about a particle soon.
+    fn expect(&self, particle: u32);
+}
+
+/// Entries per bucket that the width is tuned to.
+const TARGET: u32 = 64;
+
+/// An epoch ends early after this many times the entries that its length is tuned to. One that was planned in a quiet time, of a
+/// start at rest or of particles far apart, would otherwise count the times of a busy one with too few digits.
+const CROWDED: u64 = 4;
+
+/// While a bucket is opened, particles this many entries ahead are expected.
+const AHEAD: usize = 8;
+
+/// What the queue holds between the epoch and its horizon; later entries wait outside.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct EventQueue {
+    /// The bucket that time has reached, latest first.
+    front: Vec<Wake>,
+    buckets: Buckets,
+    /// Scratch: the particles of the bucket that is being opened.
+    opened: Vec<u32>,
+    /// Number of the bucket in `front`.
+    cursor: usize,
+    /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
+    width: f64,
+    per_width: f64,
+    popped: u64,
+}
+
+impl EventQueue {
+    /// A queue for `particles` entries of which half lie within `median` of the epoch.
+    #[must_use]
+    pub fn new(particles: usize, median: f64) -> Self {
+        // Eight or more entries per particle and epoch, however few particles there are: a longer epoch counts times with fewer digits.
+        let buckets = (particles / 8).next_power_of_two().min(1 << 22);
+        let width = if median.is_finite() && median > 0.0 {
+            // The rate of wakes per unit time is about particles / median.
+            power_of_two(median * f64::from(TARGET) / particles as f64)
+        } else {
+            1.0
+        };
+        Self {
+            front: Vec::new(),
+            buckets: Buckets::new(buckets),
+            opened: Vec::new(),
+            cursor: 0,
+            width,
+            per_width: width.recip(),
+            popped: 0,
+        }
+    }
+
+    /// Time from the epoch to the end of the last bucket: how far the queue sees.
+    #[must_use]
+    pub fn span(&self) -> f64 {
+        self.width * self.buckets.count() as f64
+    }
+
+    /// Time from the epoch to the end of the bucket that time has reached: how far the epoch moves next. It is the span, unless
+    /// there were too many entries.
+    #[must_use]
+    pub fn reached(&self) -> f64 {
+        self.width * (self.cursor + 1) as f64
+    }
+
+    /// The bucket of a time; times before the epoch saturate at 0.
+    #[inline]
+    fn bucket(&self, time: f64) -> usize {
+        trunc_to_usize(time * self.per_width)
+    }
+
+    /// Adds an entry. One beyond the horizon is dropped: moving the epoch asks every particle for its wake time again.
+    #[inline]
+    pub fn push(&mut self, wake: Wake) {
+        let bucket = self.bucket(wake.time);
+        if bucket <= self.cursor {
+            let after = {
+                let key = wake.key();
+                self.front.partition_point(|other| key < other.key())
+            };
+            self.front.insert(after, wake);
+        } else if bucket < self.buckets.count() {
+            self.buckets.push(bucket, wake.particle);
+        }
+    }
+
+    /// The earliest entry, or none if the epoch has come to its end, at the horizon or after too many entries.
+    #[inline]
+    pub fn peek(&mut self, sleepers: &impl Sleepers) -> Option<Wake> {
+        loop {
+            if let Some(front) = self.front.last() {
+                return Some(*front);
+            }
+            let is_crowded = self.popped > CROWDED * u64::from(TARGET) * self.buckets.count() as u64;
+            if self.cursor + 1 >= self.buckets.count() || is_crowded {
+                return None;
+            }
+            self.cursor += 1;
+            self.open(sleepers);
+        }
+    }
+
+    /// Removes the entry that [`Self::peek`] has just returned.
+    #[inline]
+    pub fn pop(&mut self) {
+        self.popped += 1;
+        self.front.pop();
+    }
+
+    /// The particle whose entry comes up after `ahead` others, as far as the front knows.
+    #[inline]
+    #[must_use]
+    pub fn coming(&self, ahead: usize) -> Option<u32> {
+        let at = self.front.len().checked_sub(ahead + 1)?;
+        Some(self.front[at].particle)
+    }
+
+    /// Makes the bucket under the cursor the front.
+    fn open(&mut self, sleepers: &impl Sleepers) {
+        self.opened.clear();
+        self.buckets.take(self.cursor, &mut self.opened);
+        for &particle in self.opened.iter().take(AHEAD) {
+            sleepers.expect(particle);
+        }
+        for at in 0..self.opened.len() {
+            if let Some(&particle) = self.opened.get(at + AHEAD) {
+                sleepers.expect(particle);
+            }
+            let wake = sleepers.wake(self.opened[at]);
+            if self.bucket(wake.time) == self.cursor {
+                self.front.push(wake);
+            }
+        }
+        self.front.sort_unstable_by_key(|wake| !wake.key());
+        // A particle may have come to the same bucket more than once.
+        self.front.dedup_by_key(|wake| wake.particle);
+    }
+
+    /// Removes all entries; the epoch goes on.
+    pub fn clear(&mut self) {
+        self.front.clear();
+        self.buckets.clear();
+    }
+
+    /// Empties the queue for a new epoch, and tunes the width of its buckets to the last one's number of entries.
+    pub fn restart(&mut self) {
+        self.clear();
+        let per_bucket = self.popped as f64 / (self.cursor + 1) as f64;
+        (self.cursor, self.popped) = (0, 0);
+        // Within a factor of two of the target nothing changes; an empty epoch looks far ahead.
+        let target = f64::from(TARGET);
+        let factor = if !(0.5 * target..=2.0 * target).contains(&per_bucket) {
+            power_of_two((target / per_bucket).clamp(1.0 / 1024.0, 1024.0))
+        } else {
+            1.0
+        };
+        let width = self.width * factor;
+        if width.is_normal() && (width * self.buckets.count() as f64).is_finite() && width.recip().is_normal() {
+            self.width = width;
+            self.per_width = width.recip();
+        }
+    }
+}
+
+/// The largest power of two that is not above a positive, normal `x`.
+fn power_of_two(x: f64) -> f64 {
+    let x = x.clamp(f64::MIN_POSITIVE * 1024.0, f64::MAX / 1024.0);
+    f64::from_bits(x.to_bits() & 0x7ff0_0000_0000_0000)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Wake times and ranks by particle.
+    struct Times(Vec<f64>, Vec<u32>);
+
+    impl Times {
+        fn new(times: &[f64]) -> Self {
+            Self(times.to_vec(), vec![0; times.len()])
+        }
+    }
+
+    impl Sleepers for Times {
+        fn wake(&self, particle: u32) -> Wake {
+            Wake { time: self.0[particle as usize], particle, rank: self.1[particle as usize] }
+        }
+
+        fn expect(&self, _: u32) {}
+    }
+
+    fn wake(time: f64, particle: u32) -> Wake {
+        Wake { time, particle, rank: 0 }
+    }
+
+    #[test]
+    fn a_power_of_two_is_exact() {
+        assert_eq!(power_of_two(1.0), 1.0);
+        assert_eq!(power_of_two(1.0_f64.next_down()), 0.5);
+        assert_eq!(power_of_two(1000.0), 512.0);
+        assert!(power_of_two(0.0) > 0.0);
+    }
+
+    #[test]
+    fn ties_come_out_by_rank_then_by_number() {
+        for time in [0.5, 300.0] {
+            let mut queue = EventQueue::new(1024, 64.0);
+            let mut sleepers = Times::new(&[time; 10]);
+            sleepers.1[5] = 1;
+            for particle in [5, 9, 3] {
+                queue.push(sleepers.wake(particle));
+            }
+            let mut order = Vec::new();
+            while let Some(next) = queue.peek(&sleepers) {
+                queue.pop();
+                order.push(next.particle);
+            }
+            assert_eq!(order, [3, 9, 5]);
+        }
+    }
+
+    #[test]
+    fn a_bucket_is_opened_with_the_wake_times_of_then() {
+        let mut queue = EventQueue::new(1024, 64.0);
+        let mut sleepers = Times::new(&[100.0, 200.0, 300.0]);
+        for (particle, time) in [(0, 100.0), (1, 200.0), (2, 300.0), (1, 200.0)] {
+            queue.push(wake(time, particle));
+        }
+        sleepers.0[0] = 250.0;
+        queue.push(wake(250.0, 0));
+        let mut order = Vec::new();
+        while let Some(next) = queue.peek(&sleepers) {
+            queue.pop();
+            order.push((next.time, next.particle));
+        }
+        assert_eq!(order, [(200.0, 1), (250.0, 0), (300.0, 2)]);
+    }
+
+    #[test]
+    fn a_crowded_epoch_ends_with_its_bucket_and_the_next_one_is_shorter() {
+        let mut queue = EventQueue::new(512, 64.0);
+        let (span, width) = (queue.span(), queue.width);
+        assert_eq!(span, 64.0 * width);
+        let most = 4 * 64 * 64;
+        let sleepers = Times::new(&[0.0; 2]);
+        for k in 0..=most {
+            let time = width * f64::from(k) / f64::from(most + 1);
+            queue.push(wake(time, 0));
+            assert_eq!(queue.peek(&sleepers), Some(wake(time, 0)));
+            queue.pop();
+        }
+        queue.push(wake(1.5 * width, 1));
+        assert_eq!(queue.peek(&sleepers), None);
+        assert_eq!(queue.reached(), width);
+        queue.restart();
+        assert_eq!(queue.span(), span / 512.0);
+        queue.push(wake(0.5 * queue.width, 1));
+        assert!(queue.peek(&sleepers).is_some());
+    }
+
+    proptest! {
+        #[test]
+        fn entries_come_out_in_order_whenever_they_came_in(
+            times in prop::collection::vec(0.0..8.0_f64, 1..200),
+            median in 1e-3..1e3_f64,
+        ) {
+            let mut queue = EventQueue::new(times.len(), median);
+            let (early, later) = times.split_at(times.len() / 2);
+            let mut sleepers = Times::new(&times);
+            for (k, &time) in (0..).zip(early) {
+                queue.push(wake(time, k));
+            }
+            let mut expected: Vec<f64> = early.iter().copied().filter(|t| *t < queue.span()).collect();
+            let mut now = 0.0;
+            let mut found = Vec::new();
+            let mut particle = early.len();
+            while let Some(next) = queue.peek(&sleepers) {
+                queue.pop();
+                prop_assert!(next.time >= now);
+                now = next.time;
+                found.push(now);
+                // A new entry is never earlier than now, and may be exactly now.
+                if let Some(dt) = later.get(particle - early.len()) {
+                    let time = now + dt;
+                    sleepers.0[particle] = time;
+                    queue.push(wake(time, u32::try_from(particle).unwrap()));
+                    if time < queue.span() { expected.push(time); }
+                    particle += 1;
+                }
+            }
+            expected.sort_by(f64::total_cmp);
+            prop_assert_eq!(found, expected);
+        }
+    }
+}

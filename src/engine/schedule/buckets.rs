@@ -1,0 +1,123 @@
+//! The buckets of the calendar: lists of numbers in chunks of a cache line, from one pool.
+
+use crate::engine::hardware::pages::{enlarge, enlarge_room};
+use serde::{Deserialize, Serialize};
+
+/// Entries of a chunk: with the number of the next one it fills a cache line.
+const ENTRIES: usize = 15;
+
+/// Part of a bucket.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[repr(C, align(64))]
+struct Chunk {
+    entries: [u32; ENTRIES],
+    /// The chunk that was filled before.
+    next: u32,
+}
+
+/// A bucket: its newest chunk, and the number of entries in all.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Bucket {
+    newest: u32,
+    length: u32,
+}
+
+/// Lists of particle numbers that grow and are taken as a whole.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Buckets {
+    buckets: Vec<Bucket>,
+    chunks: Vec<Chunk>,
+    /// Chunks that are in no bucket.
+    free: Vec<u32>,
+}
+
+impl Buckets {
+    /// So many empty buckets.
+    pub fn new(count: usize) -> Self {
+        // Enough for an entry of each particle and a chunk in each bucket.
+        let chunks = Vec::with_capacity(2 * count);
+        enlarge_room(&chunks);
+        let buckets = vec![Bucket::default(); count];
+        enlarge(&buckets);
+        Self { buckets, chunks, free: Vec::new() }
+    }
+
+    /// Number of buckets.
+    #[inline]
+    pub fn count(&self) -> usize {
+        self.buckets.len()
+    }
+
+    /// Adds an entry to a bucket.
+    #[inline]
+    pub fn push(&mut self, bucket: usize, particle: u32) {
+        let bucket = &mut self.buckets[bucket];
+        let at = bucket.length as usize % ENTRIES;
+        if at == 0 {
+            let chunk = Chunk { entries: [particle; ENTRIES], next: bucket.newest };
+            bucket.newest = if let Some(free) = self.free.pop() {
+                self.chunks[free as usize] = chunk;
+                free
+            } else {
+                self.chunks.push(chunk);
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "an epoch has fewer than 2^32 entries: one of each particle, and two after each of the 2^30 that it pops at most"
+                )]
+                let last = self.chunks.len() as u32 - 1;
+                last
+            };
+        } else {
+            self.chunks[bucket.newest as usize].entries[at] = particle;
+        }
+        bucket.length += 1;
+    }
+
+    /// Moves the entries of a bucket to `into`, in no order.
+    pub fn take(&mut self, bucket: usize, into: &mut Vec<u32>) {
+        let Bucket { mut newest, length } = std::mem::take(&mut self.buckets[bucket]);
+        let mut left = length as usize;
+        while left > 0 {
+            let filled = (left - 1) % ENTRIES + 1;
+            let chunk = &self.chunks[newest as usize];
+            into.extend_from_slice(&chunk.entries[..filled]);
+            self.free.push(newest);
+            newest = chunk.next;
+            left -= filled;
+        }
+    }
+
+    /// Empties all buckets.
+    pub fn clear(&mut self) {
+        self.buckets.fill(Bucket::default());
+        self.chunks.clear();
+        self.free.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn buckets_are_lists(steps in prop::collection::vec((0..3_usize, 0..1000_u32, prop::bool::weighted(0.02)), 1..600)) {
+            let mut buckets = Buckets::new(3);
+            let mut lists = vec![Vec::new(); 3];
+            for (bucket, particle, is_taken) in steps {
+                if is_taken {
+                    let mut taken = Vec::new();
+                    buckets.take(bucket, &mut taken);
+                    taken.sort_unstable();
+                    lists[bucket].sort_unstable();
+                    prop_assert_eq!(&taken, &lists[bucket]);
+                    lists[bucket].clear();
+                } else {
+                    buckets.push(bucket, particle);
+                    lists[bucket].push(particle);
+                }
+            }
+        }
+    }
+}

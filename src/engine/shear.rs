@@ -1,0 +1,180 @@
+//! Sheared boxes: periodic images above and below slide along x (Lees and Edwards, J. Phys. C 5, 1921, 1972,
+//! [doi:10.1088/0022-3719/5/15/006](https://doi.org/10.1088/0022-3719/5/15/006)).
+//!
+//! At the shear rate `g` the image of a particle one period `L_y` further up is displaced by `g L_y t` along x, and faster by
+//! `g L_y`. Between events everything still flies freely, and all is quadratic as before: only what a particle's image is changes.
+
+use serde::{Deserialize, Serialize};
+
+use super::event_loop::Engine;
+use super::predict::Streamed;
+use super::prediction::Prediction;
+use crate::Vector;
+use crate::base::numbers::trunc_to_i32;
+use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::grid::Face;
+use crate::model::space::{displacement_within_period, minimum_image_along};
+use crate::physics::motion::RelativeState;
+
+/// The axis along which images slide, and the one along which they do it ever faster.
+pub(super) const FLOW: usize = 0;
+pub(super) const GRADIENT: usize = 1;
+
+/// Images that have slid by this part of the box since pairs were last predicted are predicted anew: those looked at, the nearest and
+/// the two beside it, are the ones that can be met until then.
+const SLIDE: f64 = 0.25;
+
+/// A box under shear.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Shear {
+    /// `g` `[1 / time]`.
+    pub rate: f64,
+    /// Speed of the next image up `[length / time]`.
+    pub speed: f64,
+    /// Its displacement at the epoch, within one period `[length]`.
+    displacement: f64,
+    /// Coordinate where nothing streams `[length]`.
+    middle: f64,
+    /// When pairs across the side are predicted anew, since the epoch.
+    pub next_look: f64,
+    /// Between two of those `[time]`.
+    between_looks: f64,
+}
+
+impl Shear {
+    /// `displacement` is that of the next image up, at the start.
+    pub fn new(rate: f64, displacement: f64, space: &crate::model::space::Space) -> Self {
+        let speed = rate * space.size[GRADIENT];
+        let between_looks = SLIDE * space.size[FLOW] / speed.abs();
+        let middle = space.lower[GRADIENT] + 0.5 * space.size[GRADIENT];
+        Self { rate, speed, displacement, middle, next_look: between_looks, between_looks }
+    }
+
+    /// Displacement of the next image up, at a time since the epoch.
+    #[inline]
+    fn displacement(&self, time: f64) -> f64 {
+        self.displacement + self.speed * time
+    }
+
+    /// The same less whole periods, in `(-period / 2, period / 2]`, and the number of these.
+    pub fn displacement_within(&self, time: f64, period: f64) -> (f64, i32) {
+        let whole = self.displacement(time);
+        let within = displacement_within_period(whole, period);
+        (within, trunc_to_i32(((whole - within) / period).round()))
+    }
+
+    /// Counts times from an epoch that is later by `shift`. Returns by how many whole periods the displacement is less than before.
+    pub fn shift(&mut self, shift: f64, period: f64) -> i32 {
+        let before = self.displacement(shift);
+        self.displacement = libm::fmod(before, period);
+        self.next_look -= shift;
+        trunc_to_i32(((before - self.displacement) / period).round())
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The velocity of what streams at a position: `g (y - y_middle)` along x under shear.
+    #[inline]
+    pub(super) fn streaming_velocity(&self, position: &Vector) -> Vector {
+        let mut streaming = Vector::zeros();
+        if let Some(shear) = &self.shear {
+            streaming[FLOW] = shear.rate * (position[GRADIENT] - shear.middle);
+        }
+        streaming
+    }
+
+    /// The nearest image of a separation and of a relative velocity at a time since the epoch; whether it is one above or below.
+    #[inline]
+    pub(super) fn nearest_sheared(&self, state: &mut RelativeState, shear: &Shear, time: f64) -> bool {
+        let height = state.position[GRADIENT];
+        let is_across = height.abs() > 0.5 * self.periods[GRADIENT];
+        if is_across {
+            let up = 1.0_f64.copysign(height);
+            state.position[GRADIENT] -= up * self.periods[GRADIENT];
+            state.position[FLOW] -= up * shear.displacement(time);
+            state.velocity[FLOW] -= up * shear.speed;
+        }
+        let period = self.periods[FLOW];
+        state.position[FLOW] -= period * (state.position[FLOW] / period).round();
+        state.position[2] = minimum_image_along(state.position[2], self.periods[2]);
+        is_across
+    }
+
+    /// Calls `visit` for those beyond the sides that slide: cells next to them do not stay next to them.
+    pub(super) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
+        let (Some(_), Neighbours::Cells(cells)) = (&self.shear, &self.neighbours) else { return };
+        cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
+    }
+
+    /// The first meeting with those beyond the sides that slide.
+    pub(super) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
+        self.for_each_across(me.id, |other| {
+            let is_known = TABLE && self.memory.get(me.id, other).is_some();
+            if !is_known {
+                self.predict_stranger(me, other, prediction);
+            }
+        });
+    }
+
+    /// Moves a particle that has left through one of the sides that slide to where its image comes in.
+    pub(super) fn slide(&mut self, particle: u32, face: Face, time: f64) {
+        let Some(shear) = self.shear else { return };
+        self.stream(particle, time);
+        let up = if face.is_upper { 1.0 } else { -1.0 };
+        let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
+        let body = &mut self.bodies[particle as usize];
+        let before = body.velocity[FLOW];
+        body.position[GRADIENT] -= up * self.periods[GRADIENT];
+        body.position[FLOW] -= up * shear.displacement(time);
+        body.velocity[FLOW] -= up * shear.speed;
+        let after = body.velocity[FLOW];
+        self.tally.supplied.add(0.5 / inverse_mass * (after - before) * (after + before));
+        let period = self.periods[FLOW];
+        let periods = ((body.position[FLOW] - self.space.lower[FLOW]) / period).floor();
+        body.position[FLOW] -= periods * period;
+        let position = body.position;
+        self.images[particle as usize][GRADIENT] += trunc_to_i32(up);
+        self.images[particle as usize][FLOW] += trunc_to_i32(periods);
+        if let Neighbours::Cells(cells) = &mut self.neighbours {
+            cells.slide_in(particle, &position, [FLOW, GRADIENT], !face.is_upper);
+        }
+        self.predict(particle, time);
+        self.schedule(particle);
+    }
+
+    /// Counts images from an epoch that is later by `shift`.
+    ///
+    /// An image one period up is displaced along x by that of the box, of which whole periods are dropped now: images along x take
+    /// them over, so that `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` goes on smoothly.
+    pub(super) fn shift_shear(&mut self, shift: f64) {
+        let Some(shear) = &mut self.shear else { return };
+        let periods = shear.shift(shift, self.periods[FLOW]);
+        if periods != 0 {
+            for image in &mut self.images {
+                image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
+            }
+        }
+    }
+
+    /// When pairs across the sides that slide are predicted anew; infinite without any.
+    #[inline]
+    pub(super) fn next_look(&self) -> f64 {
+        self.shear.as_ref().map_or(f64::INFINITY, |shear| shear.next_look)
+    }
+
+    /// Predicts those next to the sides that slide anew.
+    pub(super) fn look_across(&mut self) {
+        let Some(shear) = &mut self.shear else { return };
+        let time = shear.next_look;
+        shear.next_look += shear.between_looks;
+        self.now = time;
+        for particle in self.particles() {
+            let Neighbours::Cells(cells) = &self.neighbours else { return };
+            let is_next_to_side = cells.is_outermost(cells.home(particle), GRADIENT);
+            if is_next_to_side && !self.is_static(particle) {
+                self.predict(particle, time);
+                self.schedule(particle);
+            }
+        }
+    }
+}

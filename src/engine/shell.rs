@@ -1,0 +1,231 @@
+//! Neighbour lists in the event loop: who is in a particle's list, and when the list has to be made anew.
+
+use super::event_loop::Engine;
+use super::predict::Streamed;
+use super::prediction::Prediction;
+use crate::Vector;
+use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::shells::Shells;
+use crate::physics::detection::inertial;
+use crate::physics::motion::RelativeState;
+use crate::physics::overlap::{Quadratic, Side};
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The first meeting with those in the particle's list, and when it leaves its shell.
+    #[inline]
+    pub(super) fn predict_in_shell(&self, me: &Streamed, shells: &Shells, prediction: &mut Prediction) {
+        let (strangers, length) = shells.lists.filled_up(me.id);
+        self.predict_strangers(me, shells.wraps(&me.position), strangers, length, prediction);
+        if !self.walls.is_empty() {
+            self.predict_walls(me, |_| true, prediction);
+        }
+        prediction.transition_time = self.leaves_shell(me, shells);
+    }
+
+    /// When the particle leaves its shell: like a bond to the centre that reaches its length.
+    ///
+    /// A falling particle is taken to fly straight away from the centre and to be accelerated that way too, so that it leaves no
+    /// earlier than this: `|v| t + |a| t^2 / 2 = delta - |r|`.
+    #[inline]
+    fn leaves_shell(&self, me: &Streamed, shells: &Shells) -> f64 {
+        let position = me.position - shells.centres[me.id as usize];
+        let squared = shells.radius * shells.radius;
+        if FALLING && me.acceleration != Vector::zeros() {
+            let room = (shells.radius - position.norm()).max(0.0);
+            let (v2, a) = (me.velocity.norm_squared(), me.acceleration.norm());
+            return me.time + 2.0 * room / (v2.sqrt() + (v2 + 2.0 * a * room).sqrt());
+        }
+        let state = RelativeState { position, velocity: me.velocity };
+        let dt = inertial::next_event(&Quadratic::new(&state, squared), Side::Negative);
+        me.time + dt.unwrap_or(f64::INFINITY)
+    }
+
+    /// Makes the list of a particle that leaves its shell anew, around where it is now.
+    pub(super) fn recentre(&mut self, particle: u32, time: f64) {
+        self.tally.transition += 1;
+        let me = self.streamed(particle, time);
+        let Neighbours::Lists(shells) = &self.neighbours else { return };
+        let is_apart = self.is_apart(particle);
+        if FALLING && !is_apart {
+            // The bound came true without the particle having gone far.
+            let gone = (me.position - shells.centres[particle as usize]).norm_squared();
+            if gone < 0.25 * shells.radius * shells.radius {
+                self.predictions[particle as usize].transition_time = self.leaves_shell(&me, shells);
+                self.schedule(particle);
+                return;
+            }
+        }
+        self.wrap(particle, &me.position);
+        self.relist(particle, time);
+        if is_apart {
+            self.predict(particle, time);
+            self.schedule(particle);
+            return;
+        }
+        // Its motion stays as it is, and so does its predicted contact, unless one of those who are new to it comes first.
+        let me = self.streamed(particle, time);
+        let Neighbours::Lists(shells) = &self.neighbours else { return };
+        let mut prediction = self.predictions[particle as usize];
+        let (newcomers, count) = shells.lists.newcomers();
+        self.predict_strangers(&me, shells.wraps(&me.position), newcomers, count, &mut prediction);
+        prediction.transition_time = self.leaves_shell(&me, shells);
+        self.predictions[particle as usize] = prediction;
+        self.schedule(particle);
+    }
+
+    /// Brings a particle that has left the box on a periodic axis back in.
+    pub(super) fn wrap(&mut self, particle: u32, position: &Vector) {
+        for axis in 0..3 {
+            let period = self.periods[axis];
+            if period == f64::INFINITY {
+                continue;
+            }
+            let periods = if position[axis] < self.space.lower[axis] {
+                1
+            } else if position[axis] >= self.space.lower[axis] + period {
+                -1
+            } else {
+                continue;
+            };
+            self.bodies[particle as usize].position[axis] += f64::from(periods) * period;
+            self.images[particle as usize][axis] -= periods;
+        }
+    }
+
+    /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.
+    fn relist(&mut self, particle: u32, time: f64) {
+        let (to, _) = self.state_at(particle, time);
+        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else { return };
+        shells.centres[particle as usize] = to;
+        shells.cells.lift(particle);
+        let all: &[u16] = if TABLE { species } else { &[] };
+        shells.find_within_reach(&to, mine(all, particle), all, to.amax(), near);
+        shells.cells.put(particle, &to);
+        if TABLE {
+            near.retain(|other| memory.get(particle, other).is_none());
+        }
+        let is_static = |other: u32| TABLE && rules.species[usize::from(species[other as usize])].is_static();
+        shells.lists.renew(particle, near.found(), is_static);
+    }
+
+    /// Fills the lists of all, once the pairs that know each other are known.
+    pub(super) fn fill_lists(&mut self) {
+        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else { return };
+        // One bound for all, so that whoever finds another is found by it.
+        let largest = shells.centres.iter().map(Vector::amax).fold(0.0, f64::max);
+        let all: &[u16] = if TABLE { species } else { &[] };
+        for (particle, centre) in (0..).zip(&shells.centres) {
+            if TABLE && rules.species[usize::from(species[particle as usize])].is_static() {
+                continue;
+            }
+            shells.find_within_reach(centre, mine(all, particle), all, largest, near);
+            near.retain(|other| other != particle && !(TABLE && memory.get(particle, other).is_some()));
+            shells.lists.set(particle, near.found());
+        }
+    }
+}
+
+/// The species of a particle among those of all, which are not written down if there is only one.
+#[inline]
+fn mine(all: &[u16], particle: u32) -> u16 {
+    if all.is_empty() { 0 } else { all[particle as usize] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Until;
+    use crate::model::Scene;
+    use crate::model::potential::Potential;
+    use crate::model::space::{Boundary, Face, Space, minimum_image};
+    use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+
+    /// Every pair of strangers within reach is in both lists, nobody else is, and everybody is in its shell.
+    fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
+        let mut engine = Engine::<FALLING, TABLE>::new(scene);
+        for part in 1..=10 {
+            engine.advance(Until::events(events * part / 10), |_| {}).unwrap();
+            let Some(shells) = engine.neighbours.shells() else { continue };
+            for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
+                let (position, _) = engine.state_at(particle, engine.now);
+                let gone = (position - shells.centres[particle as usize]).norm();
+                assert!(gone < shells.radius * (1.0 + 1e-9), "{particle} left its shell: {gone}");
+                let list = shells.lists.of(particle);
+                let is_moving = |other: &&u32| !engine.is_static(**other);
+                assert!(list.iter().filter(is_moving).all(|other| shells.lists.of(*other).contains(&particle)));
+                for other in engine.particles() {
+                    let [a, b] = [particle, other].map(|id| shells.centres[id as usize]);
+                    let apart = minimum_image(a - b, &engine.periods).norm();
+                    let species = [particle, other].map(|id| usize::from(engine.species[id as usize]));
+                    let range = engine.ranges[species[0] * engine.rules.species.len() + species[1]];
+                    let is_known = TABLE && engine.memory.get(particle, other).is_some();
+                    let is_near = |factor| apart < (range + 2.0 * shells.radius) * factor;
+                    let may_meet = other != particle && range > 0.0 && !is_known;
+                    let times = list.iter().filter(|entry| **entry == other).count();
+                    // Centres are packed in single precision.
+                    assert!(times <= usize::from(may_meet && is_near(1.0 + 1e-4)), "{particle} {other} {times}");
+                    assert!(times >= usize::from(may_meet && is_near(1.0)), "{particle} misses {other}");
+                }
+            }
+        }
+        assert!(engine.neighbours.shells().is_some(), "dense enough for lists in the end");
+        assert!(engine.tally.transition > 100, "only {} lists were made anew", engine.tally.transition);
+    }
+
+    #[test]
+    fn lists_are_complete_in_a_fluid() {
+        let hard = Potential::hard_sphere(1.0).unwrap();
+        let scene = SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", hard, 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        check::<false, false>(&scene, 20_000);
+    }
+
+    #[test]
+    fn lists_are_complete_among_wells_of_two_sizes() {
+        let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
+        let scene = SceneBuilder::new("mixture")
+            .space(Space::periodic_cube(12.0))
+            .species("A", 1.0, 1.0)
+            .species("B", 0.5, 0.6)
+            .interaction("A", "A", well(1.0), 1.0)
+            .interaction("A", "B", well(0.8), 1.0)
+            .interaction("B", "B", Potential::hard_sphere(0.6).unwrap(), 1.0)
+            .add_fill(Fill::new(Arrangement::Random, "A").count(500))
+            .add_fill(Fill::new(Arrangement::Random, "B").count(500))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        check::<false, true>(&scene, 20_000);
+    }
+
+    #[test]
+    fn lists_are_complete_for_grains_that_fall_on_static_ones() {
+        let floor = Boundary::Bounded { lower: Face::Wall { restitution: 0.9 }, upper: Face::Open };
+        let hard = || Potential::hard_sphere(1.0).unwrap();
+        let space = Space {
+            lower: Vector::zeros(),
+            size: Vector::new(12.0, 12.0, 12.0),
+            boundary: [Boundary::Periodic, Boundary::walls(0.9), floor],
+        };
+        let mut builder = SceneBuilder::new("grains")
+            .space(space)
+            .gravity(Vector::new(0.0, 0.0, -1.0))
+            .contact_time(1e-3)
+            .species("A", 1.0, 1.0)
+            .static_species("S", 1.0)
+            .interaction("A", "A", hard(), 0.5)
+            .interaction("A", "S", hard(), 0.5);
+        for k in 0..36 {
+            let at = Vector::new(2.0 * f64::from(k % 6) + 1.0, 2.0 * f64::from(k / 6) + 1.0, 1.0);
+            builder = builder.particle("S", at, Vector::zeros());
+        }
+        let region = (Vector::new(0.0, 0.5, 2.1), Vector::new(12.0, 11.5, 8.5));
+        let fill = Fill::new(Arrangement::Random, "A").count(500).region(region.0, region.1);
+        check::<true, true>(&builder.add_fill(fill).temperature(1.0).build().unwrap(), 200_000);
+    }
+}

@@ -1,0 +1,105 @@
+//! Looking without touching: positions, velocities and energies at one time, from delayed states.
+
+use super::event_loop::Engine;
+use super::shear::{FLOW, GRADIENT};
+use crate::Vector;
+use crate::base::sum::Sum;
+
+/// All particles at one time, in the order of their ids.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Snapshot {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Positions `[length]`, `N x 3`; within the box along periodic axes but for round-off.
+    pub positions: Vec<Vector>,
+    /// Velocities `[length / time]`, `N x 3`.
+    pub velocities: Vec<Vector>,
+    /// Periods travelled along each axis since the start: `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) +
+    /// image_z (0, 0, L_z)` is where a particle would be if it had never been wrapped.
+    pub images: Vec<[i32; 3]>,
+    /// Displacement of the next image up, along x, less whole periods: in `(-L_x / 2, L_x / 2]`, 0 in a box at rest `[length]`.
+    pub displacement: f64,
+    /// Factor by which diameters have grown since the start of the scene.
+    pub scale: f64,
+}
+
+/// Energies of all particles at one time `[energy]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Energy {
+    /// `sum m/2 |v|^2`.
+    pub kinetic: f64,
+    /// `sum m/2 |v - u|^2`, with the velocity `u` of what streams in a sheared box; elsewhere the kinetic energy.
+    pub thermal: f64,
+    /// Pair energies by pair state, and `- m a . r` of accelerated particles (unwrapped positions).
+    pub potential: f64,
+    /// The part of `potential` that comes from pairs.
+    pub pair: f64,
+    /// Total momentum `[mass length / time]`.
+    pub momentum: Vector,
+    /// `sum m (v - u)`, with the velocity `u` of what streams in a sheared box; elsewhere the total momentum.
+    pub peculiar_momentum: Vector,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    pub(super) fn snapshot(&self) -> Snapshot {
+        let (positions, velocities) = self.numbers.iter().map(|&particle| self.state_at(particle, self.now)).unzip();
+        let mut images: Vec<[i32; 3]> = self.numbers.iter().map(|&particle| self.images[particle as usize]).collect();
+        let mut displacement = 0.0;
+        if let Some(shear) = &self.shear {
+            let periods;
+            (displacement, periods) = shear.displacement_within(self.now, self.periods[FLOW]);
+            for image in &mut images {
+                image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
+            }
+        }
+        Snapshot { time: self.time(), positions, velocities, images, displacement, scale: self.scale() }
+    }
+
+    pub(super) fn energy(&self) -> Energy {
+        let mut kinetic = Sum::default();
+        let mut thermal = Sum::default();
+        let mut external = Sum::default();
+        let mut pair = Sum::default();
+        let mut momentum = [Sum::default(); 3];
+        let mut streaming_momentum = [Sum::default(); 3];
+        for &particle in self.numbers.iter().filter(|&&p| !self.is_static(p)) {
+            let species = &self.rules.species[usize::from(self.species[particle as usize])];
+            let mass = species.inverse_mass.recip();
+            let (position, velocity) = self.state_at(particle, self.now);
+            kinetic.add(0.5 * mass * velocity.norm_squared());
+            if self.shear.is_some() {
+                let streaming = self.streaming_velocity(&position);
+                thermal.add(0.5 * mass * (velocity - streaming).norm_squared());
+                streaming_momentum[FLOW].add(mass * streaming[FLOW]);
+            }
+            for (sum, component) in momentum.iter_mut().zip(velocity.iter()) {
+                sum.add(mass * component);
+            }
+            if FALLING {
+                for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
+                    let image = self.images[particle as usize][axis];
+                    // The period of an axis that is not periodic is infinite, and its image 0.
+                    let unwrapped =
+                        position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.periods[axis] };
+                    external.add(-mass * species.acceleration[axis] * unwrapped);
+                }
+            }
+            if TABLE {
+                for known in self.memory.of(particle) {
+                    // Two moving particles know each other both: half of the energy each.
+                    let share = if self.is_static(known.partner) { 1.0 } else { 0.5 };
+                    pair.add(share * self.rules.steps[usize::from(known.interaction)].energy(known.state));
+                }
+            }
+        }
+        let pair = pair.total();
+        Energy {
+            kinetic: kinetic.total(),
+            thermal: if self.shear.is_some() { thermal.total() } else { kinetic.total() },
+            potential: pair + external.total(),
+            pair,
+            momentum: Vector::from_fn(|k, _| momentum[k].total()),
+            peculiar_momentum: Vector::from_fn(|k, _| momentum[k].total() - streaming_momentum[k].total()),
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! All states at one time, exactly as the engine has them: what a proof works on.
+
+use super::event_loop::Engine;
+use crate::Vector;
+use crate::model::ParticleId;
+
+/// Simulated time since the start, in the two parts that the engine keeps.
+///
+/// Their sum has the digits of the whole; the difference of two such times has those of the short time between them.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Elapsed {
+    /// From the start to the epoch `[time]`.
+    pub epoch: f64,
+    /// From the epoch `[time]`.
+    pub since_epoch: f64,
+    /// How many epochs have ended: what nothing has happened to for two of them has its state rounded once more in each.
+    pub epochs: u64,
+}
+
+impl Elapsed {
+    /// Time from `earlier` to this `[time]`.
+    #[must_use]
+    pub fn after(&self, earlier: &Self) -> f64 {
+        // Epochs are multiples of a power of two, and the first two terms are close to each other or small: no digits are lost.
+        ((self.epoch - earlier.epoch) - earlier.since_epoch) + self.since_epoch
+    }
+
+    /// Time since the start `[time]`.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.epoch + self.since_epoch
+    }
+}
+
+/// Positions and velocities of all particles at one time, in the order of their ids.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct States {
+    /// When.
+    pub elapsed: Elapsed,
+    /// Positions `[length]`, `N x 3`; within the box along periodic axes but for round-off.
+    pub positions: Vec<Vector>,
+    /// Velocities `[length / time]`, `N x 3`.
+    pub velocities: Vec<Vector>,
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    pub(super) fn states(&self, states: &mut States) {
+        states.elapsed = Elapsed { epoch: self.epoch, since_epoch: self.now, epochs: self.epochs };
+        states.positions.clear();
+        states.velocities.clear();
+        for &particle in &self.numbers {
+            let (position, velocity) = self.state_at(particle, self.now);
+            states.positions.push(position);
+            states.velocities.push(velocity);
+        }
+    }
+
+    pub(super) fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
+        let mut pairs = Vec::new();
+        for particle in self.particles().filter(|_| TABLE) {
+            for known in self.memory.of(particle).iter().filter(|known| known.state > 0) {
+                // Two moving particles know each other both; a static one knows nobody.
+                if particle < known.partner || self.is_static(known.partner) {
+                    let [a, b] = [particle, known.partner].map(|number| self.name(number));
+                    pairs.push(([a.min(b), a.max(b)], known.state));
+                }
+            }
+        }
+        pairs.sort_unstable();
+        pairs
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_short_time_across_epochs_keeps_its_digits() {
+        let earlier = Elapsed { epoch: 0.0, since_epoch: 384.0_f64.next_down(), epochs: 0 };
+        let later = Elapsed { epoch: 384.0, since_epoch: 1e-15, epochs: 1 };
+        assert_eq!(later.after(&earlier), (384.0 - 384.0_f64.next_down()) + 1e-15);
+        assert_eq!(later.total(), 384.0);
+    }
+}

@@ -1,0 +1,123 @@
+//! Execution of a contact with a wall of the box.
+
+use super::audit::unit_of_wall;
+use super::event_loop::Engine;
+use crate::Vector;
+use crate::engine::event::{CountedKind, Event, EventKind};
+use crate::engine::neighbours::grid::Face;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// A particle reaches a wall.
+    pub(super) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Event {
+        let flown = time - self.bodies[i as usize].time;
+        self.stream(i, time);
+        let axis = usize::from(face.axis);
+        let inwards = if face.is_upper { -1.0 } else { 1.0 };
+        let (at, restitution, temperature) = self
+            .walls
+            .iter()
+            .find(|wall| wall.face == face)
+            .map_or((0.0, 1.0, None), |wall| (wall.at, wall.restitution, wall.temperature));
+        let species = self.rules.species[usize::from(self.species[i as usize])];
+        let body = self.bodies[i as usize];
+        let vn = inwards * body.velocity[axis];
+        let depth = species.radius - inwards * (body.position[axis] - at);
+        if depth > 0.0 {
+            let path = (vn.abs() + 0.5 * flown * species.acceleration[axis].abs()) * flown;
+            let round_off = self.round_off_of_wall(i, axis, at, path, flown);
+            self.note_overlap(depth, unit_of_wall(species.radius), round_off);
+        }
+        if vn >= 0.0 {
+            self.tally.turning_point += 1;
+        }
+        if let Some(temperature) = temperature {
+            return self.execute_thermal_wall(i, face, temperature);
+        }
+        let mut after = if vn < 0.0 { -restitution * vn } else { vn };
+        let mut tangential_scale = 1.0;
+        if self.contact_times.is_some() {
+            let closing = -inwards * species.acceleration[axis];
+            let tangential = (body.velocity.norm_squared() - vn * vn).max(0.0).sqrt();
+            let arriving = (-vn).max(0.0);
+            let leaving = self.tc_model(&[i], restitution, arriving, tangential, closing, time);
+            // What the model leaves as it is, or makes elastic: a particle that recedes within round-off keeps its speed.
+            after = if leaving.speed == arriving { vn.abs() } else { leaving.speed };
+            tangential_scale = leaving.tangential_scale;
+        }
+        let before = body.velocity;
+        let body = &mut self.bodies[i as usize];
+        if tangential_scale != 1.0 {
+            body.velocity *= tangential_scale;
+        }
+        body.velocity[axis] = inwards * after;
+        body.events = body.events.wrapping_add(1);
+        let dissipated =
+            if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
+        let (position, velocity) = (body.position, body.velocity);
+        self.tally.dissipated.add(dissipated);
+        self.count_wall(i, face, (after - vn) / species.inverse_mass);
+        let mut normal = Vector::zeros();
+        normal[axis] = inwards;
+        Event {
+            time: self.time(),
+            kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
+            particle: self.name(i),
+            partner: None,
+            normal,
+            impulse: (after - vn) / species.inverse_mass,
+            distance: species.radius,
+            energy_step: 0.0,
+            dissipated,
+            positions: [position, Vector::zeros()],
+            before: [before, Vector::zeros()],
+            after: [velocity, Vector::zeros()],
+        }
+    }
+
+    fn count_wall(&mut self, i: u32, face: Face, impulse: f64) {
+        self.tally.wall += 1;
+        self.note_push(i, face, impulse);
+        if TABLE {
+            self.counts.note_single(usize::from(self.species[i as usize]), CountedKind::Wall);
+        }
+    }
+
+    /// A particle leaves a wall with a velocity from the flux of a gas of the wall's temperature: its normal component has the density
+    /// `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
+    fn execute_thermal_wall(&mut self, i: u32, face: Face, temperature: f64) -> Event {
+        let axis = usize::from(face.axis);
+        let inwards = if face.is_upper { -1.0 } else { 1.0 };
+        let species = self.rules.species[usize::from(self.species[i as usize])];
+        let width = (temperature * species.inverse_mass).sqrt();
+        let body = self.bodies[i as usize];
+        let (body_position, before) = (body.position, body.velocity);
+        let mut after = Vector::zeros();
+        if let Some(random) = &mut self.wall_random {
+            after = random.normal_vector(&self.space) * width;
+            after[axis] = inwards * width * (2.0 * random.exponential()).sqrt();
+        }
+        let mut normal = Vector::zeros();
+        normal[axis] = inwards;
+        let gained = 0.5 / species.inverse_mass * (after - before).dot(&(after + before));
+        let impulse = (after[axis] - before[axis]) * inwards / species.inverse_mass;
+        self.count_wall(i, face, impulse);
+        self.tally.supplied.add(gained);
+        let body = &mut self.bodies[i as usize];
+        body.velocity = after;
+        body.events = body.events.wrapping_add(1);
+        Event {
+            time: self.time(),
+            kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
+            particle: self.name(i),
+            partner: None,
+            normal,
+            impulse,
+            distance: species.radius,
+            energy_step: gained,
+            dissipated: 0.0,
+            positions: [body_position, Vector::zeros()],
+            before: [before, Vector::zeros()],
+            after: [after, Vector::zeros()],
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! The checkpoints of a run in its folder: the last one, and the one before.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::error::OutputError;
+use super::folder::remove;
+use super::place::sync_folder;
+use crate::engine::Simulation;
+use crate::run::Course;
+use crate::run::checkpoint::{self, Kept};
+
+const LAST: &str = "checkpoint";
+const PREVIOUS: &str = "checkpoint.previous";
+const PARTIAL: &str = "checkpoint.partial";
+
+/// Those of complete checkpoints.
+pub(super) const NAMES: [&str; 2] = [LAST, PREVIOUS];
+
+/// Between two checkpoints, where nobody says.
+const INTERVAL: Duration = Duration::from_secs(300);
+
+/// A run that is over sooner needs none on the way.
+const FIRST: Duration = Duration::from_secs(1);
+
+/// Where the last one is.
+pub(super) fn last(folder: &Path) -> PathBuf {
+    folder.join(LAST)
+}
+
+/// Whether a folder has one to go on from.
+pub(super) fn has_any(folder: &Path) -> bool {
+    NAMES.iter().any(|name| folder.join(name).exists())
+}
+
+/// When and where checkpoints are written.
+#[derive(Debug)]
+pub(super) struct Checkpoints {
+    folder: PathBuf,
+    pub interval: Duration,
+    since: Instant,
+    is_first: bool,
+}
+
+impl Checkpoints {
+    /// For a new run.
+    pub fn begin(folder: &Path) -> Self {
+        Self { is_first: true, ..Self::go_on(folder) }
+    }
+
+    /// For a run that is resumed.
+    pub fn go_on(folder: &Path) -> Self {
+        Self { folder: folder.to_owned(), interval: INTERVAL, since: Instant::now(), is_first: false }
+    }
+
+    /// Whether it is time for the next one.
+    pub fn is_due(&self) -> bool {
+        let interval = if self.is_first { self.interval.min(FIRST) } else { self.interval };
+        self.since.elapsed() >= interval
+    }
+
+    /// Writes one beside the last one, which becomes the one before when the new one is safe on the disk.
+    pub fn write(&mut self, simulation: &Simulation, course: &Course, kept: &Kept) -> Result<(), OutputError> {
+        let [last, previous, partial] = [LAST, PREVIOUS, PARTIAL].map(|name| self.folder.join(name));
+        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
+        if let Err(error) = checkpoint::write(&file, simulation, course, kept) {
+            // Half of one is of no use; what it took on a full disk may be.
+            drop(file);
+            let _ = fs::remove_file(&partial);
+            return Err(OutputError::write(&partial)(error));
+        }
+        // A second name first, so that there is one under the first name at every instant; where a disk knows no second names, almost.
+        if last.exists() {
+            remove(&previous)?;
+            if fs::hard_link(&last, &previous).is_err() {
+                fs::rename(&last, &previous).map_err(OutputError::write(&previous))?;
+            }
+        }
+        fs::rename(&partial, &last).map_err(OutputError::write(&last))?;
+        // The new names, too, are to survive a power cut.
+        sync_folder(&self.folder);
+        (self.since, self.is_first) = (Instant::now(), false);
+        Ok(())
+    }
+}

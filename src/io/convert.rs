@@ -1,0 +1,208 @@
+//! Trajectories in the formats of other programs, made from the extended XYZ that a run writes.
+//!
+//! | format | file | precision | carries |
+//! |---|---|---|---|
+//! | [`Format::Lammps`] | text dump | exact | box and its flags, time, id, species, position, velocity, radius |
+//! | [`Format::Gsd`] | GSD 2.0, schema `hoomd` 1.4 | `f32` | box, time, species, position, velocity, diameter, mass, bonds |
+//! | [`Format::Vtk`] | a folder: `.vtp` per frame, `.pvd` with the times, the box | exact | all of it but masses |
+//! | [`Format::Npy`] | a folder of NumPy arrays | exact | all of it |
+//! | [`Format::Csv`] | one table | exact | time, id, species, position, velocity, radius |
+//! | [`Format::Xyz`] | extended XYZ | exact | all of it |
+//!
+//! Each module says where its format differs. Memory holds two frames at a time, whatever the length of the trajectory.
+//! Files are written beside their final name, with `.partial` behind it, and take that name when they are complete.
+
+mod bonds;
+mod error;
+mod target;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+pub use error::{ConvertError, FrameError};
+
+pub(super) use bonds::bond_ends;
+pub(super) use target::{Draft, remove_converted};
+
+use super::{csv, gsd, lammps, npy, vtk};
+use crate::model::Format;
+use crate::trajectory::Frame;
+use crate::trajectory::extended_xyz::{FrameReader, ReadError, write_frame};
+use target::Target;
+
+impl Format {
+    /// Where a conversion goes unless told otherwise: beside the source, under its name with another ending.
+    #[must_use]
+    pub fn target_beside(self, source: &Path) -> PathBuf {
+        let ending = match self {
+            Self::Lammps => ".lammpstrj",
+            Self::Gsd => ".gsd",
+            Self::Vtk => "-vtk",
+            Self::Npy => "-npy",
+            Self::Csv => ".csv",
+            Self::Xyz => "-piece.xyz",
+        };
+        let mut name = source.file_stem().unwrap_or_default().to_owned();
+        name.push(ending);
+        source.with_file_name(name)
+    }
+
+    /// Whether it fills a folder with files.
+    #[must_use]
+    pub fn is_folder(self) -> bool {
+        self.folder_of().is_some()
+    }
+
+    /// The endings of the files of a format that fills a folder.
+    fn folder_of(self) -> Option<&'static [&'static str]> {
+        match self {
+            Self::Vtk => Some(&["vtp", "pvd"]),
+            Self::Npy => Some(&["npy"]),
+            _ => None,
+        }
+    }
+}
+
+/// Which frames, and what may be replaced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Options {
+    /// The first frame; frames count from 0.
+    pub first: u64,
+    /// The last frame, itself included; `None` goes on to the end.
+    pub last: Option<u64>,
+    /// Whether a file, or a folder with nothing but files of the format, may be replaced.
+    pub replace: bool,
+}
+
+/// What came of a conversion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Converted {
+    /// The number of frames written.
+    pub frames: u64,
+    /// Whether the source ends within a frame, as it does when a run was killed; the frames before are complete.
+    pub is_truncated: bool,
+}
+
+/// A frame with what its file says about it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Moment<'a> {
+    /// Place of the frame in its file, from 0.
+    pub index: u64,
+    pub frame: &'a Frame,
+    /// Whether the file gives velocities.
+    pub has_velocities: bool,
+}
+
+/// Writes frames one after the other in a format.
+pub(super) trait Writer {
+    fn write(&mut self, moment: &Moment) -> Result<(), FrameError>;
+
+    /// Writes what can be known only at the end, and makes all files safe on the disk.
+    fn finish(self: Box<Self>) -> Result<(), FrameError>;
+}
+
+/// Converts a trajectory in extended XYZ, frame by frame.
+///
+/// Nothing that exists, finished or not, is replaced unless the options say so, and then only a file, or a folder that holds
+/// nothing but files of the format. If a conversion fails, what it wrote is removed.
+///
+/// # Errors
+/// - [`ConvertError::Read`] if the source cannot be read, is malformed or holds no frame;
+/// - [`ConvertError::NoSuchFrame`] if it ends before the first frame asked for;
+/// - [`ConvertError::Exists`], [`ConvertError::Foreign`], [`ConvertError::Source`] if the target may not be replaced;
+/// - [`ConvertError::Frame`] if the format cannot hold a frame;
+/// - [`ConvertError::Write`] if the target cannot be written.
+pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) -> Result<Converted, ConvertError> {
+    let read_error = |error| ConvertError::Read { path: source.to_owned(), source: error };
+    let file =
+        File::open(source).map_err(|error| read_error(ReadError::Open { path: source.into(), source: error }))?;
+    let mut reader = FrameReader::new(BufReader::with_capacity(1 << 16, file));
+    let mut reading = Reading { index: 0, is_truncated: false };
+    // What cannot be read is told before anything is written.
+    while reading.index < options.first {
+        if reading.next(&mut reader).map_err(read_error)?.is_none() {
+            return Err(reading.ended_early(source, options.first));
+        }
+    }
+    let mut next = reading.next(&mut reader).map_err(read_error)?;
+    if next.is_none() {
+        return Err(reading.ended_early(source, options.first));
+    }
+    let target = Target::claim(target, format, source, options.replace)?;
+    let mut writer = open(format, &target)?;
+    let mut frames = 0;
+    while let Some(frame) = next {
+        let index = reading.index - 1;
+        let moment = Moment { index, frame: &frame, has_velocities: reader.has_velocities() };
+        writer.write(&moment).map_err(|error| error.at(source, index, target.path()))?;
+        frames += 1;
+        if options.last.is_some_and(|last| index >= last) {
+            break;
+        }
+        next = reading.next(&mut reader).map_err(read_error)?;
+    }
+    writer.finish().map_err(|error| error.at(source, reading.index.saturating_sub(1), target.path()))?;
+    target.complete()?;
+    Ok(Converted { frames, is_truncated: reading.is_truncated })
+}
+
+/// How far the source was read.
+struct Reading {
+    /// Number of frames read.
+    index: u64,
+    is_truncated: bool,
+}
+
+impl Reading {
+    /// The next frame. One that is cut off ends the file, unless it is the first.
+    fn next(&mut self, reader: &mut FrameReader<BufReader<File>>) -> Result<Option<Frame>, ReadError> {
+        match reader.next() {
+            Some(Ok(frame)) => {
+                self.index += 1;
+                Ok(Some(frame))
+            }
+            Some(Err(ReadError::Truncated { .. })) if self.index > 0 => {
+                self.is_truncated = true;
+                Ok(None)
+            }
+            Some(Err(error)) => Err(error),
+            None => Ok(None),
+        }
+    }
+
+    fn ended_early(&self, source: &Path, first: u64) -> ConvertError {
+        let path = source.to_owned();
+        match self.index {
+            0 => ConvertError::Read { path, source: ReadError::NoFrame },
+            count => ConvertError::NoSuchFrame { path, first, count },
+        }
+    }
+}
+
+fn open(format: Format, target: &Target) -> Result<Box<dyn Writer>, ConvertError> {
+    let file = || Draft::create(target.partial()).map_err(ConvertError::write(target.partial()));
+    Ok(match format {
+        Format::Lammps => Box::new(lammps::Dump::new(file()?)),
+        Format::Gsd => Box::new(gsd::Trajectory::new(file()?)),
+        Format::Csv => Box::new(csv::Table::new(file()?)),
+        Format::Xyz => Box::new(Piece(file()?)),
+        Format::Vtk => Box::new(vtk::Series::new(target.partial())),
+        Format::Npy => Box::new(npy::Arrays::new(target.partial())),
+    })
+}
+
+/// A piece of a trajectory in its own format. Velocities that the source does not have are written as zero.
+struct Piece(Draft);
+
+impl Writer for Piece {
+    fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
+        Ok(write_frame(&mut self.0, moment.frame)?)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), FrameError> {
+        Ok(self.0.finish()?)
+    }
+}

@@ -1,0 +1,125 @@
+//! What can go wrong with a conversion.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::model::ParticleId;
+use crate::trajectory::extended_xyz::{ReadError, WriteError};
+
+/// Why a trajectory could not be converted.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ConvertError {
+    /// The source cannot be read.
+    #[error("cannot read the trajectory {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: ReadError,
+    },
+    /// The source ends before the first frame asked for.
+    #[error("frame {first} of {} does not exist: it has {count} complete frames, counted from 0", path.display())]
+    NoSuchFrame {
+        /// The file.
+        path: PathBuf,
+        /// The frame asked for.
+        first: u64,
+        /// The number of complete frames.
+        count: u64,
+    },
+    /// There is something under the name of the target.
+    #[error("{} exists", .0.display())]
+    Exists(PathBuf),
+    /// What stands under the name of the target, or of its unfinished state, is not a conversion into this format.
+    #[error("{} holds something that is not such a conversion", .0.display())]
+    Foreign(PathBuf),
+    /// The target is the source, or would be written over it.
+    #[error("{} is the trajectory that would be converted", .0.display())]
+    Source(PathBuf),
+    /// The format cannot hold a frame.
+    #[error("frame {index} of {} cannot be converted", path.display())]
+    Frame {
+        /// The source.
+        path: PathBuf,
+        /// The place of the frame, from 0.
+        index: u64,
+        /// Why.
+        source: FrameError,
+    },
+    /// The target cannot be written: no permission, no space.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The target.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+}
+
+impl ConvertError {
+    pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Write { path, source }
+    }
+
+    /// What the user can do about it, where that is not plain.
+    #[must_use]
+    pub fn cure(&self) -> Option<&'static str> {
+        match self {
+            Self::Exists(_) => Some("choose another name with --out, or replace it with --force"),
+            Self::Foreign(_) => Some("choose another name with --out, or remove it"),
+            Self::Source(_) => Some("choose another name with --out"),
+            _ => None,
+        }
+    }
+}
+
+/// Why a format cannot hold a frame.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FrameError {
+    /// The operating system failed to write.
+    #[error("cannot write it")]
+    Io(#[from] io::Error),
+    /// Extended XYZ cannot hold the frame.
+    #[error(transparent)]
+    ExtendedXyz(#[from] WriteError),
+    /// A bond needs to know its ends.
+    #[error("two particles have the id {}, and bonds refer to ids", .0.0)]
+    RepeatedId(ParticleId),
+    /// A bond ends nowhere.
+    #[error("a bond ends at particle {}, which does not exist", .0.0)]
+    NoBondEnd(ParticleId),
+    /// A number is too large for single precision.
+    #[error("{0} is beyond the largest number of the format, which keeps numbers in single precision")]
+    BeyondSingle(f64),
+    /// The format counts to 2^32 only.
+    #[error("{0} particles, bonds or species are more than the format can hold")]
+    TooMany(usize),
+    /// The format counts periods with 32 bits.
+    #[error("a particle has travelled {0} periods along x, more than the format can count")]
+    BeyondPeriods(f64),
+    /// The format numbers the names of arrays with 16 bits.
+    #[error("`{0}` is one name of an array more than the format can hold, 65536")]
+    TooManyNames(String),
+    /// Arrays need the same particles in all frames.
+    #[error(
+        "its {0} are not those of the first frame converted: arrays need the same particles, in the same order, in all frames"
+    )]
+    OtherParticles(&'static str),
+}
+
+impl FrameError {
+    /// Says where: what failed to be written is the target's fault, all else that of a frame.
+    pub(super) fn at(self, source: &Path, index: u64, target: &Path) -> ConvertError {
+        match self {
+            Self::Io(error) | Self::ExtendedXyz(WriteError::Io(error)) => {
+                ConvertError::Write { path: target.to_owned(), source: error }
+            }
+            error => ConvertError::Frame { path: source.to_owned(), index, source: error },
+        }
+    }
+}

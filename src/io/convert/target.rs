@@ -1,0 +1,158 @@
+//! Where a conversion goes, and what it may replace.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::ConvertError;
+use crate::io::OutputError;
+use crate::io::partial::partial_of;
+use crate::io::place::{Existing, put, sync_folder};
+use crate::model::Format;
+
+/// A file or folder that is written beside its final name. What is not completed is removed.
+#[derive(Debug)]
+pub(super) struct Target {
+    path: PathBuf,
+    partial: PathBuf,
+    format: Format,
+    existing: Existing,
+}
+
+impl Target {
+    /// Makes sure that the target may be written, and makes its folder if it is one.
+    pub fn claim(path: &Path, format: Format, source: &Path, replace: bool) -> Result<Self, ConvertError> {
+        let partial = partial_of(path);
+        // A run that was killed leaves a trajectory that ends on the same suffix.
+        if [path, &partial].into_iter().any(|path| is_same(path, source)) {
+            return Err(ConvertError::Source(source.to_owned()));
+        }
+        // What is unfinished may belong to a run or a conversion that is still going on.
+        for path in [path, &partial] {
+            if fs::symlink_metadata(path).is_ok() && !replace {
+                return Err(ConvertError::Exists(path.to_owned()));
+            }
+            refuse_foreign(path, format)?;
+        }
+        if format.folder_of().is_some() {
+            remove(&partial).and_then(|()| fs::create_dir(&partial)).map_err(ConvertError::write(path))?;
+        }
+        let existing = if replace { Existing::Replace } else { Existing::Keep };
+        Ok(Self { path: path.to_owned(), partial, format, existing })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where to write.
+    pub fn partial(&self) -> &Path {
+        &self.partial
+    }
+
+    /// Gives it its name, in the place of what may be replaced.
+    pub fn complete(self) -> Result<(), ConvertError> {
+        if self.format.is_folder() {
+            sync_folder(&self.partial);
+        }
+        match put(&self.partial, &self.path, self.existing) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(ConvertError::Exists(self.path.clone())),
+            result => result.map_err(ConvertError::write(&self.path)),
+        }
+    }
+}
+
+impl Drop for Target {
+    fn drop(&mut self) {
+        // Where nothing is left, there is nothing to remove; what cannot be removed is refused or replaced next time.
+        let _ = remove(&self.partial);
+    }
+}
+
+/// A file of a conversion while it is written.
+#[derive(Debug)]
+pub(in crate::io) struct Draft(BufWriter<File>);
+
+impl Draft {
+    /// An empty file.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self(BufWriter::with_capacity(1 << 16, File::create(path)?)))
+    }
+
+    /// Makes it safe on the disk.
+    pub fn finish(mut self) -> io::Result<()> {
+        self.0.flush()?;
+        self.0.get_ref().sync_all()
+    }
+}
+
+impl Write for Draft {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+impl Seek for Draft {
+    fn seek(&mut self, place: SeekFrom) -> io::Result<u64> {
+        self.0.seek(place)
+    }
+}
+
+/// Removes the files of a former conversion into a folder, and the folder if nothing else is in it.
+pub(in crate::io) fn remove_converted(folder: &Path) -> Result<(), OutputError> {
+    let endings: Vec<&str> = Format::ALL.into_iter().filter_map(Format::folder_of).flatten().copied().collect();
+    let Ok(entries) = fs::read_dir(folder) else { return Ok(()) };
+    for entry in entries.flatten() {
+        let path = entry.path();
+        if path.extension().is_some_and(|ending| endings.iter().any(|known| ending == *known)) {
+            remove(&path).map_err(OutputError::write(&path))?;
+        }
+    }
+    let _ = fs::remove_dir(folder);
+    Ok(())
+}
+
+fn is_same(a: &Path, b: &Path) -> bool {
+    match (fs::canonicalize(a), fs::canonicalize(b)) {
+        (Ok(a), Ok(b)) => a == b,
+        _ => false,
+    }
+}
+
+/// Refuses a folder where a file belongs, the reverse, and a folder with anything but files of the format.
+fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
+    let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(()) };
+    let is_former = match format.folder_of() {
+        None => metadata.is_file(),
+        Some(endings) => metadata.is_dir() && holds_only(path, endings).map_err(ConvertError::write(path))?,
+    };
+    if is_former { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
+}
+
+fn holds_only(folder: &Path, endings: &[&str]) -> io::Result<bool> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let is_known = entry.path().extension().is_some_and(|ending| endings.iter().any(|known| ending == *known));
+        if !(is_known && entry.file_type()?.is_file()) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Removes a file, or a folder of files; nothing is fine as well.
+fn remove(path: &Path) -> io::Result<()> {
+    let removed = match fs::symlink_metadata(path) {
+        Ok(metadata) if metadata.is_dir() => fs::remove_dir_all(path),
+        Ok(_) => fs::remove_file(path),
+        Err(error) => Err(error),
+    };
+    match removed {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}

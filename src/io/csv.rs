@@ -1,0 +1,125 @@
+//! A trajectory as one table: a line per particle and frame, for spreadsheets, pandas and R.
+//!
+//! The columns are `frame` (place in the trajectory, from 0), `time`, `id`, `species`, `x`, `y`, `z`, `vx`, `vy`, `vz` and
+//! `radius`, then the periods travelled, `ix`, `iy`, `iz`, and the scalars, if the first frame has them; other frames have empty cells
+//! where they have none. Numbers have the fewest digits that read back as the same; velocities that the source does not have are empty
+//! cells. A species name with a comma or a quote is quoted (RFC 4180); one that a spreadsheet would take for a formula
+//! gets an apostrophe before it. Names of scenes are neither: they begin with a letter or a digit.
+
+use std::borrow::Cow;
+use std::io::Write;
+
+use super::convert::{Draft, FrameError, Moment, Writer};
+use super::number::Cell;
+use crate::analysis::instruments::Scalar;
+use crate::trajectory::Frame;
+
+const HEADER: &str = "frame,time,id,species,x,y,z,vx,vy,vz,radius";
+
+/// The table while it is written.
+#[derive(Debug)]
+pub(super) struct Table {
+    file: Draft,
+    /// Whether there are images, and the names of the scalars, once the header is written.
+    columns: Option<(bool, Vec<String>)>,
+}
+
+impl Table {
+    pub fn new(file: Draft) -> Self {
+        Self { file, columns: None }
+    }
+
+    fn header(&mut self, first: &Frame) -> Result<(bool, Vec<String>), FrameError> {
+        let has_images = !first.images.is_empty();
+        write!(self.file, "{HEADER}{}", if has_images { ",ix,iy,iz" } else { "" })?;
+        for scalar in &first.scalars {
+            write!(self.file, ",{}", scalar.name)?;
+        }
+        self.file.write_all(b"\n")?;
+        Ok((has_images, first.scalars.iter().map(|scalar| scalar.name.clone()).collect()))
+    }
+}
+
+impl Writer for Table {
+    fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
+        let Moment { index, frame, has_velocities } = *moment;
+        let (has_images, scalars) = match self.columns.take() {
+            Some(columns) => columns,
+            None => self.header(frame)?,
+        };
+        let columns: Vec<Option<&Scalar>> =
+            scalars.iter().map(|name| frame.scalars.iter().find(|scalar| scalar.name == *name)).collect();
+        let names: Vec<Cow<str>> = frame.species.iter().map(|species| quoted(&species.name)).collect();
+        let time = Cell(Some(frame.time));
+        for (place, particle) in frame.particles.iter().enumerate() {
+            let name = names.get(particle.species.0 as usize).map_or("", AsRef::as_ref);
+            write!(self.file, "{index},{time},{},{name}", particle.id.0)?;
+            for &x in &particle.position {
+                write!(self.file, ",{}", Cell(Some(x)))?;
+            }
+            for &v in &particle.velocity {
+                write!(self.file, ",{}", Cell(has_velocities.then_some(v)))?;
+            }
+            write!(self.file, ",{}", Cell(Some(particle.radius)))?;
+            if has_images {
+                match frame.images.get(place) {
+                    Some([x, y, z]) => write!(self.file, ",{x},{y},{z}")?,
+                    None => self.file.write_all(b",,,")?,
+                }
+            }
+            for column in &columns {
+                write!(self.file, ",{}", Cell(column.map(|scalar| scalar.values[place])))?;
+            }
+            self.file.write_all(b"\n")?;
+        }
+        self.columns = Some((has_images, scalars));
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), FrameError> {
+        Ok(self.file.finish()?)
+    }
+}
+
+/// As a cell. A name that a spreadsheet would take for a formula, which only files of other programs can have, gets an apostrophe.
+fn quoted(name: &str) -> Cow<'_, str> {
+    if name.starts_with(['=', '+', '-', '@']) {
+        Cow::Owned(quoted(&format!("'{name}")).into_owned())
+    } else if name.contains([',', '"']) {
+        Cow::Owned(format!("\"{}\"", name.replace('"', "\"\"")))
+    } else {
+        Cow::Borrowed(name)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::convert::tests::{chain, converted};
+    use crate::model::Format;
+
+    #[test]
+    fn a_line_per_particle_and_frame() {
+        let mut frame = chain();
+        frame.species[1].name = "a,b".into();
+        frame.particles.truncate(2);
+        frame.bonds.clear();
+        let text = String::from_utf8(converted(&[frame], Format::Csv)).unwrap();
+        let expected = "frame,time,id,species,x,y,z,vx,vy,vz,radius\n\
+            0,0.25,0,bead,-1.5,0.1,2,1,0.30000000000000004,-2e-9,0.5\n\
+            0,0.25,1,\"a,b\",-0.5,0.1,2,0,0,0,0.75\n";
+        assert_eq!(text, expected);
+        assert_eq!([quoted("ab"), quoted("a\"b")], ["ab", "\"a\"\"b\""]);
+        assert_eq!([quoted("=1+cmd"), quoted("-1,x"), quoted("1-x")], ["'=1+cmd", "\"'-1,x\"", "1-x"]);
+    }
+
+    #[test]
+    fn velocities_that_are_not_known_are_empty() {
+        let folder = tempfile::tempdir().unwrap();
+        let (source, target) = (folder.path().join("a.xyz"), folder.path().join("a.csv"));
+        std::fs::write(&source, "1\n\nO 1 2 3\n").unwrap();
+        crate::io::convert::convert(&source, Format::Csv, &target, &Default::default()).unwrap();
+        let text = std::fs::read_to_string(target).unwrap();
+        assert_eq!(text.lines().nth(1), Some("0,0,0,O,1,2,3,,,,0.5"));
+    }
+}

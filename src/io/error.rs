@@ -1,0 +1,128 @@
+//! What can go wrong while a run is written.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use super::convert::ConvertError;
+use crate::run::checkpoint::CheckpointError;
+use crate::trajectory::extended_xyz::WriteError;
+
+/// Why the folder of a run could not be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum OutputError {
+    /// The folder holds something that is not a run.
+    #[error("{} exists and holds something that is not a run of carom", .0.display())]
+    Occupied(PathBuf),
+    /// What would be written is read, or holds what is read.
+    #[error("{} would take the place of {}, which is read", target.display(), input.display())]
+    Input {
+        /// What would be written.
+        target: PathBuf,
+        /// What is read.
+        input: PathBuf,
+    },
+    /// A file stands where the folder should be.
+    #[error("{} is not a folder", .0.display())]
+    NotFolder(PathBuf),
+    /// The folder cannot be read or made.
+    #[error("cannot make the folder {}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A file cannot be written: no permission, no space.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// A frame cannot be written.
+    #[error("cannot write a frame to {}", path.display())]
+    Frame {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: WriteError,
+    },
+    /// Another run writes to this folder.
+    #[error("another run writes to {}", .0.display())]
+    Busy(PathBuf),
+    /// The files of a run take more than they may.
+    #[error("the files in {} take {:.1} GB, more than the {:.1} GB that a run writes unasked", path.display(), bytes / 1e9, most / 1e9)]
+    TooMuch {
+        /// The folder.
+        path: PathBuf,
+        /// What they take `[bytes]`.
+        bytes: f64,
+        /// What they may take `[bytes]`.
+        most: f64,
+    },
+    /// The folder holds a run that has ended.
+    #[error("{} holds a run already", .0.display())]
+    Finished(PathBuf),
+    /// The folder holds something under the name of one of Carom's files that Carom did not write.
+    #[error("{} exists and was not written by carom", .0.display())]
+    Foreign(PathBuf),
+    /// The folder holds a run that was not finished, and can be.
+    #[error("{} holds a run that has not ended", .0.display())]
+    Unfinished(PathBuf),
+    /// The trajectory cannot be converted into a format that the scene asks for.
+    #[error(transparent)]
+    Convert(#[from] ConvertError),
+    /// The run cannot be resumed.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
+}
+
+impl OutputError {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn cure(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Occupied(_) => "choose another folder with --out, or remove it",
+            Self::Unfinished(_) => {
+                "go on with it, `carom run --resume DIR`; or choose another folder with --out, or replace it with --force"
+            }
+            Self::Finished(_) => {
+                "choose another folder with --out, or replace it with --force; `carom run --resume DIR --until-time T` makes it longer"
+            }
+            Self::TooMuch { .. } => "if that is wanted, go on with `carom run --force --resume DIR`",
+            Self::Foreign(_) => "move it away, or choose another folder with --out",
+            Self::Busy(_) => "wait for the other run, or choose another folder with --out",
+            Self::Checkpoint(error) => error.cure(),
+            Self::Convert(error) => return error.cure(),
+            Self::Input { .. } => "choose another place with --out",
+            Self::NotFolder(_) => "choose another folder with --out",
+            Self::Folder { source, .. }
+            | Self::Write { source, .. }
+            | Self::Frame { source: WriteError::Io(source), .. } => cure_of(source.kind()),
+            _ => "choose a folder with --out that can be written to, on a disk with space left",
+        })
+    }
+
+    pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_owned();
+        move |source| Self::Write { path, source }
+    }
+}
+
+/// What can be done about a disk.
+fn cure_of(kind: io::ErrorKind) -> &'static str {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
+    match kind {
+        StorageFull | QuotaExceeded | FileTooLarge => {
+            "make space; a run that has written a checkpoint then goes on, to the same bits, with `carom run --resume DIR`"
+        }
+        ReadOnlyFilesystem => {
+            "choose a folder with --out that can be written to; to resume a run, copy its folder to such a place"
+        }
+        _ => "choose a folder with --out that can be written to, on a disk with space left",
+    }
+}

@@ -1,0 +1,245 @@
+//! What a run will write and need, as far as a scene tells before it is run.
+//!
+//! ```
+//! use carom::io::estimate::Estimate;
+//! use carom::model::potential::Potential;
+//! use carom::scene::{Amount, Lattice, SceneBuilder};
+//! use carom::model::{Limit, RunPlan};
+//!
+//! let scene = SceneBuilder::new("fluid")
+//!     .species("A", 1.0, 1.0)
+//!     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+//!     .fill(Lattice::FaceCentredCubic, "A", 4_000, Amount::PackingFraction(0.3))
+//!     .run(RunPlan { limit: Limit::events(1_000_000), ..RunPlan::default() })
+//!     .build()?;
+//! let estimate = Estimate::of(&scene, None);
+//! assert!(estimate.is_complete && estimate.bytes < 1e9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use crate::model::Format;
+use crate::model::{Limit, Scene};
+use crate::trajectory::Frame;
+
+/// A run that chooses its intervals itself writes at most so many rows and frames, and those of its start and its end.
+const ROWS: f64 = 400.0;
+const FRAMES: f64 = 40.0;
+
+/// Bytes of a number with all its digits, in text.
+const DIGITS: f64 = 19.0;
+
+/// Bytes per particle of a checkpoint, of which there are three for a moment.
+const CHECKPOINT: f64 = 3.0 * 300.0;
+
+/// Bytes of an event in the log by columns, and in the table of contacts.
+const LOGGED: f64 = 197.0;
+const CONTACT: f64 = 100.0;
+
+/// Memory of the program, and of a particle with its prediction, neighbours and outputs `[bytes]`.
+const PROGRAM: f64 = 12e6;
+const PARTICLE: f64 = 512.0;
+
+/// What a run writes without being asked twice `[bytes]`.
+const MOST: f64 = 1e10;
+
+/// Sizes of what a run will leave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Rows of `thermo.csv`; `None` where the scene does not tell.
+    pub rows: Option<f64>,
+    /// Frames of `trajectory.xyz`; `None` where the scene does not tell.
+    pub frames: Option<f64>,
+    /// Events of all stages; `None` where the scene does not tell.
+    pub events: Option<f64>,
+    /// All files together `[bytes]`, within a factor of two.
+    pub bytes: f64,
+    /// Whether `bytes` counts all files; else it is the least that there can be.
+    pub is_complete: bool,
+    /// Memory `[bytes]`, within a factor of two.
+    pub memory: f64,
+}
+
+impl Estimate {
+    /// For a scene. `rate` is the number of events per simulated time, where it is known `[1/time]`.
+    #[must_use]
+    pub fn of(scene: &Scene, rate: Option<f64>) -> Self {
+        let (duration, measured) = lengths(&scene.run.limit, rate);
+        let output = &scene.output;
+        let count = |interval: Option<f64>, chosen: f64| match interval {
+            Some(interval) => duration.map(|time| (time / interval).ceil() + 2.0),
+            None => Some(chosen.min(measured.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
+        };
+        let (measured_rows, frames) = (count(output.thermo_interval, ROWS), count(output.frame_interval, FRAMES));
+        let earlier_rows = earlier_rows(scene, rate);
+        let rows = measured_rows.zip(earlier_rows).map(|(measured, earlier)| measured + earlier);
+        let row = (12.0 + output.regions.len() as f64) * DIGITS;
+        let before: Option<f64> = scene
+            .run
+            .stages
+            .iter()
+            .map(|stage| &stage.limit)
+            .chain([&scene.run.equilibration])
+            .map(|limit| if *limit == Limit::default() { Some(0.0) } else { lengths(limit, rate).1 })
+            .sum();
+        let particles = scene.particles.len() as f64;
+        let per_event =
+            if output.has_event_log { LOGGED } else { 0.0 } + if output.has_contacts { CONTACT } else { 0.0 };
+        let parts = [
+            measured_rows.map(|rows| rows * row),
+            earlier_rows.map(|rows| rows * row),
+            frames.map(|frames| frames * frame_bytes(scene)),
+            if per_event > 0.0 { measured.map(|events| events * per_event) } else { Some(0.0) },
+            Some(particles * CHECKPOINT),
+        ];
+        Self {
+            rows,
+            frames,
+            events: measured.zip(before).map(|(measured, before)| measured + before),
+            bytes: parts.iter().flatten().sum(),
+            is_complete: parts.iter().all(Option::is_some),
+            memory: PROGRAM + particles * PARTICLE,
+        }
+    }
+}
+
+/// Rows of the stages before the measured stretch; `None` where the scene does not tell.
+fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
+    let run = &scene.run;
+    let has_end = |limit: &Limit| *limit != Limit::default();
+    let stages = run.stages.iter().map(|stage| (&stage.limit, true));
+    let all = stages.chain([(&run.equilibration, run.until_stationary || has_end(&run.equilibration))]);
+    let rows = |limit: &Limit| {
+        let (time, events) = lengths(limit, rate);
+        match scene.output.thermo_interval {
+            Some(interval) => time.map(|time| (time / interval).ceil() + 1.0),
+            None => Some(ROWS.min(events.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
+        }
+    };
+    all.filter(|(_, is_simulated)| *is_simulated).map(|(limit, _)| rows(limit)).sum()
+}
+
+/// Simulated time and events until a limit, as far as is known: of two limits, only the rate tells which one comes first.
+fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
+    let rate = rate.filter(|rate| *rate > 0.0);
+    match (limit.time, limit.events.map(|events| events as f64), rate) {
+        (Some(time), Some(events), Some(rate)) => (Some(time.min(events / rate)), Some(events.min(time * rate))),
+        (Some(time), None, rate) => (Some(time), rate.map(|rate| time * rate)),
+        (None, Some(events), rate) => (rate.map(|rate| events / rate), Some(events)),
+        (Some(_), Some(_), None) | (None, None, _) => (None, None),
+    }
+}
+
+/// Bytes of a frame in all formats that the scene asks for.
+fn frame_bytes(scene: &Scene) -> f64 {
+    let frame = Frame::start_of(scene);
+    let per_particle: f64 = frame
+        .particles
+        .iter()
+        .map(|particle| {
+            let species = frame.species.get(particle.species.0 as usize);
+            let numbers = if species.is_some_and(|species| species.is_static) { 3.0 } else { 6.0 };
+            species.map_or(0.0, |species| species.name.len() as f64) + numbers * DIGITS + 20.0
+        })
+        .sum();
+    let scalars = if scene.measure.bond_order.is_some() { 2.0 * DIGITS * frame.particles.len() as f64 } else { 0.0 };
+    let bonds = 12.0 * frame.bonds.len() as f64;
+    let text = per_particle + scalars + bonds + 300.0;
+    // In binary a number takes 4 or 8 bytes in place of its digits.
+    let share = |format: &Format| match format {
+        Format::Gsd => 0.3,
+        Format::Npy => 0.5,
+        _ => 1.1,
+    };
+    text * (1.0 + scene.output.formats.iter().map(share).sum::<f64>())
+}
+
+/// What a run may write without being asked twice: 10 GB, or a tenth of what is free on the disk `[bytes]`.
+#[must_use]
+pub fn allowance(free: Option<f64>) -> f64 {
+    free.map_or(MOST, |free| (0.1 * free).min(MOST))
+}
+
+/// What is free on the disk of a folder that may be yet to be made `[bytes]`; `None` where the system does not tell.
+#[cfg(target_os = "linux")]
+#[must_use]
+pub fn free_disk(folder: &std::path::Path) -> Option<f64> {
+    use std::ffi::CString;
+    use std::os::unix::ffi::OsStrExt;
+
+    let folder = std::path::absolute(folder).ok()?;
+    let there = folder.ancestors().find(|folder| folder.exists())?;
+    let path = CString::new(there.as_os_str().as_bytes()).ok()?;
+    let mut status = std::mem::MaybeUninit::<libc::statvfs>::zeroed();
+    // SAFETY: the path ends with 0, and there is room for what the call writes.
+    let result = unsafe { libc::statvfs(path.as_ptr(), status.as_mut_ptr()) };
+    // SAFETY: zeros are a valid value, and the call has written another one.
+    let status = unsafe { status.assume_init() };
+    (result == 0).then_some(status.f_bavail as f64 * status.f_frsize as f64)
+}
+
+/// What is free on the disk of a folder; not known on this system.
+#[cfg(not(target_os = "linux"))]
+#[must_use]
+pub fn free_disk(_folder: &std::path::Path) -> Option<f64> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "
+        [space]
+        size = [20.0, 20.0, 20.0]
+        [[species]]
+        name = 'ball'
+        mass = 1.3
+        diameter = 1.0
+        [[interaction]]
+        species = ['ball', 'ball']
+        potential = 'hard-sphere'
+        [[fill]]
+        species = 'ball'
+        arrangement = 'sc'
+        count = 1000
+        temperature = 1.0
+        ";
+
+    fn estimate(more: &str, rate: Option<f64>) -> Estimate {
+        Estimate::of(&Scene::from_toml(format!("{SCENE}{more}"), "scene.toml").unwrap(), rate)
+    }
+
+    #[test]
+    fn intervals_and_limits_give_rows_frames_and_bytes() {
+        let it = estimate("[run]\nuntil_time = 1e9\n[output]\nthermo_interval = 1e-3\nframe_interval = 1e6", None);
+        assert_eq!((it.rows, it.frames), (Some(1e12 + 2.0), Some(1002.0)));
+        assert!(it.bytes > 1e13 && it.is_complete && it.events.is_none());
+        let it =
+            estimate("[run]\nuntil_events = 1000\nequilibration_events = 500\n[output]\nthermo_interval = 0.5", None);
+        assert_eq!((it.rows, it.events, it.is_complete), (None, Some(1500.0), false));
+        let it = estimate("[run]\nuntil_events = 1000\n[output]\nthermo_interval = 0.5", Some(10.0));
+        assert_eq!((it.rows, it.is_complete), (Some(202.0), true));
+        let before = "[run]\nuntil_events = 1000\nequilibration_events = 500\n[output]\nthermo_interval = 0.5";
+        assert_eq!(estimate(before, Some(10.0)).rows, Some(202.0 + 101.0), "rows of all stages");
+        let it = estimate("[run]\nuntil_time = 10.0\n[output]\nevents = true", Some(1e9));
+        assert!(it.bytes > 1.9e12 && it.is_complete);
+        assert!(!estimate("[run]\nuntil_time = 10.0\n[output]\nevents = true", None).is_complete);
+        let it =
+            estimate("[run]\nuntil_time = 1e9\nequilibration_events = 500\n[output]\nthermo_interval = 1e-3", None);
+        assert!(it.bytes > 1e13 && !it.is_complete && it.rows.is_none(), "what is known is enough: {it:?}");
+        let both = "[run]\nuntil_events = 1000\nuntil_time = 1e9\n[output]\nthermo_interval = 1e-3";
+        assert_eq!((estimate(both, None).rows, estimate(both, Some(1e3)).rows), (None, Some(1002.0)));
+        let plain = estimate("[run]\nuntil_time = 10.0", None);
+        assert!(plain.bytes < 1e7 && plain.rows == Some(ROWS) && plain.memory < 2e7);
+    }
+
+    #[test]
+    fn a_tenth_of_the_disk_and_ten_gigabytes_at_most() {
+        assert_eq!(allowance(None), 1e10);
+        assert_eq!(allowance(Some(1e9)), 1e8);
+        assert_eq!(allowance(Some(1e13)), 1e10);
+        if cfg!(target_os = "linux") {
+            assert!(free_disk("not/made/yet".as_ref()).is_some_and(f64::is_finite));
+        }
+    }
+}

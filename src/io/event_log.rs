@@ -1,0 +1,129 @@
+//! The log of all events, exact and by columns: NumPy arrays in the folder `events`, one entry per event in the order of time.
+//!
+//! | file | kind | content |
+//! |---|---|---|
+//! | `time.npy` | `f64` | simulated time |
+//! | `kind.npy` | `u8` | 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 walls -x, +x, -y, +y, -z, +z, 10 thermostat |
+//! | `particle.npy` | `u32` | id |
+//! | `partner.npy` | `i64` | id; -1 where there is none |
+//! | `positions.npy` | `f64` x 2 x 3 | of particle and partner, within the box; 0 for no partner |
+//! | `velocities_before.npy`, `velocities_after.npy` | `f64` x 2 x 3 | of the same |
+//! | `energy_step.npy` | `f64` | potential energy gained; of a thermostat, the kinetic energy that it gave |
+//! | `dissipated.npy` | `f64` | kinetic energy lost to restitution |
+//!
+//! Numbers are little-endian and have all the digits of the run: 197 bytes per event.
+
+use std::fs;
+use std::path::Path;
+
+use super::error::OutputError;
+use super::npy::array::{HEADER_SIZE, header};
+use super::partial::PartialFile;
+use crate::base::numbers::index;
+use crate::engine::event::{Event, EventKind};
+use crate::physics::response::Outcome;
+use crate::run::checkpoint::{CheckpointError, Kept, KeptFile};
+
+/// The folder of the columns.
+pub(super) const FOLDER: &str = "events";
+
+/// Name, kind as NumPy writes it, shape of an entry, and bytes per entry.
+type Kind = (&'static str, &'static str, &'static [usize], u64);
+
+const COLUMNS: [Kind; 9] = [
+    ("time.npy", "<f8", &[], 8),
+    ("kind.npy", "|u1", &[], 1),
+    ("particle.npy", "<u4", &[], 4),
+    ("partner.npy", "<i8", &[], 8),
+    ("positions.npy", "<f8", &[2, 3], 48),
+    ("velocities_before.npy", "<f8", &[2, 3], 48),
+    ("velocities_after.npy", "<f8", &[2, 3], 48),
+    ("energy_step.npy", "<f8", &[], 8),
+    ("dissipated.npy", "<f8", &[], 8),
+];
+
+/// The columns while they are written.
+#[derive(Debug)]
+pub(super) struct EventLog {
+    columns: Vec<PartialFile>,
+}
+
+impl EventLog {
+    /// Empty columns in the folder of a run.
+    pub fn create(run: &Path) -> Result<Self, OutputError> {
+        let folder = run.join(FOLDER);
+        fs::create_dir_all(&folder).map_err(|source| OutputError::Folder { path: folder.clone(), source })?;
+        let column = |(name, kind, shape, _): &Kind| {
+            let mut file = PartialFile::create(folder.join(name))?;
+            file.write_head(&header(kind, shape, 0))?;
+            Ok(file)
+        };
+        Ok(Self { columns: COLUMNS.iter().map(column).collect::<Result<_, OutputError>>()? })
+    }
+
+    /// The columns of a checkpoint.
+    pub fn resume(run: &Path, kept: &Kept) -> Result<Self, OutputError> {
+        let column = |(name, ..): &Kind| {
+            let (name, path) = (format!("{FOLDER}/{name}"), run.join(FOLDER).join(name));
+            let Some(kept) = kept.files.iter().find(|kept| Path::new(&kept.name) == Path::new(&name)) else {
+                return Err(CheckpointError::File { path, found: 0, expected: HEADER_SIZE as u64 }.into());
+            };
+            PartialFile::resume(path, kept)
+        };
+        Ok(Self { columns: COLUMNS.iter().map(column).collect::<Result<_, _>>()? })
+    }
+
+    pub fn add(&mut self, event: &Event) -> Result<(), OutputError> {
+        let numbers = |vectors: &[crate::Vector; 2]| -> Vec<u8> {
+            vectors.iter().flat_map(|vector| vector.iter().flat_map(|x| x.to_le_bytes())).collect()
+        };
+        let partner = event.partner.map_or(-1, |partner| i64::from(partner.0));
+        let entries: [&[u8]; 9] = [
+            &event.time.to_le_bytes(),
+            &[code(event.kind)],
+            &event.particle.0.to_le_bytes(),
+            &partner.to_le_bytes(),
+            &numbers(&event.positions),
+            &numbers(&event.before),
+            &numbers(&event.after),
+            &event.energy_step.to_le_bytes(),
+            &event.dissipated.to_le_bytes(),
+        ];
+        self.columns.iter_mut().zip(entries).try_for_each(|(column, entry)| column.write_bytes(entry))
+    }
+
+    /// How long all columns are together `[bytes]`.
+    pub fn length(&self) -> u64 {
+        self.columns.iter().map(PartialFile::length).sum()
+    }
+
+    /// Makes what was written so far safe on the disk.
+    pub fn keep(&mut self, run: &Path) -> Result<Vec<KeptFile>, OutputError> {
+        self.columns.iter_mut().map(|column| column.keep(run)).collect()
+    }
+
+    /// The columns with their numbers of entries.
+    pub fn finish(mut self) -> Result<Vec<PartialFile>, OutputError> {
+        for (column, (_, kind, shape, size)) in self.columns.iter_mut().zip(&COLUMNS) {
+            let entries = (column.length() - HEADER_SIZE as u64) / size;
+            column.replace_head(&header(kind, shape, index(entries)))?;
+        }
+        Ok(self.columns)
+    }
+}
+
+/// The files of the columns, in the folder of a run.
+pub(super) fn names() -> impl Iterator<Item = String> {
+    COLUMNS.iter().map(|(name, ..)| format!("{FOLDER}/{name}"))
+}
+
+fn code(kind: EventKind) -> u8 {
+    match kind {
+        EventKind::Pair(Outcome::Core) => 0,
+        EventKind::Pair(Outcome::Capture) => 1,
+        EventKind::Pair(Outcome::Release) => 2,
+        EventKind::Pair(Outcome::Bounce) => 3,
+        EventKind::Wall { axis, is_upper } => 4 + 2 * axis + u8::from(is_upper),
+        EventKind::Thermostat => 10,
+    }
+}

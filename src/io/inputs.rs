@@ -1,0 +1,35 @@
+//! What is read stays as it is: neither replaced by what is written, nor changed between two parts of a run.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::error::OutputError;
+use crate::model::InputFile;
+use crate::run::checkpoint::CheckpointError;
+
+/// Refuses to write a file, or a folder, where a file would be lost that is read: one in that place, or in that folder.
+///
+/// # Errors
+/// [`OutputError::Input`] with the first of them.
+pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Item = P>) -> Result<(), OutputError> {
+    // What is not there replaces nothing.
+    let Ok(place) = fs::canonicalize(target) else { return Ok(()) };
+    for input in inputs {
+        let input: PathBuf = input.as_ref().to_owned();
+        if fs::canonicalize(&input).is_ok_and(|input| input.starts_with(&place)) {
+            return Err(OutputError::Input { target: target.to_owned(), input });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses inputs of a run that are not what they were. One that is gone is not needed to go on.
+pub(super) fn refuse_changed(inputs: &[InputFile]) -> Result<(), CheckpointError> {
+    for input in inputs {
+        if let Ok(Some(found)) = input.changed() {
+            let InputFile { path, checksum: expected } = input.clone();
+            return Err(CheckpointError::Input { path, found, expected });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,204 @@
+//! What Carom wrote in the folder of a run: by this list a run is known, and nothing else in its folder is replaced or removed.
+
+use std::collections::BTreeSet;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{Read, Write};
+use std::path::{Component, Path, PathBuf};
+
+use super::error::OutputError;
+use super::folder::{CONTACTS, PAGE, PICTURE, REPORT, SCENE, SUMMARY, THERMO, TRAJECTORY, remove};
+use super::partial::partial_of;
+use super::{checkpoints, measurements};
+use crate::run::checkpoint::Checkpoint;
+
+/// The list, in the folder. It is locked as long as a run writes there.
+pub(super) const FILE: &str = ".carom";
+
+/// Its first line.
+const HEADER: &str = "carom lists here what it wrote in this folder; nothing else will be replaced or removed\n";
+
+/// Names of files in the folder of a run; of folders with all files of a format, with `/` at the end.
+#[derive(Debug)]
+pub(super) struct Owned {
+    folder: PathBuf,
+    file: File,
+    names: BTreeSet<String>,
+}
+
+/// Whether a folder is that of a run: by its list, or by a checkpoint where the list was left behind.
+pub(super) fn is_run(folder: &Path) -> bool {
+    let has_list = fs::read(folder.join(FILE)).is_ok_and(|bytes| bytes.starts_with(HEADER.as_bytes()));
+    has_list || Checkpoint::is_one(&checkpoints::last(folder))
+}
+
+/// Whether a list is all that a run has made that was killed while it began.
+pub(super) fn is_begun(list: &Path) -> bool {
+    fs::read(list).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
+}
+
+impl Owned {
+    /// Takes a folder for a run, empty or that of a run; nobody else may until this is dropped.
+    ///
+    /// # Errors
+    /// [`OutputError::Busy`] if another run writes there.
+    pub fn lock(folder: &Path) -> Result<Self, OutputError> {
+        let path = folder.join(FILE);
+        let is_run = is_run(folder);
+        let file = OpenOptions::new().read(true).append(true).create(true).open(&path);
+        let file = file.map_err(OutputError::write(&path))?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(folder.to_owned())),
+            // Where the system has no locks, nothing keeps two runs apart.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        let mut owned = Self { folder: folder.to_owned(), file, names: BTreeSet::new() };
+        let mut text = Vec::new();
+        owned.file.read_to_end(&mut text).map_err(OutputError::write(&path))?;
+        // A last line that was cut off is none.
+        let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+        if whole < text.len() {
+            owned.file.set_len(whole as u64).map_err(OutputError::write(&path))?;
+        }
+        let text = String::from_utf8_lossy(&text[..whole]);
+        match text.strip_prefix(HEADER) {
+            Some(lines) => owned.names = names_of(lines),
+            // Of a run whose list is lost, or of none yet.
+            None => {
+                owned.file.set_len(0).map_err(OutputError::write(&path))?;
+                owned.append(HEADER)?;
+                if is_run {
+                    let known = [SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
+                    let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);
+                    owned.list(&known.filter(|name| folder.join(name).exists()).collect::<Vec<_>>())?;
+                }
+            }
+        }
+        Ok(owned)
+    }
+
+    pub fn names(&self) -> &BTreeSet<String> {
+        &self.names
+    }
+
+    /// Puts names on the list, before their files are made.
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`] if there is something under such a name that Carom did not write.
+    pub fn claim(&mut self, names: &[String]) -> Result<(), OutputError> {
+        self.allow(names)?;
+        self.list(names)
+    }
+
+    /// Whether there is nothing under some names that Carom did not write.
+    ///
+    /// # Errors
+    /// [`OutputError::Foreign`] if there is.
+    pub fn allow(&self, names: &[String]) -> Result<(), OutputError> {
+        for name in names.iter().filter(|name| !self.names.contains(*name)) {
+            let path = self.folder.join(name.trim_end_matches('/'));
+            for path in [partial_of(&path), path] {
+                if fs::symlink_metadata(&path).is_ok() {
+                    return Err(OutputError::Foreign(path));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn list(&mut self, names: &[String]) -> Result<(), OutputError> {
+        let new: Vec<&String> = names.iter().filter(|name| !self.names.contains(*name)).collect();
+        if !new.is_empty() {
+            self.append(&new.iter().map(|name| format!("+ {name}\n")).collect::<String>())?;
+            self.names.extend(new.into_iter().cloned());
+        }
+        Ok(())
+    }
+
+    /// Removes files that Carom wrote, also what there is of them before they are complete, and takes them off the list.
+    pub fn remove(&mut self, names: &[String]) -> Result<(), OutputError> {
+        for name in names {
+            let path = self.folder.join(name.trim_end_matches('/'));
+            if name.ends_with('/') {
+                super::convert::remove_converted(&path)?;
+            } else {
+                remove(&path)?;
+                remove(&partial_of(&path))?;
+            }
+            // A folder that is empty now has no use.
+            if let Some(parent) = path.parent().filter(|parent| *parent != self.folder) {
+                let _ = fs::remove_dir(parent);
+            }
+        }
+        self.append(&names.iter().map(|name| format!("- {name}\n")).collect::<String>())?;
+        self.names.retain(|name| !names.contains(name));
+        Ok(())
+    }
+
+    fn append(&mut self, text: &str) -> Result<(), OutputError> {
+        let written = self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data());
+        written.map_err(OutputError::write(&self.folder.join(FILE)))
+    }
+}
+
+/// What commands write beside the files of a run where nobody says otherwise.
+const ABOUT: [&str; 2] = [PAGE, PICTURE];
+
+/// Notes that Carom has written a page or a picture in the folder of a run, where nobody gave it another name: a run that replaces
+/// this one removes it.
+pub(crate) fn note(path: &Path) {
+    let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };
+    if ABOUT.contains(&name) && is_run(folder) {
+        // Without the note the file only outlives the run.
+        if let Ok(mut file) = OpenOptions::new().append(true).open(folder.join(FILE)) {
+            let _ = file.write_all(format!("+ {name}\n").as_bytes());
+        }
+    }
+}
+
+/// The names that were added and not taken off.
+fn names_of(lines: &str) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    for line in lines.lines() {
+        if let Some(name) = line.strip_prefix("+ ").filter(|name| is_inside(name)) {
+            names.insert(name.to_owned());
+        } else if let Some(name) = line.strip_prefix("- ") {
+            names.remove(name);
+        }
+    }
+    names
+}
+
+/// Whether a name leads to somewhere in the folder.
+fn is_inside(name: &str) -> bool {
+    let mut parts = Path::new(name).components();
+    !name.is_empty() && parts.all(|part| matches!(part, Component::Normal(_)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_remembers_what_was_written_and_refuses_what_was_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+        let mut owned = Owned::lock(folder.path()).unwrap();
+        assert!(matches!(Owned::lock(folder.path()), Err(OutputError::Busy(_))));
+        owned.claim(&names(&["a", "b"])).unwrap();
+        fs::write(folder.path().join("b.partial"), "half").unwrap();
+        fs::write(folder.path().join("mine"), "years").unwrap();
+        assert!(matches!(owned.claim(&names(&["c", "mine"])), Err(OutputError::Foreign(_))));
+        owned.remove(&names(&["b"])).unwrap();
+        drop(owned);
+        // As a power cut may leave it.
+        OpenOptions::new().append(true).open(folder.path().join(FILE)).unwrap().write_all(b"+ mi").unwrap();
+        let owned = Owned::lock(folder.path()).unwrap();
+        assert_eq!(owned.names().iter().collect::<Vec<_>>(), ["a"]);
+        assert!(!folder.path().join("b.partial").exists() && folder.path().join("mine").exists());
+    }
+
+    #[test]
+    fn no_list_leads_out_of_its_folder() {
+        assert_eq!(names_of("+ ../x\n+ /etc/x\n+ events/time.npy\n+ \n+ ./y\n").len(), 1);
+    }
+}

@@ -1,0 +1,174 @@
+//! Files that get their name when they are complete.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::error::OutputError;
+use crate::run::checkpoint::{Checked, CheckpointError, KeptFile};
+
+/// Ends the name of a file that is not complete.
+const SUFFIX: &str = ".partial";
+
+/// A file that is written under a name of its own, and takes its final name at the end.
+///
+/// Its checksum is taken as its pieces go to the operating system, so that a checkpoint reads nothing again.
+#[derive(Debug)]
+pub(super) struct PartialFile {
+    path: PathBuf,
+    partial: PathBuf,
+    file: BufWriter<Checked<File>>,
+    /// Bytes at the start that are replaced at the end and are not checked.
+    head: u64,
+}
+
+impl PartialFile {
+    /// An empty file beside `path`.
+    pub fn create(path: PathBuf) -> Result<Self, OutputError> {
+        let partial = partial_of(&path);
+        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
+        Ok(Self { path, partial, file: buffered(Checked::new(file)), head: 0 })
+    }
+
+    /// The name under which a file that takes its name at the end is there now.
+    pub fn present(path: &Path) -> PathBuf {
+        let partial = partial_of(path);
+        if partial.exists() { partial } else { path.to_owned() }
+    }
+
+    /// Whether a file still has what it had at a checkpoint, under either name.
+    pub fn check(path: &Path, kept: &KeptFile) -> Result<(), CheckpointError> {
+        let path = Self::present(path);
+        if path.exists() {
+            return kept.check(&path);
+        }
+        Err(CheckpointError::File { path, found: 0, expected: kept.length })
+    }
+
+    /// Goes on with a file that has been checked, under its name of a file that is not complete; what was written after the checkpoint
+    /// is cut off.
+    pub fn resume(path: PathBuf, kept: &KeptFile) -> Result<Self, OutputError> {
+        let (partial, file) = open_again(&path)?;
+        file.set_len(kept.length).map_err(OutputError::write(&partial))?;
+        let mut file = Checked::go_on(file, kept.length, kept.checksum);
+        seek_end(&mut file, &partial)?;
+        Ok(Self { path, partial, file: buffered(file), head: kept.head })
+    }
+
+    /// Goes on with a file that no checkpoint counts.
+    pub fn reopen(path: PathBuf) -> Result<Self, OutputError> {
+        let (partial, file) = open_again(&path)?;
+        let mut file = Checked::new(file);
+        seek_end(&mut file, &partial)?;
+        Ok(Self { path, partial, file: buffered(file), head: 0 })
+    }
+
+    /// What it contains so far.
+    pub fn text(&mut self) -> Result<String, OutputError> {
+        self.flush()?;
+        fs::read_to_string(&self.partial).map_err(OutputError::write(&self.partial))
+    }
+
+    /// Replaces all of it, at once.
+    pub fn replace(&mut self, text: &str) -> Result<(), OutputError> {
+        let mut new = Self::create(self.partial.clone())?;
+        new.write(text)?;
+        new.complete()?;
+        *self = Self::reopen(self.path.clone())?;
+        Ok(())
+    }
+
+    /// Appends bytes.
+    pub fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.file.write_all(bytes).map_err(OutputError::write(&self.partial))
+    }
+
+    /// Writes the first bytes of an empty file, which will be replaced at its end.
+    pub fn write_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.replace_head(bytes)?;
+        self.head = bytes.len() as u64;
+        self.file.get_mut().pass(self.head);
+        Ok(())
+    }
+
+    /// Replaces the first bytes; more goes to its end as before.
+    pub fn replace_head(&mut self, bytes: &[u8]) -> Result<(), OutputError> {
+        self.flush()?;
+        let mut file = self.file.get_ref().inner();
+        file.seek(SeekFrom::Start(0))
+            .and_then(|_| file.write_all(bytes))
+            .and_then(|()| file.seek(SeekFrom::End(0)))
+            .map(drop)
+            .map_err(OutputError::write(&self.partial))
+    }
+
+    /// How long it is, with what is not yet written `[bytes]`.
+    pub fn length(&self) -> u64 {
+        self.file.get_ref().length() + self.file.buffer().len() as u64
+    }
+
+    /// Makes what was written so far safe on the disk, and says what that is; `folder` is that of the run.
+    pub fn keep(&mut self, folder: &Path) -> Result<KeptFile, OutputError> {
+        self.flush()?;
+        let written = self.file.get_ref();
+        written.inner().sync_data().map_err(OutputError::write(&self.partial))?;
+        let name = self.path.strip_prefix(folder).unwrap_or(&self.path).to_string_lossy().into_owned();
+        Ok(KeptFile { name, length: written.length(), head: self.head, checksum: written.checksum() })
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub fn writer(&mut self) -> &mut impl Write {
+        &mut self.file
+    }
+
+    /// Appends text.
+    pub fn write(&mut self, text: &str) -> Result<(), OutputError> {
+        self.file.write_all(text.as_bytes()).map_err(OutputError::write(&self.partial))
+    }
+
+    /// Hands what was written so far to the operating system, so that it can be looked at.
+    pub fn flush(&mut self) -> Result<(), OutputError> {
+        self.file.flush().map_err(OutputError::write(&self.partial))
+    }
+
+    /// Makes it safe on the disk.
+    pub fn sync(&mut self) -> Result<(), OutputError> {
+        self.flush()?;
+        self.file.get_ref().inner().sync_all().map_err(OutputError::write(&self.partial))
+    }
+
+    /// Makes it safe on the disk and gives it its name.
+    pub fn complete(mut self) -> Result<PathBuf, OutputError> {
+        self.sync()?;
+        fs::rename(&self.partial, &self.path).map_err(OutputError::write(&self.path))?;
+        Ok(self.path)
+    }
+}
+
+/// A file under its name of one that is not complete, whichever name it has.
+fn open_again(path: &Path) -> Result<(PathBuf, File), OutputError> {
+    let partial = partial_of(path);
+    if !partial.exists() {
+        fs::rename(path, &partial).map_err(OutputError::write(&partial))?;
+    }
+    let file = OpenOptions::new().write(true).open(&partial).map_err(OutputError::write(&partial))?;
+    Ok((partial, file))
+}
+
+fn seek_end(file: &mut Checked<File>, path: &Path) -> Result<(), OutputError> {
+    file.inner().seek(SeekFrom::End(0)).map(drop).map_err(OutputError::write(path))
+}
+
+fn buffered(file: Checked<File>) -> BufWriter<Checked<File>> {
+    BufWriter::with_capacity(1 << 16, file)
+}
+
+/// The name of a file that is not complete.
+pub(super) fn partial_of(path: &Path) -> PathBuf {
+    let mut partial = path.as_os_str().to_owned();
+    partial.push(SUFFIX);
+    PathBuf::from(partial)
+}

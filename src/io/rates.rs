@@ -1,0 +1,75 @@
+//! Rates of events by kind and species.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::event::EventCounts;
+use crate::model::Scene;
+
+/// How often one kind of event took place in the measured stretch, between particles of two species or with those of one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Rate {
+    /// `core`, `capture`, `release`, `bounce` (off a finite step), `bond` (off its far end), `wall` or `thermostat`.
+    pub kind: String,
+    /// One species for walls and thermostats, else two.
+    pub species: Vec<String>,
+    /// Number of such events.
+    pub events: u64,
+    /// The same by time `[1 / time]`; `None` where no time passed.
+    pub per_time: Option<f64>,
+    /// How many of them a particle of each of the species takes part in, by time `[1 / time]`; two of one species both do. `None` for
+    /// static particles.
+    pub per_particle: Vec<Option<f64>>,
+}
+
+/// The rates of all kinds of events that took place in a time.
+#[must_use]
+pub fn rates(counts: &EventCounts, scene: &Scene, duration: f64) -> Vec<Rate> {
+    let mut numbers = vec![0_u64; scene.species.len()];
+    for particle in &scene.particles {
+        numbers[particle.species.0 as usize] += 1;
+    }
+    let by_time = |count: f64| (duration > 0.0).then(|| count / duration);
+    let rate = |(kind, species, events): (crate::engine::event::CountedKind, Vec<u32>, u64)| {
+        let taking_part = |id: &u32| species.iter().filter(|other| *other == id).count() as f64 * events as f64;
+        let per_particle = |id: &u32| {
+            let index = *id as usize;
+            by_time(taking_part(id) / numbers[index] as f64).filter(|_| !scene.species[index].is_static())
+        };
+        Rate {
+            kind: kind.name().to_owned(),
+            species: species.iter().map(|id| scene.species[*id as usize].name.clone()).collect(),
+            events,
+            per_time: by_time(events as f64),
+            per_particle: species.iter().map(per_particle).collect(),
+        }
+    };
+    counts.entries().into_iter().map(rate).collect()
+}
+
+impl Rate {
+    /// What took place, in words: `core, A and B`.
+    #[must_use]
+    pub fn title(&self) -> String {
+        format!("{}, {}", self.kind, self.species.join(" and "))
+    }
+
+    /// The rates per particle, in words: `0.57 per A, 0.11 per B`; two of one species have one.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let mut words: Vec<String> = Vec::new();
+        for (species, rate) in self.species.iter().zip(&self.per_particle) {
+            let word = rate.map(|rate| format!("{} per {species}", crate::base::text::digits(rate)));
+            words.extend(word.filter(|word| !words.contains(word)));
+        }
+        words.join(", ")
+    }
+}
+
+/// The rates that tell more than the collision rate of a run: all, but that of the cores if there is one and no other species had events.
+#[must_use]
+pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
+    let is_core = |rate: &Rate| rate.kind == "core";
+    let is_alone = rates.iter().filter(|rate| is_core(rate)).count() == 1;
+    let has_all = |one: &Rate| rates.iter().flat_map(|rate| &rate.species).all(|name| one.species.contains(name));
+    rates.iter().filter(|rate| !(is_core(rate) && is_alone && has_all(rate))).collect()
+}

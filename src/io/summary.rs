@@ -1,0 +1,216 @@
+//! The numbers of a run, `summary.json`. Its keys are a contract with what reads it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::rates::{Rate, rates};
+use crate::analysis::observables::Equilibrium;
+use crate::analysis::statistics::Stationarity;
+use crate::model::InputFile;
+use crate::run::Finished;
+
+/// What `summary.json` contains.
+///
+/// Counts, observables and speed are those of the measured stretch; energies, momentum and overlaps span the whole run with
+/// its equilibration. What means nothing for the scene is `null` or, of the observables, absent.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "the keys are described as a whole")]
+pub struct Summary {
+    pub version: String,
+    pub scene: String,
+    pub seed: u64,
+    /// The files that the scene read, with their checksums.
+    #[serde(default)]
+    pub inputs: Vec<InputFile>,
+    /// The engine that ran, in words.
+    pub engine: String,
+    /// Number of particles, static ones included.
+    pub particles: usize,
+    /// Simulated time at the end.
+    pub time: f64,
+    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files that do not tell.
+    #[serde(default = "not_grown")]
+    pub diameter_factor: f64,
+    pub events: Events,
+    pub energy: Energies,
+    pub momentum: Momentum,
+    pub overlap: Overlaps,
+    /// What the audit objects to, in words; empty for a sound run.
+    pub faults: Vec<String>,
+    /// Whether the observables were stationary while they were measured.
+    #[serde(default)]
+    pub equilibrated: Equilibrium,
+    pub observables: BTreeMap<String, Observable>,
+    /// By kind and species, only those that took place; empty in files of runs before they were counted.
+    #[serde(default)]
+    pub rates: Vec<Rate>,
+    pub speed: Speed,
+}
+
+/// Numbers of events; `total` are the physical ones: core, capture, release, bounce and wall.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "as in `Tally`")]
+pub struct Events {
+    pub total: u64,
+    pub core: u64,
+    pub capture: u64,
+    pub release: u64,
+    pub bounce: u64,
+    pub wall: u64,
+    pub transition: u64,
+    pub turning_point: u64,
+    pub in_invalid_state: u64,
+    pub tc_contacts: u64,
+    pub tc_altered: u64,
+}
+
+/// Energies: at the start and the end of the run, and what became of them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "as in `Audit`")]
+pub struct Energies {
+    pub initial: f64,
+    pub r#final: f64,
+    pub kinetic: f64,
+    pub potential: f64,
+    pub dissipated: f64,
+    #[serde(default)]
+    pub supplied: f64,
+    pub ledger_error_relative: f64,
+    /// Where the audit fails.
+    pub ledger_limit: f64,
+}
+
+/// Momentum.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Momentum {
+    /// Relative to the sum of `m |v|`; `None` where momentum is not conserved.
+    pub drift: Option<f64>,
+    /// Where the audit fails.
+    pub limit: f64,
+}
+
+/// Overlaps, relative to the distance of the discontinuity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Overlaps {
+    /// At any event.
+    pub deepest_executed: f64,
+    /// At the end.
+    pub deepest_final: f64,
+    /// Where the audit fails; `None` judges each overlap by the round-off of its coordinates.
+    pub limit: Option<f64>,
+    /// Pairs that overlapped at the start, deeper than round-off.
+    pub initial: usize,
+    /// Pairs that overlap at the end, deeper than round-off.
+    pub r#final: usize,
+    /// Simulated time after which the last of the initial ones was gone.
+    pub resolved_after: Option<f64>,
+}
+
+/// A mean and its standard error; `None` where the run is too short to tell.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "as in `Estimate`")]
+pub struct Observable {
+    pub mean: f64,
+    pub standard_error: Option<f64>,
+    /// `None` in files that do not tell.
+    #[serde(default)]
+    pub stationarity: Option<Stationarity>,
+}
+
+/// How fast it was.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Speed {
+    /// Time on the clock `[seconds]`.
+    pub wall_seconds: f64,
+    /// Physical events per second; `None` for a run too short to time.
+    pub events_per_second: Option<f64>,
+    /// Core events per second.
+    pub contacts_per_second: Option<f64>,
+    /// The most memory that the program held, where the system tells.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+impl Summary {
+    /// The numbers of a finished run.
+    #[must_use]
+    pub fn of(finished: &Finished) -> Self {
+        let (simulation, audit, tally) = (&finished.simulation, &finished.audit, &finished.stretch.tally);
+        let scene = simulation.scene();
+        let wall_seconds = finished.stretch.wall_seconds;
+        let per_second = |count: u64| (wall_seconds > 0.0).then(|| count as f64 / wall_seconds);
+        let observable = |(name, estimate): &(&'static str, crate::analysis::statistics::Estimate)| {
+            let stationarity =
+                finished.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
+            (
+                (*name).to_owned(),
+                Observable { mean: estimate.mean, standard_error: estimate.standard_error, stationarity },
+            )
+        };
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: scene.name.clone(),
+            seed: scene.seed,
+            inputs: scene.inputs.clone(),
+            engine: simulation.engine().to_string(),
+            particles: scene.particles.len(),
+            time: simulation.time(),
+            diameter_factor: simulation.scale(),
+            events: Events {
+                total: tally.physical(),
+                core: tally.core,
+                capture: tally.capture,
+                release: tally.release,
+                bounce: tally.bounce,
+                wall: tally.wall,
+                transition: tally.transition,
+                turning_point: tally.turning_point,
+                in_invalid_state: tally.in_invalid_state,
+                tc_contacts: tally.tc_contacts,
+                tc_altered: tally.tc_altered,
+            },
+            energy: Energies {
+                initial: audit.initial_energy,
+                r#final: audit.energy.kinetic + audit.energy.potential,
+                kinetic: audit.energy.kinetic,
+                potential: audit.energy.potential,
+                dissipated: audit.dissipated,
+                supplied: audit.tally.supplied.total(),
+                ledger_error_relative: audit.ledger_error,
+                ledger_limit: audit.limits.energy,
+            },
+            momentum: Momentum { drift: audit.momentum_drift, limit: audit.limits.momentum },
+            overlap: Overlaps {
+                deepest_executed: audit.tally.deepest_overlap,
+                deepest_final: audit.deepest_final.map_or(0.0, |overlap| overlap.depth),
+                limit: audit.limits.overlap,
+                initial: audit.initial.overlaps,
+                r#final: audit.final_overlaps,
+                resolved_after: audit.initial.resolved_after,
+            },
+            faults: audit.faults().iter().map(ToString::to_string).collect(),
+            equilibrated: Equilibrium::of(&finished.stationarity),
+            observables: finished.observables.iter().map(observable).collect(),
+            rates: rates(&finished.event_counts, scene, finished.stretch.duration),
+            speed: Speed {
+                wall_seconds,
+                events_per_second: per_second(tally.physical()),
+                contacts_per_second: per_second(tally.core),
+                peak_memory_bytes: peak_memory_bytes(),
+            },
+        }
+    }
+}
+
+/// Of runs before there was growth.
+fn not_grown() -> f64 {
+    1.0
+}
+
+/// The high-water mark of resident memory, which Linux tells in kibibytes.
+fn peak_memory_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    kibibytes.checked_mul(1024)
+}

@@ -1,0 +1,90 @@
+//! The table of measurements at even times, `thermo.csv`.
+//!
+//! Columns have a name and a unit in brackets. A column that means nothing for a scene is absent; a cell that cannot be
+//! known, as a rate at the start of a stage, is empty. The last column names the stage: those of the scene, then `equilibration` and `measurement`.
+
+use std::fmt::Write;
+
+use super::measurements::quoted;
+use super::number::Cell;
+use crate::analysis::observables::{Meaning, Row};
+use crate::base::numbers::trunc_to_usize;
+use crate::base::text;
+use crate::model::Scene;
+use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
+use crate::run::Stage;
+
+/// Which columns a scene has.
+#[derive(Debug, Clone)]
+pub(super) struct Columns {
+    meaning: Meaning,
+    /// Whether anything acts from outside.
+    is_driven: bool,
+    regions: Vec<String>,
+    /// Names of the stages before the equilibration.
+    stages: Vec<String>,
+}
+
+impl Columns {
+    pub fn of(scene: &Scene) -> Self {
+        let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
+        let stages = scene.run.stages.iter().map(|stage| quoted(&stage.name)).collect();
+        Self { meaning: Meaning::of(scene), is_driven: scene.is_driven(), regions, stages }
+    }
+
+    /// The first line.
+    pub fn header(&self) -> String {
+        let mut line = "time [time],events [1]".to_owned();
+        let meaning = &self.meaning;
+        let pressure = format!(",{}", text::unit("pressure [energy/length^D]", trunc_to_usize(meaning.dimensions)));
+        for (has, column) in [
+            (meaning.has_temperature, ",temperature [energy]"),
+            (true, ",kinetic [energy],potential [energy],energy_and_dissipated [energy]"),
+            (self.is_driven, ",supplied [energy]"),
+            (meaning.has_pressure, pressure.as_str()),
+            (meaning.has_core, ",collision_rate [1/time]"),
+            (meaning.has_height(), ",height [length]"),
+        ] {
+            line.push_str(if has { column } else { "" });
+        }
+        for region in &self.regions {
+            line.push_str(",in ");
+            line.push_str(region);
+            line.push_str(" [1]");
+        }
+        line.push_str(",stage\n");
+        line
+    }
+
+    /// A line of measurements.
+    pub fn line(&self, stage: Stage, row: &Row) -> String {
+        let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
+        let meaning = &self.meaning;
+        for (has, cell) in [
+            (meaning.has_temperature, row.temperature),
+            (true, Some(row.kinetic)),
+            (true, Some(row.potential)),
+            (true, Some(row.ledger)),
+            (self.is_driven, Some(row.supplied)),
+            (meaning.has_pressure, row.pressure),
+            (meaning.has_core, row.collision_rate),
+            (meaning.has_height(), row.height),
+        ] {
+            if has {
+                // Writing to a string cannot fail.
+                let _ = write!(line, ",{}", Cell(cell));
+            }
+        }
+        for count in &row.counts {
+            let _ = write!(line, ",{count}");
+        }
+        line.push(',');
+        line.push_str(match stage {
+            Stage::Preparation(number) => self.stages.get(number as usize).map_or("", String::as_str),
+            Stage::Equilibration => EQUILIBRATION,
+            Stage::Measurement => MEASUREMENT,
+        });
+        line.push('\n');
+        line
+    }
+}

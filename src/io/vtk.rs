@@ -1,0 +1,126 @@
+//! A trajectory as VTK XML PolyData for ParaView and PyVista: a folder with
+//!
+//! - `trajectory.pvd`, which lists the frames with their times: open this one;
+//! - `frame_000000.vtp` and so on, numbered by the place of the frame in the trajectory;
+//! - `box.vtp`, the edges of the box of the first frame as lines; also in a sheared box those of the region that holds all positions.
+//!
+//! A frame has a point and a vertex per particle, with the arrays `radius`, `velocity` (where the source has it), `species` (an
+//! index), `id`, `image` (periods travelled along each axis, where the source has them: times the edges of the box, and in a sheared box the
+//! second one times the displacement along x, they unwrap the position), `static` (1 for what never moves: a mesh, a pivot) and what else is known of each, and a line per bond. A bond that leaves through
+//! a periodic side is not drawn: its line would cross the whole box. Fields of the frame: `TimeValue`, `box` (lower and upper
+//! corner), `displacement` (of the next image up along y, along x; 0 in a box at rest), `periodic`, and `species_names`.
+//!
+//! Numbers are `f64`, little-endian, appended raw. Source: *VTK file formats*, XML, <https://docs.vtk.org>.
+
+mod poly_data;
+#[cfg(test)]
+mod tests;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::convert::{Draft, FrameError, Moment, Writer, bond_ends};
+use super::number::Cell;
+use crate::trajectory::Frame;
+use poly_data::PolyData;
+
+/// The folder while it is written.
+#[derive(Debug)]
+pub(super) struct Series {
+    folder: PathBuf,
+    list: Option<Draft>,
+}
+
+impl Series {
+    pub fn new(folder: &Path) -> Self {
+        Self { folder: folder.to_owned(), list: None }
+    }
+
+    fn start(&self, frame: &Frame) -> Result<Draft, FrameError> {
+        outline(frame).write(&self.folder.join("box.vtp"))?;
+        let mut list = Draft::create(&self.folder.join("trajectory.pvd"))?;
+        list.write_all(
+            b"<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
+        )?;
+        Ok(list)
+    }
+}
+
+impl Writer for Series {
+    fn write(&mut self, moment: &Moment) -> Result<(), FrameError> {
+        let mut list = match self.list.take() {
+            Some(list) => list,
+            None => self.start(moment.frame)?,
+        };
+        let name = format!("frame_{:06}.vtp", moment.index);
+        particles(moment)?.write(&self.folder.join(&name))?;
+        let time = Cell(Some(moment.frame.time));
+        writeln!(list, "<DataSet timestep=\"{time}\" group=\"\" part=\"0\" file=\"{name}\"/>")?;
+        self.list = Some(list);
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), FrameError> {
+        if let Some(mut list) = self.list {
+            list.write_all(b"</Collection>\n</VTKFile>\n")?;
+            list.finish()?;
+        }
+        Ok(())
+    }
+}
+
+/// A frame as points and lines.
+fn particles(moment: &Moment) -> Result<PolyData, FrameError> {
+    let Moment { frame, has_velocities, .. } = *moment;
+    let mut data = PolyData::default();
+    data.field("TimeValue", 1, [frame.time]);
+    let upper = frame.lower + frame.size;
+    data.field("box", 3, frame.lower.iter().chain(&upper).copied());
+    data.field("displacement", 1, [frame.displacement]);
+    data.byte_field("periodic", frame.periodic.map(u8::from));
+    data.words("species_names", frame.species.iter().map(|species| species.name.as_str()));
+    let all = &frame.particles;
+    data.points(all.iter().map(|particle| &particle.position));
+    data.vertices();
+    data.scalars("radius", all.iter().map(|particle| particle.radius));
+    if has_velocities {
+        data.vectors("velocity", all.iter().map(|particle| &particle.velocity));
+    }
+    if !frame.images.is_empty() {
+        data.whole_vectors("image", &frame.images);
+    }
+    data.indices("species", all.iter().map(|particle| particle.species.0));
+    data.indices("id", all.iter().map(|particle| particle.id.0));
+    data.flags("static", all.iter().map(|particle| frame.is_static(particle)));
+    for scalar in &frame.scalars {
+        data.scalars(&scalar.name, scalar.values.iter().copied());
+    }
+    let mut ends = bond_ends(frame)?;
+    ends.retain(|&ends| !leaves_through_a_side(frame, ends));
+    data.lines(&ends);
+    Ok(data)
+}
+
+/// Whether the shorter way from one end to the other is through a periodic side.
+fn leaves_through_a_side(frame: &Frame, ends: [u32; 2]) -> bool {
+    let [Some(a), Some(b)] = ends.map(|end| frame.particles.get(end as usize)) else { return true };
+    let separation = a.position - b.position;
+    (0..3).any(|axis| frame.periodic[axis] && 2.0 * separation[axis].abs() > frame.size[axis])
+}
+
+/// The edges of the box.
+fn outline(frame: &Frame) -> PolyData {
+    let corners: Vec<_> = (0..8_u32)
+        .map(|corner| {
+            let is_upper = |axis: usize| if corner >> axis & 1 == 1 { frame.size[axis] } else { 0.0 };
+            frame.lower + crate::Vector::new(is_upper(0), is_upper(1), is_upper(2))
+        })
+        .collect();
+    // An edge joins two corners that differ along one axis.
+    let edges: Vec<[u32; 2]> =
+        (0..8_u32).flat_map(|corner| [1, 2, 4].map(|axis| [corner, corner | axis])).filter(|[a, b]| a != b).collect();
+    let mut data = PolyData::default();
+    data.points(corners.iter());
+    data.lines(&edges);
+    data
+}

@@ -1,0 +1,158 @@
+//! A file of VTK XML PolyData: a description in XML, and behind it the arrays, each with its length in bytes.
+
+use std::fmt::Write as _;
+use std::io::{self, Write};
+use std::path::Path;
+
+use crate::Vector;
+use crate::io::convert::Draft;
+
+/// Points, vertices and lines, with arrays.
+#[derive(Debug, Default)]
+pub(super) struct PolyData {
+    fields: String,
+    points: String,
+    point_data: String,
+    vertices: String,
+    lines: String,
+    point_count: usize,
+    vertex_count: usize,
+    line_count: usize,
+    appended: Vec<u8>,
+}
+
+impl PolyData {
+    /// An array about the whole.
+    pub fn field(&mut self, name: &str, components: usize, numbers: impl IntoIterator<Item = f64>) {
+        let bytes: Vec<u8> = numbers.into_iter().flat_map(f64::to_le_bytes).collect();
+        let tuples = bytes.len() / (8 * components.max(1));
+        self.fields += &append(&mut self.appended, "Float64", name, components, Some(tuples), &bytes);
+    }
+
+    /// Small numbers about the whole.
+    pub fn byte_field(&mut self, name: &str, bytes: [u8; 3]) {
+        self.fields += &append(&mut self.appended, "UInt8", name, 1, Some(3), &bytes);
+    }
+
+    /// Words about the whole: VTK has them as the codes of their characters, ended by zeros.
+    pub fn words<'a>(&mut self, name: &str, words: impl Iterator<Item = &'a str>) {
+        let mut count = 0;
+        let mut codes = String::new();
+        for word in words {
+            count += 1;
+            for byte in word.bytes().chain([0]) {
+                // Writing to a string cannot fail.
+                let _ = write!(codes, "{byte} ");
+            }
+        }
+        self.fields += &format!(
+            "<Array type=\"String\" Name=\"{name}\" NumberOfTuples=\"{count}\" format=\"ascii\">{}</Array>\n",
+            codes.trim_end()
+        );
+    }
+
+    /// Where the points are.
+    pub fn points<'a>(&mut self, points: impl Iterator<Item = &'a Vector>) {
+        let bytes = vector_bytes(points);
+        self.point_count = bytes.len() / 24;
+        self.points = append(&mut self.appended, "Float64", "Points", 3, None, &bytes);
+    }
+
+    /// Makes every point a vertex, because viewers draw no bare points.
+    pub fn vertices(&mut self) {
+        let cells: Vec<[u32; 1]> = (0..).take(self.point_count).map(|point| [point]).collect();
+        self.vertex_count = cells.len();
+        self.vertices = self.cells(&cells);
+    }
+
+    /// Lines between two points each.
+    pub fn lines(&mut self, ends: &[[u32; 2]]) {
+        self.line_count = ends.len();
+        self.lines = self.cells(ends);
+    }
+
+    /// A number per point.
+    pub fn scalars(&mut self, name: &str, numbers: impl Iterator<Item = f64>) {
+        let bytes: Vec<u8> = numbers.flat_map(f64::to_le_bytes).collect();
+        self.point_data += &append(&mut self.appended, "Float64", name, 1, None, &bytes);
+    }
+
+    /// A vector per point.
+    pub fn vectors<'a>(&mut self, name: &str, vectors: impl Iterator<Item = &'a Vector>) {
+        self.point_data += &append(&mut self.appended, "Float64", name, 3, None, &vector_bytes(vectors));
+    }
+
+    /// Three whole numbers of either sign per point.
+    pub fn whole_vectors(&mut self, name: &str, vectors: &[[i32; 3]]) {
+        let bytes: Vec<u8> = vectors.iter().flatten().flat_map(|x| x.to_le_bytes()).collect();
+        self.point_data += &append(&mut self.appended, "Int32", name, 3, None, &bytes);
+    }
+
+    /// A whole number per point.
+    pub fn indices(&mut self, name: &str, numbers: impl Iterator<Item = u32>) {
+        let bytes: Vec<u8> = numbers.flat_map(u32::to_le_bytes).collect();
+        self.point_data += &append(&mut self.appended, "UInt32", name, 1, None, &bytes);
+    }
+
+    /// 0 or 1 per point.
+    pub fn flags(&mut self, name: &str, flags: impl Iterator<Item = bool>) {
+        let bytes: Vec<u8> = flags.map(u8::from).collect();
+        self.point_data += &append(&mut self.appended, "UInt8", name, 1, None, &bytes);
+    }
+
+    fn cells<const N: usize>(&mut self, cells: &[[u32; N]]) -> String {
+        let points = cells.iter().flatten().flat_map(|&point| i64::from(point).to_le_bytes());
+        let ends = (1..=cells.len()).flat_map(|cell| ((cell * N) as i64).to_le_bytes());
+        let points = append(&mut self.appended, "Int64", "connectivity", 1, None, &points.collect::<Vec<u8>>());
+        points + &append(&mut self.appended, "Int64", "offsets", 1, None, &ends.collect::<Vec<u8>>())
+    }
+
+    /// Writes the file.
+    pub fn write(&self, path: &Path) -> io::Result<()> {
+        let mut file = Draft::create(path)?;
+        write!(
+            file,
+            "<?xml version=\"1.0\"?>\n\
+            <VTKFile type=\"PolyData\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n\
+            <PolyData>\n<FieldData>\n{}</FieldData>\n\
+            <Piece NumberOfPoints=\"{}\" NumberOfVerts=\"{}\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"0\">\n\
+            <PointData>\n{}</PointData>\n<Points>\n{}</Points>\n<Verts>\n{}</Verts>\n<Lines>\n{}</Lines>\n</Piece>\n\
+            </PolyData>\n<AppendedData encoding=\"raw\">\n_",
+            self.fields,
+            self.point_count,
+            self.vertex_count,
+            self.line_count,
+            self.point_data,
+            self.points,
+            self.vertices,
+            self.lines
+        )?;
+        file.write_all(&self.appended)?;
+        file.write_all(b"\n</AppendedData>\n</VTKFile>\n")?;
+        // There is one such file per frame: waiting for the disk each time would take longer than all the rest.
+        file.flush()
+    }
+}
+
+fn vector_bytes<'a>(vectors: impl Iterator<Item = &'a Vector>) -> Vec<u8> {
+    vectors.flat_map(|vector| vector.iter()).flat_map(|x| x.to_le_bytes()).collect()
+}
+
+/// Adds an array, with its length before it, and returns its description. Fields say how many tuples they have.
+fn append(
+    appended: &mut Vec<u8>,
+    kind: &str,
+    name: &str,
+    components: usize,
+    tuples: Option<usize>,
+    bytes: &[u8],
+) -> String {
+    let offset = appended.len();
+    appended.extend_from_slice(&(bytes.len() as u64).to_le_bytes());
+    appended.extend_from_slice(bytes);
+    let tuples = tuples.map_or_else(String::new, |tuples| format!(" NumberOfTuples=\"{tuples}\""));
+    format!(
+        "<DataArray type=\"{kind}\" Name=\"{name}\" NumberOfComponents=\"{components}\"{tuples} format=\"appended\" \
+        offset=\"{offset}\"/>\n"
+    )
+}

@@ -1,0 +1,28 @@
+//! What is simulated, as data: species, potentials, interactions, the box, the particles, and the plans of a run.
+//!
+//! Nothing here knows a file or a key that a user typed; [`Scene`](scene::Scene) is what all other layers read.
+
+pub mod error;
+pub mod input_file;
+pub mod measurement_plan;
+pub mod mesh;
+pub mod momentum;
+pub mod output_plan;
+pub mod potential;
+pub(crate) mod random;
+pub mod run_plan;
+pub mod scene;
+pub mod space;
+pub mod species_pairs;
+
+pub use error::PotentialError;
+pub use input_file::InputFile;
+pub use measurement_plan::MeasurementPlan;
+pub use mesh::Mesh;
+pub use momentum::Influence;
+pub use output_plan::{AuditPlan, CountRegion, Format, OutputPlan, Region};
+pub use potential::Potential;
+pub use run_plan::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+pub use scene::{Bond, Interaction, InteractionId, Particle, ParticleId, Scene, Species, SpeciesId};
+pub use space::Space;
+pub use species_pairs::SpeciesPairs;

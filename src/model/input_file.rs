@@ -1,0 +1,46 @@
+//! The files that a scene reads, and whether they are still what they were.
+
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::base::checksum::checksum;
+
+/// A file that a scene was made from, besides its own.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InputFile {
+    /// Its absolute path.
+    pub path: String,
+    /// What tells its content from another: `crc32:` and eight hexadecimal digits.
+    pub checksum: String,
+}
+
+impl InputFile {
+    /// A file with this content.
+    pub(crate) fn new(path: &Path, content: &[u8]) -> Self {
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        Self { path: absolute.to_string_lossy().into_owned(), checksum: word(content) }
+    }
+
+    /// The checksum of what the file holds now, if that is another; `None` where it is the same.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub fn changed(&self) -> io::Result<Option<String>> {
+        let now = word(&fs::read(&self.path)?);
+        Ok((now != self.checksum).then_some(now))
+    }
+}
+
+/// A checksum as scenes have it.
+fn word(content: &[u8]) -> String {
+    format!("crc32:{:08x}", checksum(content))
+}
+
+/// Whether a word can be a checksum.
+pub(crate) fn is_checksum(word: &str) -> bool {
+    let is_digit = |c: char| c.is_ascii_digit() || ('a'..='f').contains(&c);
+    word.strip_prefix("crc32:").is_some_and(|digits| digits.len() == 8 && digits.chars().all(is_digit))
+}

@@ -1,0 +1,196 @@
+//! What a scene asks to be measured: the table `[measure]`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::space::AXES;
+
+/// Most bins of a distribution.
+pub(crate) const MOST_BINS: u64 = 2000;
+
+/// Most cells of a profile.
+pub(crate) const MOST_CELLS: u64 = 10_000;
+
+/// Bins of a radial distribution function unless the scene says otherwise,
+pub(crate) const RADIAL_BINS: u64 = 200;
+
+/// and of the distributions of chains and of bond order.
+pub(crate) const BINS: u64 = 100;
+
+/// Names that stand in those of files, for the JSON Schema.
+pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
+
+/// Everything that is to be measured; nothing by default.
+///
+/// Where an interval is left open, the run chooses one from its expected duration.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct MeasurementPlan {
+    /// Pressure tensor, compressibility factor, event rates by kind.
+    pub pressure_tensor: Option<PressureTensor>,
+    /// Radial distribution functions by pair of species.
+    pub radial_distribution: Option<RadialDistribution>,
+    /// Static structure factor.
+    pub structure_factor: Option<StructureFactor>,
+    /// Mean squared displacement, velocity autocorrelation, diffusion coefficient.
+    pub diffusion: Option<Diffusion>,
+    /// Shear and bulk viscosity, thermal conductivity.
+    pub transport: Option<Transport>,
+    /// Distributions of free paths and free times.
+    pub free_paths: Option<FreePaths>,
+    /// Bond lengths, end-to-end distance, radius of gyration.
+    pub chains: Option<Chains>,
+    /// Bond-orientational order.
+    pub bond_order: Option<BondOrder>,
+    /// Density, velocity and temperature on grids.
+    pub profiles: Vec<Profile>,
+    /// Particles that pass planes.
+    pub flows: Vec<Flow>,
+}
+
+impl MeasurementPlan {
+    /// Whether nothing is asked for.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Pressure tensor `P_ab V = sum m v_a v_b + (1/t) sum r_a J_b` from the collisional virial, compressibility factor, event rates.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PressureTensor {
+    /// Length of the shortest block of averages `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
+/// Radial distribution functions, one for each two species, with their values at contact.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RadialDistribution {
+    /// Largest distance `[length]`; half of the shortest edge, or four times the largest diameter if that is less.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub cutoff: Option<f64>,
+    /// Number of bins; 200 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = RADIAL_BINS))]
+    pub bins: Option<u64>,
+    /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
+/// Static structure factor `S(q) = |sum exp(i q.r)|^2 / N` at the wave vectors of a periodic box.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StructureFactor {
+    /// Largest wave number `[1 / length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub largest: Option<f64>,
+    /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
+/// Mean squared displacement and velocity autocorrelation from several origins, at linear and at logarithmic times.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Diffusion {
+    /// Spacing of the linear times `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+    /// Longest time `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub span: Option<f64>,
+}
+
+/// Shear and bulk viscosity and thermal conductivity by Einstein-Helfand relations.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Transport {
+    /// Spacing of the times `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+    /// Longest time `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub span: Option<f64>,
+}
+
+/// Distributions of the path and of the time between two Core contacts of a particle.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FreePaths {
+    /// Number of bins; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = 100))]
+    pub bins: Option<u64>,
+}
+
+/// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Chains {
+    /// Number of bins of the distributions; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
+    pub bins: Option<u64>,
+    /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
+/// Bond-orientational order `q_l` (Steinhardt, Nelson and Ronchetti) by particle and of the whole system.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BondOrder {
+    /// Neighbours are closer than this `[length]`; 1.4 times the largest diameter if not given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub cutoff: Option<f64>,
+    /// Number of bins of the distribution; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
+    pub bins: Option<u64>,
+    /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
+/// Density, velocity and temperature on a grid of one to three axes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Profile {
+    /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
+    #[schemars(regex(pattern = FILE_NAME))]
+    pub name: String,
+    /// Number of bins along x, y and z; 1 for an axis that is averaged over.
+    #[schemars(inner(range(min = 1, max = MOST_CELLS)))]
+    pub bins: [u64; 3],
+    /// Lower corner `[length]`; that of the box if not given.
+    pub lower: Option<[f64; 3]>,
+    /// Upper corner `[length]`; that of the box if not given.
+    pub upper: Option<[f64; 3]>,
+    /// Only particles of this species; all that move if not given.
+    pub species: Option<String>,
+    /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}
+
+/// Particles that pass a plane, or a rectangle in it: an outflow with its rate.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Flow {
+    /// Name, unique among profiles and flows: up to 50 letters, digits, `-` and `_`.
+    #[schemars(regex(pattern = FILE_NAME))]
+    pub name: String,
+    /// The axis that the plane is normal to: `x`, `y` or `z`.
+    #[schemars(extend("enum" = AXES))]
+    pub axis: String,
+    /// Its coordinate `[length]`.
+    pub at: f64,
+    /// Lower corner of the rectangle `[length]`; its coordinate along `axis` means nothing. The whole plane if not given.
+    pub lower: Option<[f64; 3]>,
+    /// Upper corner of the rectangle `[length]`.
+    pub upper: Option<[f64; 3]>,
+    /// Only particles of this species; all that move if not given.
+    pub species: Option<String>,
+    /// Between two samples `[time]`, short against the time between two passages of one particle.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
+}

@@ -1,0 +1,22 @@
+//! A surface of static spheres.
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::{ParticleId, SpeciesId};
+
+/// A surface of static spheres.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Mesh {
+    /// Its name, or its number among the meshes.
+    pub name: String,
+    /// The static species.
+    pub species: SpeciesId,
+    /// Ids of its spheres.
+    pub particles: Range<u32>,
+    /// Largest circumradius of a hole between them `[length]`; `None` for spheres at given places.
+    pub hole: Option<f64>,
+    /// The spheres along each of its open ends.
+    pub rims: Vec<Vec<ParticleId>>,
+}

@@ -1,0 +1,130 @@
+//! What from outside changes the momentum of everything that moves.
+
+use crate::Vector;
+use crate::model::space::{Boundary, Face};
+use crate::model::{Scene, Thermostat};
+
+/// Something outside of the particles that move, which changes their total momentum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Influence {
+    /// Walls that reflect. One changes the momentum along its own axis; where the TC model alters a contact, the others as well.
+    Walls,
+    /// Walls that give new velocities, in all directions.
+    ThermalWalls,
+    /// Acceleration, along its own axes.
+    Gravity,
+    /// Static particles that some of those that move meet or are bonded to.
+    StaticParticles,
+    /// A heat bath that gives single particles new velocities in the measured stretch.
+    Kicks,
+}
+
+impl Scene {
+    /// What changes the total momentum of the particles that move in the measured stretch, each with the axes along which it does.
+    #[must_use]
+    pub fn influences(&self) -> Vec<(Influence, [bool; 3])> {
+        let wall = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
+        let walls = |k: usize| match &self.space.boundary[k] {
+            Boundary::Bounded { lower, upper } => [wall(lower), wall(upper)],
+            Boundary::Periodic | Boundary::Flat => [None; 2],
+        };
+        let softest = (0..3).flat_map(walls).flatten().fold(f64::INFINITY, f64::min);
+        let is_altered = softest < 1.0 && self.contact_time.is_some();
+        let is_thermal = (0..3).any(|k| self.wall_temperatures[k].is_some() && walls(k) != [None; 2]);
+        let is_walled = std::array::from_fn(|k| walls(k) != [None; 2] || (is_altered && softest < f64::INFINITY));
+        let kicked = match self.run.thermostat {
+            Some(Thermostat::Andersen { axes, .. }) => axes,
+            _ => [false; 3],
+        };
+        let all = [
+            (Influence::Walls, is_walled),
+            (Influence::ThermalWalls, [is_thermal; 3]),
+            (Influence::Gravity, std::array::from_fn(|k| self.accelerations().any(|a| a[k] != 0.0))),
+            (Influence::StaticParticles, [self.meets_static_particles(); 3]),
+            (Influence::Kicks, kicked),
+        ];
+        let flat = |k: usize| self.space.boundary[k] == Boundary::Flat;
+        let off_flat = |(what, axes): (Influence, [bool; 3])| (what, std::array::from_fn(|k| axes[k] && !flat(k)));
+        all.into_iter().map(off_flat).filter(|(_, axes)| axes.contains(&true)).collect()
+    }
+
+    /// The axes along which nothing from outside changes the total momentum of the particles that move in the measured stretch, in a
+    /// sheared box that relative to what streams; never those that are flat.
+    #[must_use]
+    pub fn conserved_axes(&self) -> [bool; 3] {
+        let influences = self.influences();
+        std::array::from_fn(|k| {
+            self.space.boundary[k] != Boundary::Flat && influences.iter().all(|(_, changed)| !changed[k])
+        })
+    }
+
+    /// The accelerations of all species that move `[length / time^2]`.
+    fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
+        self.species.iter().filter(|species| !species.is_static()).map(|species| species.acceleration)
+    }
+
+    /// Whether some particle that moves interacts with one that does not.
+    fn meets_static_particles(&self) -> bool {
+        let mut is_there = vec![false; self.species.len()];
+        self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
+        let is_static = |species: usize| self.species[species].is_static();
+        self.table.iter().any(|([a, b], _)| is_there[a] && is_there[b] && is_static(a) != is_static(b))
+            || self.bonds.iter().any(|bond| bond.pair.iter().any(|&id| self.species_of(id).is_static()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::potential::Potential;
+    use crate::model::space::Space;
+    use crate::model::{RunPlan, SpeciesPairs};
+    use crate::scene::SceneBuilder;
+
+    fn pair() -> SceneBuilder {
+        SceneBuilder::new("pair")
+            .space(Space::periodic_cube(10.0))
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", Vector::repeat(3.0), Vector::zeros())
+            .particle("A", Vector::repeat(7.0), Vector::zeros())
+    }
+
+    fn conserved(scene: &SceneBuilder) -> [bool; 3] {
+        scene.build().unwrap().conserved_axes()
+    }
+
+    #[test]
+    fn what_acts_from_outside_changes_the_components_that_it_acts_on() {
+        let (periodic, walls) = (Boundary::Periodic, Boundary::walls(1.0));
+        assert_eq!(conserved(&pair()), [true; 3]);
+        assert_eq!(conserved(&pair().boundary([Boundary::OPEN; 3])), [true; 3]);
+        assert_eq!(conserved(&pair().boundary([walls, periodic, periodic])), [false, true, true]);
+        assert_eq!(conserved(&pair().gravity(Vector::new(0.0, -1.0, 0.0))), [true, false, true]);
+        let thermostat = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, false, true] });
+        assert_eq!(conserved(&pair().run(RunPlan { thermostat, ..RunPlan::default() })), [true, true, false]);
+        let slit = pair().boundary([walls, periodic, periodic]);
+        assert_eq!(conserved(&slit.wall_temperature(0, 1.0)), [false; 3], "new velocities in all directions");
+        let flat = SceneBuilder::new("flat")
+            .space(Space {
+                lower: Vector::zeros(),
+                size: Vector::new(9.0, 9.0, 0.0),
+                boundary: [periodic, walls, Boundary::Flat],
+            })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", Vector::new(4.0, 4.0, 0.0), Vector::zeros());
+        assert_eq!(conserved(&flat), [true, false, false]);
+    }
+
+    #[test]
+    fn static_particles_count_where_something_meets_them() {
+        let with_static = pair().static_species("S", 1.0).particle("S", Vector::repeat(5.0), Vector::zeros());
+        let hard = || Potential::hard_sphere(1.0).unwrap();
+        let met = with_static.interaction("A", "S", hard(), 1.0).build().unwrap();
+        assert_eq!(met.influences(), [(Influence::StaticParticles, [true; 3])]);
+        let alone = Scene { table: SpeciesPairs::new(2), ..met };
+        assert_eq!(alone.conserved_axes(), [true; 3]);
+    }
+}

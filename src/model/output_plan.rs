@@ -1,0 +1,97 @@
+//! What a run writes, and when its audit fails.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Vector;
+
+/// A box, aligned with the axes `[length]`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Region {
+    /// Lower corner.
+    pub lower: Vector,
+    /// Upper corner.
+    pub upper: Vector,
+}
+
+/// When the audit of a run fails, where the limits that follow from round-off do not fit. All are relative.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct AuditPlan {
+    /// Largest error of the energy ledger.
+    pub energy: Option<f64>,
+    /// Largest drift of the momentum.
+    pub momentum: Option<f64>,
+    /// Deepest overlap, of the distance of the discontinuity.
+    pub overlap: Option<f64>,
+}
+
+/// A box in which a run counts particles as time goes on: a container that fills, a half of the space.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CountRegion {
+    /// Name of the column, unique in the scene.
+    pub name: String,
+    /// Where.
+    pub region: Region,
+}
+
+impl CountRegion {
+    /// Whether a point is inside; the lower faces belong to the box, the upper ones to its neighbour. Along flat axes
+    /// everything is.
+    #[must_use]
+    pub fn contains(&self, point: &Vector) -> bool {
+        let Region { lower, upper } = &self.region;
+        (0..3).all(|k| (lower[k]..upper[k]).contains(&point[k]) || (lower[k] == upper[k] && point[k] == lower[k]))
+    }
+}
+
+/// What to write, in intervals of simulated time `[time]`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct OutputPlan {
+    /// Between two rows of `thermo.csv`, in all stages; `None` lets the run choose some 200 rows in each.
+    pub thermo_interval: Option<f64>,
+    /// Between two frames of `trajectory.xyz`; `None` lets the run choose some 20 frames.
+    pub frame_interval: Option<f64>,
+    /// Where to count particles, a column of `thermo.csv` each.
+    pub regions: Vec<CountRegion>,
+    /// Whether every physical event is written to `contacts.csv`.
+    pub has_contacts: bool,
+    /// Whether every event is written to the folder `events`, with positions and velocities.
+    pub has_event_log: bool,
+    /// Formats that the trajectory is converted to at the end.
+    pub formats: Vec<Format>,
+}
+
+/// What a trajectory can be converted into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Format {
+    /// A text dump of LAMMPS.
+    Lammps,
+    /// The binary format of HOOMD-blue.
+    Gsd,
+    /// XML PolyData for ParaView.
+    Vtk,
+    /// NumPy arrays.
+    Npy,
+    /// A table with a line per particle and frame.
+    Csv,
+    /// Extended XYZ again: a piece of the trajectory.
+    Xyz,
+}
+
+impl Format {
+    /// All formats.
+    pub const ALL: [Self; 6] = [Self::Lammps, Self::Gsd, Self::Vtk, Self::Npy, Self::Csv, Self::Xyz];
+
+    /// Its name in scenes and on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lammps => "lammps",
+            Self::Gsd => "gsd",
+            Self::Vtk => "vtk",
+            Self::Npy => "npy",
+            Self::Csv => "csv",
+            Self::Xyz => "xyz",
+        }
+    }
+}

@@ -1,0 +1,271 @@
+//! Pair potentials: steps at a list of radii, with an energy between each two.
+
+use crate::model::error::PotentialError;
+use serde::{Deserialize, Serialize};
+
+/// A spherically symmetric potential that is constant between discontinuities.
+///
+/// Radii `s_1 > s_2 > ... > s_n > 0` `[length]` and energies `U_0, U_1, ..., U_n` `[energy]`, where `U_k` holds for
+/// `s_{k+1} <= r < s_k` and `U_0` outside. One type covers hard spheres, wells, shoulders, bonds and stepped
+/// approximations of smooth potentials (Bannerman and Strobl, section 1).
+///
+/// The *pair state* `k` counts the radii that a pair has been captured through. In state `k` the pair can reach the
+/// outer discontinuity `s_k` from inside, and the inner one `s_{k+1}` from outside.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Potential {
+    radii: Vec<f64>,
+    energies: Vec<f64>,
+}
+
+impl Potential {
+    /// A potential from its radii, outermost first, and the energies outside and inside of each.
+    ///
+    /// # Errors
+    /// [`PotentialError`] if there is no radius, if the radii are not finite, positive and falling, if there is not one
+    /// energy more than radii, if an energy is NaN or negative infinity, if two infinite energies stand side by side,
+    /// or if a finite energy lies inside of an infinite one that no pair could have crossed.
+    pub fn new(radii: Vec<f64>, energies: Vec<f64>) -> Result<Self, PotentialError> {
+        if radii.is_empty() {
+            return Err(PotentialError::NoRadius);
+        }
+        if energies.len() != radii.len() + 1 {
+            return Err(PotentialError::Count { radii: radii.len(), energies: energies.len() });
+        }
+        for (index, &radius) in radii.iter().enumerate() {
+            if !(radius.is_finite() && radius > 0.0 && (radius * radius).is_normal()) {
+                return Err(PotentialError::Radius { index, radius });
+            }
+            if index > 0 && radius >= radii[index - 1] {
+                return Err(PotentialError::Order { index, radius, outer: radii[index - 1] });
+            }
+        }
+        let last = energies.len() - 1;
+        for (index, &energy) in energies.iter().enumerate() {
+            let may_be_infinite = index == last || index == 0;
+            if energy.is_nan() || energy == f64::NEG_INFINITY || (energy.is_infinite() && !may_be_infinite) {
+                return Err(PotentialError::Energy { index, energy });
+            }
+        }
+        if energies.iter().all(|energy| energy.is_infinite()) {
+            return Err(PotentialError::Inaccessible);
+        }
+        if energies[0].is_finite() && energies[0] != 0.0 {
+            return Err(PotentialError::Outside { energy: energies[0] });
+        }
+        Ok(Self { radii, energies })
+    }
+
+    /// Makes all radii larger by a positive factor.
+    pub(crate) fn grow(&mut self, factor: f64) {
+        self.radii.iter_mut().for_each(|radius| *radius *= factor);
+    }
+
+    /// Hard spheres that touch at `diameter`: radius `sigma`, energies `0, +inf`.
+    ///
+    /// # Errors
+    /// [`PotentialError`] if the diameter is not finite and positive.
+    pub fn hard_sphere(diameter: f64) -> Result<Self, PotentialError> {
+        Self::new(vec![diameter], vec![0.0, f64::INFINITY])
+    }
+
+    /// A hard core of `diameter` in a well that reaches to `lambda * diameter` and is `well_depth` deep.
+    ///
+    /// # Errors
+    /// [`PotentialError`] if the diameter is not positive or `lambda <= 1`.
+    pub fn square_well(diameter: f64, lambda: f64, well_depth: f64) -> Result<Self, PotentialError> {
+        Self::new(vec![lambda * diameter, diameter], vec![0.0, -well_depth, f64::INFINITY])
+    }
+
+    /// A hard core of `diameter` inside a shoulder `height` high that reaches to `lambda * diameter`.
+    ///
+    /// # Errors
+    /// [`PotentialError`] if the diameter is not positive or `lambda <= 1`.
+    pub fn square_shoulder(diameter: f64, lambda: f64, height: f64) -> Result<Self, PotentialError> {
+        Self::square_well(diameter, lambda, -height)
+    }
+
+    /// Penetrable spheres: a core of `diameter` that costs `height` to enter.
+    ///
+    /// # Errors
+    /// [`PotentialError`] if the diameter is not positive or the height not finite.
+    pub fn penetrable(diameter: f64, height: f64) -> Result<Self, PotentialError> {
+        Self::new(vec![diameter], vec![0.0, height])
+    }
+
+    /// A bond, the infinite square well: the pair stays between `shortest` and `longest`.
+    ///
+    /// # Errors
+    /// [`PotentialError`] unless `0 < shortest < longest`.
+    pub fn bond(shortest: f64, longest: f64) -> Result<Self, PotentialError> {
+        Self::new(vec![longest, shortest], vec![f64::INFINITY, 0.0, f64::INFINITY])
+    }
+
+    /// Lennard-Jones in steps of equal width between the cut-off and a hard core.
+    ///
+    /// `u(r) = 4 eps [(sigma/r)^12 - (sigma/r)^6]`, cut at `cutoff` (not shifted). Each step's energy is the average of
+    /// `u` over the volume of its shell, `3 int u r^2 dr / (r_a^3 - r_b^3)`, so that the energy of a pair spread evenly over
+    /// the shell is exact (Chapela, Scriven and Davis, J. Chem. Phys. 91, 4307, 1989). The core stands where the pair's
+    /// potential reaches `core_energy`.
+    ///
+    /// # Errors
+    /// [`PotentialError`] if a length or energy is not positive and finite, there is no step, or the cut-off lies
+    /// inside of the core.
+    pub fn stepped_lennard_jones(
+        diameter: f64,
+        well_depth: f64,
+        cutoff: f64,
+        steps: usize,
+        core_energy: f64,
+    ) -> Result<Self, PotentialError> {
+        for (name, value) in
+            [("diameter", diameter), ("well_depth", well_depth), ("cutoff", cutoff), ("core_energy", core_energy)]
+        {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(PotentialError::Parameter { name, value });
+            }
+        }
+        if steps == 0 {
+            return Err(PotentialError::NoRadius);
+        }
+        // u(core) = core_energy: a quadratic in x = (sigma/r)^6, 4 eps (x^2 - x) = core_energy.
+        let x = 0.5 * (1.0 + (1.0 + core_energy / well_depth).sqrt());
+        let core = diameter / libm::cbrt(x).sqrt();
+        if cutoff <= core {
+            return Err(PotentialError::Order { index: 1, radius: core, outer: cutoff });
+        }
+        let width = (cutoff - core) / steps as f64;
+        let radius = |k: usize| if k == steps { core } else { cutoff - k as f64 * width };
+        // The integral of u(r) r^2 from infinity, 4 eps sigma^3 [s^3/3 - s^9/9] with s = sigma/r.
+        let integral = |r: f64| {
+            let s3 = (diameter / r) * (diameter / r) * (diameter / r);
+            4.0 * well_depth * diameter * diameter * diameter * (s3 / 3.0 - s3 * s3 * s3 / 9.0)
+        };
+        let cube = |r: f64| r * r * r;
+        let mut radii = Vec::with_capacity(steps + 1);
+        let mut energies = vec![0.0];
+        for k in 0..steps {
+            let (outer, inner) = (radius(k), radius(k + 1));
+            radii.push(outer);
+            energies.push(3.0 * (integral(outer) - integral(inner)) / (cube(outer) - cube(inner)));
+        }
+        radii.push(core);
+        energies.push(f64::INFINITY);
+        Self::new(radii, energies)
+    }
+
+    /// The discontinuities `s_1 > s_2 > ... > s_n` `[length]`.
+    #[must_use]
+    pub fn radii(&self) -> &[f64] {
+        &self.radii
+    }
+
+    /// The energies `U_0 ... U_n` `[energy]`, one more than radii.
+    #[must_use]
+    pub fn energies(&self) -> &[f64] {
+        &self.energies
+    }
+
+    /// The outermost radius: beyond it an uncaptured pair feels nothing `[length]`.
+    #[must_use]
+    pub fn range(&self) -> f64 {
+        self.radii[0]
+    }
+
+    /// The radius of the hard core, if the innermost energy is infinite `[length]`.
+    #[must_use]
+    pub fn core(&self) -> Option<f64> {
+        (self.energies[self.radii.len()] == f64::INFINITY).then(|| self.radii[self.radii.len() - 1])
+    }
+
+    /// Whether a pair in state 0 can only ever bounce off the one discontinuity.
+    #[must_use]
+    pub fn is_hard_sphere(&self) -> bool {
+        self.energies[1] == f64::INFINITY
+    }
+
+    /// Whether the pair is held together by an infinite outer barrier.
+    #[must_use]
+    pub fn is_bond(&self) -> bool {
+        self.energies[0] == f64::INFINITY
+    }
+
+    /// The highest pair state, and so the lowest, that a pair can be in.
+    ///
+    /// States with infinite energy are not accessible: a hard core ends the range from inside, a bond from outside.
+    #[must_use]
+    pub fn accessible_states(&self) -> std::ops::RangeInclusive<usize> {
+        let lowest = usize::from(self.energies[0].is_infinite());
+        let highest = self.radii.len() - usize::from(self.energies[self.radii.len()].is_infinite());
+        lowest..=highest
+    }
+
+    /// The state of a pair that starts at `distance`: the one time that a distance decides it.
+    ///
+    /// The accessible state nearest to it if the distance is forbidden.
+    #[must_use]
+    pub fn state_at(&self, distance: f64) -> usize {
+        let captured = self.radii.iter().take_while(|&&radius| distance < radius).count();
+        let states = self.accessible_states();
+        captured.clamp(*states.start(), *states.end())
+    }
+
+    /// How deep `distance` lies in the forbidden region, relative to the discontinuity it violates; 0 if allowed.
+    #[must_use]
+    pub fn violation_at(&self, distance: f64) -> f64 {
+        let inside = self.core().map_or(0.0, |core| (core - distance) / core);
+        let outside = if self.is_bond() { (distance - self.radii[0]) / self.radii[0] } else { 0.0 };
+        inside.max(outside).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_well_has_a_well_between_two_radii() {
+        let well = Potential::square_well(2.0, 1.5, 0.5).unwrap();
+        assert_eq!(well.radii(), [3.0, 2.0]);
+        assert_eq!(well.energies(), [0.0, -0.5, f64::INFINITY]);
+        assert_eq!(well.accessible_states(), 0..=1);
+        assert_eq!(well.core(), Some(2.0));
+    }
+
+    #[test]
+    fn the_state_at_a_distance_changes_one_float_inside_the_discontinuity() {
+        let well = Potential::square_well(1.0, 1.5, 1.0).unwrap();
+        assert_eq!(well.state_at(1.5), 0);
+        assert_eq!(well.state_at(1.5_f64.next_down()), 1);
+        assert_eq!(well.state_at(0.9), 1, "no pair is captured through a hard core");
+        let bond = Potential::bond(1.0, 1.06).unwrap();
+        assert_eq!(bond.state_at(2.0), 1, "no bonded pair is outside of its bond");
+    }
+
+    #[test]
+    fn lists_that_are_no_potential_are_refused() {
+        let inf = f64::INFINITY;
+        assert_eq!(Potential::new(vec![], vec![0.0]), Err(PotentialError::NoRadius));
+        assert!(matches!(Potential::new(vec![1.0], vec![0.0]), Err(PotentialError::Count { .. })));
+        assert!(matches!(Potential::new(vec![1.0, 1.0], vec![0.0; 3]), Err(PotentialError::Order { .. })));
+        assert!(matches!(Potential::new(vec![1.0], vec![0.0, -inf]), Err(PotentialError::Energy { .. })));
+        assert!(matches!(Potential::new(vec![2.0, 1.0], vec![0.0, inf, 1.0]), Err(PotentialError::Energy { .. })));
+        assert!(matches!(Potential::new(vec![1.0], vec![inf, inf]), Err(PotentialError::Inaccessible)));
+        assert!(matches!(Potential::new(vec![f64::NAN], vec![0.0, 1.0]), Err(PotentialError::Radius { .. })));
+        assert!(matches!(Potential::new(vec![1e-200], vec![0.0, 1.0]), Err(PotentialError::Radius { .. })));
+        assert!(matches!(Potential::new(vec![1.0], vec![1.0, 0.0]), Err(PotentialError::Outside { .. })));
+    }
+
+    #[test]
+    fn stepped_lennard_jones_keeps_the_volume_integral() {
+        let (sigma, eps, cutoff) = (1.0, 1.0, 2.5);
+        let lj = Potential::stepped_lennard_jones(sigma, eps, cutoff, 40, 50.0).unwrap();
+        let core = lj.core().unwrap();
+        let sum: f64 =
+            (0..40).map(|k| lj.energies()[k + 1] * (lj.radii()[k].powi(3) - lj.radii()[k + 1].powi(3)) / 3.0).sum();
+        let exact = |r: f64| 4.0 * (r.powi(-9) / -9.0 + r.powi(-3) / 3.0);
+        // Rounding of some forty terms of size one.
+        assert!((sum - (exact(cutoff) - exact(core))).abs() < 1e-13);
+        let at_core = 4.0 * (core.powi(-12) - core.powi(-6));
+        assert!((at_core - 50.0).abs() < 1e-11);
+    }
+}

@@ -1,0 +1,143 @@
+//! The random numbers of a start: one seed, one stream per purpose, the same on every platform.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+use serde::{Deserialize, Serialize};
+
+use crate::Vector;
+use crate::model::space::{Boundary, Space};
+
+/// What random numbers are drawn for. Each purpose has its own stream, so that a change of one part of a scene leaves
+/// the others as they were.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Purpose {
+    Placement,
+    Velocities,
+    Composition,
+    Thermostat,
+    Growth,
+}
+
+impl Purpose {
+    /// The number of the stream for one group. Numbers never change, so that a scene keeps its start: what came later than the
+    /// first four has numbers far behind theirs.
+    fn stream(self, group: usize) -> u64 {
+        match self {
+            Self::Growth => (1 << 63) + group as u64,
+            _ => 4 * group as u64 + self as u64,
+        }
+    }
+}
+
+/// A ChaCha8 generator with the distributions that a start needs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Random(ChaCha8Rng);
+
+impl Random {
+    /// The stream for one purpose in one group of particles.
+    pub(crate) fn new(seed: u64, purpose: Purpose, group: usize) -> Self {
+        let mut generator = ChaCha8Rng::seed_from_u64(seed);
+        generator.set_stream(purpose.stream(group));
+        Self(generator)
+    }
+
+    /// Uniform in `[0, 1)`, a multiple of 2^-53.
+    pub(crate) fn uniform(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Uniform in `0..count`; the bias is below `count / 2^64`.
+    pub(crate) fn below(&mut self, count: usize) -> usize {
+        #[expect(clippy::cast_possible_truncation, reason = "below count")]
+        let number = ((u128::from(self.0.next_u64()) * count as u128) >> 64) as usize;
+        number
+    }
+
+    /// Exponential with mean 1; never infinite, because what `uniform` gives stays below 1.
+    pub(crate) fn exponential(&mut self) -> f64 {
+        -libm::log1p(-self.uniform())
+    }
+
+    /// Normal with mean 0 and variance 1, by Marsaglia's polar method. The logarithm is `libm`'s, because the
+    /// platforms' differ in the last bit.
+    pub(crate) fn normal(&mut self) -> f64 {
+        loop {
+            let (x, y) = (2.0 * self.uniform() - 1.0, 2.0 * self.uniform() - 1.0);
+            let s = x * x + y * y;
+            if s > 0.0 && s < 1.0 {
+                return x * (-2.0 * libm::log(s) / s).sqrt();
+            }
+        }
+    }
+
+    /// Three normal components, exactly zero along flat axes.
+    pub(crate) fn normal_vector(&mut self, space: &Space) -> Vector {
+        Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Flat { 0.0 } else { self.normal() })
+    }
+
+    /// A direction, uniform on the unit sphere of the axes that are not flat.
+    pub(crate) fn direction(&mut self, space: &Space) -> Vector {
+        loop {
+            let vector = self.normal_vector(space);
+            let length = vector.norm();
+            if length > 0.0 {
+                return vector / length;
+            }
+        }
+    }
+
+    /// A random order.
+    pub(crate) fn shuffle<T>(&mut self, items: &mut [T]) {
+        for last in (1..items.len()).rev() {
+            items.swap(last, self.below(last + 1));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn streams_repeat_and_differ() {
+        let draw = |seed, purpose, group| Random::new(seed, purpose, group).uniform();
+        assert_eq!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Placement, 0));
+        assert_ne!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Velocities, 0));
+        assert_ne!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Placement, 1));
+        assert_ne!(draw(1, Purpose::Placement, 0), draw(2, Purpose::Placement, 0));
+    }
+
+    #[test]
+    fn streams_keep_their_numbers() {
+        let first_four = [Purpose::Placement, Purpose::Velocities, Purpose::Composition, Purpose::Thermostat];
+        assert_eq!(first_four.map(|purpose| purpose.stream(3)), [12, 13, 14, 15]);
+        assert_eq!(Purpose::Growth.stream(3), (1 << 63) + 3);
+    }
+
+    #[test]
+    fn normal_deviates_have_the_right_moments() {
+        let mut random = Random::new(7, Purpose::Velocities, 0);
+        let count = 100_000;
+        let (mut m1, mut m2, mut m4) = (0.0, 0.0, 0.0);
+        for _ in 0..count {
+            let x = random.normal();
+            m1 += x;
+            m2 += x * x;
+            m4 += x * x * x * x;
+        }
+        let n = f64::from(count);
+        // Four standard errors: 1/sqrt(n), sqrt(2/n), sqrt(96/n).
+        assert!((m1 / n).abs() < 4.0 / n.sqrt());
+        assert!((m2 / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt());
+        assert!((m4 / n - 3.0).abs() < 4.0 * (96.0 / n).sqrt());
+    }
+
+    #[test]
+    fn a_shuffle_is_a_permutation() {
+        let mut items: Vec<usize> = (0..100).collect();
+        Random::new(3, Purpose::Composition, 0).shuffle(&mut items);
+        assert_ne!(items, (0..100).collect::<Vec<_>>());
+        items.sort_unstable();
+        assert_eq!(items, (0..100).collect::<Vec<_>>());
+    }
+}

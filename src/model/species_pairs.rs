@@ -1,0 +1,107 @@
+//! A value for each two species, whoever is named first.
+
+use crate::base::numbers::id;
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Up to so many species every pair has a place of its own; of more, only pairs that have a value take memory.
+const FEW: usize = 256;
+
+/// What each two species have in common, if anything: an interaction, a distance.
+///
+/// The memory for it grows with the number of pairs that have a value, not with the square of that of the species.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpeciesPairs<T> {
+    species: usize,
+    values: Values<T>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Values<T> {
+    /// `species x species`, row by row, where the lower index names the row.
+    All(Vec<Option<T>>),
+    /// By the lower and the higher index.
+    Some(BTreeMap<(u32, u32), T>),
+}
+
+impl<T: Copy> SpeciesPairs<T> {
+    /// No value for any two of so many species.
+    #[must_use]
+    pub fn new(species: usize) -> Self {
+        let values = match species {
+            0..=FEW => Values::All(vec![None; species * species]),
+            _ => Values::Some(BTreeMap::new()),
+        };
+        Self { species, values }
+    }
+
+    /// The value of two species.
+    #[inline]
+    #[must_use]
+    pub fn get(&self, a: usize, b: usize) -> Option<T> {
+        let (a, b) = (a.min(b), a.max(b));
+        match &self.values {
+            Values::All(values) => values[a * self.species + b],
+            Values::Some(values) => values.get(&(id(a), id(b))).copied(),
+        }
+    }
+
+    /// Gives two species a value.
+    pub fn set(&mut self, a: usize, b: usize, value: T) {
+        let (a, b) = (a.min(b), a.max(b));
+        match &mut self.values {
+            Values::All(values) => values[a * self.species + b] = Some(value),
+            Values::Some(values) => {
+                values.insert((id(a), id(b)), value);
+            }
+        }
+    }
+
+    /// All pairs that have a value, each once, ascending.
+    pub fn iter(&self) -> impl Iterator<Item = ([usize; 2], T)> + Clone + '_ {
+        let (all, some) = match &self.values {
+            Values::All(values) => (Some(values), None),
+            Values::Some(values) => (None, Some(values)),
+        };
+        let species = self.species;
+        let cells = all.into_iter().flat_map(|values| values.iter().enumerate());
+        let few = cells.filter_map(move |(cell, value)| value.map(|value| ([cell / species, cell % species], value)));
+        let entries = some.into_iter().flat_map(BTreeMap::iter);
+        few.chain(entries.map(|(&(a, b), &value)| ([a as usize, b as usize], value)))
+    }
+
+    /// Other values for the same pairs, or none for those that `of` has none for.
+    #[must_use]
+    pub fn map<U: Copy>(&self, of: impl Fn(T) -> Option<U>) -> SpeciesPairs<U> {
+        let mut mapped = SpeciesPairs::new(self.species);
+        for ([a, b], value) in self.iter() {
+            if let Some(value) = of(value) {
+                mapped.set(a, b, value);
+            }
+        }
+        mapped
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_and_many_species_have_the_same_table() {
+        for species in [3, FEW, FEW + 1, 1_000_000] {
+            let mut pairs = SpeciesPairs::new(species);
+            pairs.set(2, 0, 'a');
+            pairs.set(1, 1, 'b');
+            pairs.set(0, 2, 'c');
+            assert_eq!(
+                [pairs.get(0, 2), pairs.get(2, 0), pairs.get(1, 1), pairs.get(1, 2)],
+                [Some('c'), Some('c'), Some('b'), None]
+            );
+            assert_eq!(pairs.iter().collect::<Vec<_>>(), [([0, 2], 'c'), ([1, 1], 'b')], "{species}");
+            let mapped = pairs.map(|value| (value == 'b').then_some(1));
+            assert_eq!(mapped.iter().collect::<Vec<_>>(), [([1, 1], 1)]);
+        }
+    }
+}

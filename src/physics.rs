@@ -1,0 +1,6 @@
+//! Free flight, overlap functions, detection of the next event of a pair, and the response: pure functions of a relative state.
+
+pub mod detection;
+pub mod motion;
+pub mod overlap;
+pub mod response;

@@ -1,0 +1,25 @@
+//! When is the next event? From a relative state to a time from now, or none.
+//!
+//! One rule decides, for every discontinuity that a pair can reach (paper, section 1):
+//!
+//! > A pair interacts at the first time at which its overlap function `f <= 0` and `df/dt < 0`.
+//!
+//! An invalid state that improves is left alone; one that does not gets an interaction now. Nothing here knows absolute
+//! time, particle ids or boxes. At a zero of `df/dt` the next derivative that is not zero decides whether `f` falls at once.
+//!
+//! The answer is that of exact arithmetic, or that for coefficients which differ from the exact ones by no more than their
+//! rounding, where every component is zero or between `1e-50` and `1e50` in magnitude (shown by the test target
+//! `oracle`). Scenes with larger numbers are refused: products of four would overflow.
+//!
+//! | module | pairs | paper |
+//! |---|---|---|
+//! | [`inertial`] | no relative acceleration | Algorithms 2 and 3 |
+//! | [`accelerated`] | constant relative acceleration | Algorithms 4, 5 and 6 |
+//! | [`plane`] | a particle and a flat wall, or the side of a cell | the rule in one dimension |
+//! | [`roots`] | | bracketed roots of polynomials |
+
+pub mod accelerated;
+pub mod inertial;
+pub(crate) mod many;
+pub mod plane;
+pub mod roots;

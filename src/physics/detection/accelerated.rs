@@ -1,0 +1,162 @@
+//! Algorithms 4, 5 and 6: pairs with a constant relative acceleration, a particle falling on a static one.
+//!
+//! The overlap function is a quartic. Between the sign changes of its derivative it is monotone, so each falling piece
+//! holds at most one event and one bracketed root. The paper's two regions of interaction are the falling pieces:
+//! `(-inf, t1]` and `[t2, t3]` for `f+`, `[t1, t2]` and `[t3, inf)` for `f-`, and its `max(0, t)` is the piece's part in the
+//! future. Only turning points in the future are ever solved for: what the derivative does just after now is read from its
+//! coefficients, so a contact that has just been left is never taken for one that is about to be made.
+
+use super::roots::{bracketed, grow, sign_changes_of_cubic};
+use crate::physics::overlap::{Quartic, Side};
+
+/// Time from now to the next event of a pair with overlap function `f`, seen from `side`, with `a_ij /= 0`.
+#[must_use]
+pub fn next_event(f: &Quartic, side: Side) -> Option<f64> {
+    let value = |dt: f64| side.sign() * f.value(dt);
+    let turns = sign_changes_of_cubic(&f.derivative());
+    let mut falls = turns.starts_negative == (side == Side::Positive);
+    let mut from = 0.0;
+    for &to in &turns.at[..turns.count] {
+        if falls {
+            if value(from) <= 0.0 {
+                return Some(from);
+            }
+            if value(to) < 0.0 {
+                return Some(bracketed(value, from, to));
+            }
+        }
+        falls = !falls;
+        from = to;
+    }
+    if !falls {
+        return None;
+    }
+    if value(from) <= 0.0 {
+        return Some(from);
+    }
+    find_last_root(f, from)
+}
+
+/// Algorithm 6: the one root of `f-` after `from`, where `f-` is positive and falls for ever.
+///
+/// The first step is the time in which a pair starting from rest at the centre falls to the discontinuity; it doubles until the
+/// sign changes.
+fn find_last_root(f: &Quartic, from: f64) -> Option<f64> {
+    let step = (f.distance_squared / f.coefficients[4]).sqrt().sqrt();
+    let step = if step.is_normal() { step } else { 1.0 };
+    // A step that is lost against the start would never move.
+    let step = step.max(from * f64::EPSILON);
+    let beyond = grow(from, step, |t| f.value(t) > 0.0)?;
+    Some(bracketed(|t| -f.value(t), from, beyond))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::physics::motion::RelativeState;
+
+    /// One-dimensional motion `x + v t + a t^2 / 2` across a discontinuity at distance 1.
+    fn line(x: f64, v: f64, a: f64) -> Quartic {
+        plane(Vector::new(x, 0.0, 0.0), Vector::new(v, 0.0, 0.0), Vector::new(a, 0.0, 0.0))
+    }
+
+    fn plane(position: Vector, velocity: Vector, acceleration: Vector) -> Quartic {
+        Quartic::new(&RelativeState { position, velocity }, &acceleration, 1.0)
+    }
+
+    fn close(found: Option<f64>, expected: f64) {
+        let found = found.expect("there is an event");
+        assert!((found - expected).abs() <= 8.0 * f64::EPSILON * expected.max(1.0), "{found} is not {expected}");
+    }
+
+    #[test]
+    fn figure_4a_a_ball_dropped_on_a_sphere_meets_it() {
+        close(next_event(&line(3.0, 0.0, -1.0), Side::Positive), 2.0);
+        close(next_event(&line(3.0, -1.0, -1.0), Side::Positive), 5.0_f64.sqrt() - 1.0);
+    }
+
+    #[test]
+    fn figure_4b_an_overlap_that_deepens_is_an_event_now() {
+        assert_eq!(next_event(&line(0.9, -1.0, -1.0), Side::Positive), Some(0.0));
+        assert_eq!(next_event(&line(1.0, -1.0, -1.0), Side::Positive), Some(0.0));
+        assert_eq!(next_event(&line(1.0, 0.0, -1.0), Side::Positive), Some(0.0), "f' becomes negative at once");
+    }
+
+    #[test]
+    fn figure_4c_a_ball_thrown_up_from_contact_comes_back() {
+        close(next_event(&line(1.0, 1.0, -1.0), Side::Positive), 2.0);
+        close(next_event(&line(1.0_f64.next_down(), 1.0, -1.0), Side::Positive), 2.0);
+        close(next_event(&line(1.0_f64.next_up(), 1.0, -1.0), Side::Positive), 2.0);
+        close(next_event(&line(1.0, 1e-9, -1.0), Side::Positive), 2e-9);
+    }
+
+    #[test]
+    fn figure_4d_a_throw_that_stays_overlapped_interacts_at_its_turning_point() {
+        close(next_event(&line(0.5, 0.5, -1.0), Side::Positive), 0.5);
+    }
+
+    #[test]
+    fn figure_4e_after_a_miss_the_second_region_counts() {
+        // Passes over the sphere on the way up and falls on it later.
+        let f = plane(Vector::new(-3.0, 1.2, 0.0), Vector::new(1.5, 1.0, 0.0), Vector::new(0.0, -1.0, 0.0));
+        let dt = next_event(&f, Side::Positive).unwrap();
+        assert!(dt > 1.0 && f.value(dt) >= 0.0 && f.value(dt + 1e-9) < 0.0);
+    }
+
+    #[test]
+    fn a_ball_that_falls_past_or_away_never_meets() {
+        assert_eq!(next_event(&line(3.0, 1.0, 1.0), Side::Positive), None);
+        let past = plane(Vector::new(2.0, 3.0, 0.0), Vector::zeros(), Vector::new(0.0, -1.0, 0.0));
+        assert_eq!(next_event(&past, Side::Positive), None);
+    }
+
+    #[test]
+    fn figure_5a_a_bonded_bead_that_falls_reaches_the_end_of_its_bond() {
+        close(next_event(&line(0.0, 0.0, -0.5), Side::Negative), 2.0);
+        // The pendulum's own start: v = 0 with r perpendicular to a.
+        let start = plane(Vector::new(0.5, 0.0, 0.0), Vector::zeros(), Vector::new(0.0, 0.0, -1.0));
+        close(next_event(&start, Side::Negative), 3.0_f64.sqrt().sqrt());
+    }
+
+    #[test]
+    fn figure_5b_a_bond_at_its_end_that_lengthens_interacts_now() {
+        assert_eq!(next_event(&line(-1.0, -1.0, -1.0), Side::Negative), Some(0.0));
+        assert_eq!(next_event(&line(-1.0, 0.0, -1.0), Side::Negative), Some(0.0));
+        assert_eq!(next_event(&line(-1.1, -1.0, -1.0), Side::Negative), Some(0.0));
+    }
+
+    #[test]
+    fn figure_5c_a_bead_thrown_through_the_bond_leaves_on_the_far_side() {
+        // From the lower end upwards with speed 3 under g = 1: reaches +1 at t = 3 - sqrt 5.
+        close(next_event(&line(-1.0, 3.0, -1.0), Side::Negative), 3.0 - 5.0_f64.sqrt());
+    }
+
+    #[test]
+    fn figure_5f_a_bond_too_long_that_never_recovers_interacts_at_its_turning_point() {
+        close(next_event(&line(-2.0, 1.0, -1.0), Side::Negative), 1.0);
+    }
+
+    #[test]
+    fn figure_5g_a_bond_too_long_that_recovers_interacts_when_it_leaves_again() {
+        close(next_event(&line(-1.5, 2.0, -1.0), Side::Negative), 2.0 + 3.0_f64.sqrt());
+    }
+
+    #[test]
+    fn the_correction_of_algorithm_6_starts_its_bracket_after_the_turning_point() {
+        // r = 20 t - 4.905 t^2 crosses +1, but a bead on the far side of its flight leaves at the last root only.
+        let f = line(0.0, 20.0, -9.81);
+        let first = next_event(&f, Side::Negative).unwrap();
+        assert!((first - 0.050_628_7).abs() < 1e-6);
+        let last = find_last_root(&f, 4.0775).unwrap();
+        assert!((last - 4.126_87).abs() < 1e-5);
+    }
+
+    #[test]
+    fn the_limit_of_vanishing_acceleration_is_the_inertial_result() {
+        for a in [1e-8, 1e-16, 1e-100] {
+            close(next_event(&line(3.0, -1.0, -a), Side::Positive), 2.0 - 2.0 * a.min(1e-8));
+            close(next_event(&line(0.5, 1.0, -a), Side::Negative), 0.5 + a / 8.0);
+        }
+    }
+}

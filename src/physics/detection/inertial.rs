@@ -1,0 +1,115 @@
+//! Algorithms 2 and 3: pairs without relative acceleration.
+
+use crate::physics::overlap::{Quadratic, Side};
+
+/// Time from now to the next event of a pair with overlap function `f`, seen from `side`.
+#[inline]
+#[must_use]
+pub fn next_event(f: &Quadratic, side: Side) -> Option<f64> {
+    match side {
+        Side::Positive => positive(f),
+        Side::Negative => negative(f),
+    }
+}
+
+/// Algorithm 2: the next event on the positive side (Core, Capture) of a pair with `a_ij = 0`.
+#[inline]
+#[must_use]
+pub fn positive(f: &Quadratic) -> Option<f64> {
+    if f.b >= 0.0 {
+        return None;
+    }
+    if f.r2 <= 0.0 {
+        return Some(0.0);
+    }
+    let discriminant = f.b * f.b - f.v2 * f.r2;
+    if discriminant <= 0.0 {
+        return None;
+    }
+    Some(f.r2 / (discriminant.sqrt() - f.b))
+}
+
+/// Algorithm 3: the next event on the negative side (Bounce, Release) of a pair with `a_ij = 0`.
+///
+/// A pair that never comes inside again interacts at its turning point, where its distance is shortest.
+#[inline]
+#[must_use]
+pub fn negative(f: &Quadratic) -> Option<f64> {
+    if f.v2 == 0.0 {
+        return None;
+    }
+    let discriminant = f.b * f.b - f.v2 * f.r2;
+    let dt = if discriminant > 0.0 {
+        let root = discriminant.sqrt();
+        let q = f.b + if f.b < 0.0 { -root } else { root };
+        (-q / f.v2).max(-f.r2 / q)
+    } else {
+        -f.b / f.v2
+    };
+    Some(dt.max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn f(r2: f64, b: f64, v2: f64) -> Quadratic {
+        Quadratic { r2, b, v2 }
+    }
+
+    #[test]
+    fn figure_3a_a_pair_on_collision_course_meets_at_the_first_root() {
+        // r = 3, v = -1, s = 1: contact at t = 2.
+        assert_eq!(positive(&f(8.0, -3.0, 1.0)), Some(2.0));
+    }
+
+    #[test]
+    fn figure_3a_a_receding_or_resting_pair_never_meets() {
+        assert_eq!(positive(&f(8.0, 3.0, 1.0)), None);
+        assert_eq!(positive(&f(8.0, 0.0, 1.0)), None);
+        assert_eq!(positive(&f(-0.5, 0.0, 0.0)), None);
+        assert_eq!(positive(&f(-0.5, 1.0, 1.0)), None, "an overlap that improves is left alone");
+    }
+
+    #[test]
+    fn an_overlap_that_grows_is_an_event_now_one_float_either_side_of_contact() {
+        assert_eq!(positive(&f(-0.5, -1.0, 1.0)), Some(0.0));
+        assert_eq!(positive(&f(0.0, -1.0, 1.0)), Some(0.0));
+        let soon = positive(&f(f64::EPSILON, -1.0, 1.0)).unwrap();
+        assert!(soon > 0.0 && soon < f64::EPSILON);
+    }
+
+    #[test]
+    fn figure_3b_a_pair_that_misses_or_grazes_has_no_event() {
+        assert_eq!(positive(&f(8.0, -1.0, 1.0)), None);
+        assert_eq!(positive(&f(1.0, -1.0, 1.0)), None, "the two roots coincide: f never changes sign");
+    }
+
+    #[test]
+    fn figure_3c_a_captured_pair_leaves_at_the_last_root() {
+        // r = -1/2, v = 1, s = 1: leaves at t = 1.5.
+        assert_eq!(negative(&f(-0.75, -0.5, 1.0)), Some(1.5));
+        assert_eq!(negative(&f(-0.75, 0.5, 1.0)), Some(0.5));
+        assert_eq!(negative(&f(-1.0, 0.0, 1.0)), Some(1.0));
+        assert_eq!(negative(&f(-1.0, -0.0, 1.0)), Some(1.0), "the sign of a zero decides nothing");
+    }
+
+    #[test]
+    fn figure_3c_a_pair_outside_that_recedes_interacts_now() {
+        assert_eq!(negative(&f(0.0, 1.0, 1.0)), Some(0.0));
+        assert_eq!(negative(&f(0.25, 1.0, 1.0)), Some(0.0));
+        assert_eq!(negative(&f(0.1, -1.0, 1.0)).map(|t| t > 1.0), Some(true), "improving: left alone until it leaves");
+    }
+
+    #[test]
+    fn figure_3d_a_pair_that_stays_outside_interacts_at_its_turning_point() {
+        assert_eq!(negative(&f(3.0, -1.0, 1.0)), Some(1.0));
+        assert_eq!(negative(&f(3.0, 1.0, 1.0)), Some(0.0));
+        assert_eq!(negative(&f(1.0, -1.0, 1.0)), Some(1.0), "grazing from outside");
+    }
+
+    #[test]
+    fn a_captured_pair_at_relative_rest_has_no_event() {
+        assert_eq!(negative(&f(-1.0, 0.0, 0.0)), None);
+    }
+}

@@ -1,0 +1,346 @@
+//! Algorithms 2 and 3 for many pairs at once: the same operations in the same order as one by one, and so the same bits.
+//!
+//! [`Many`] is written down three times: for any processor, for those with AVX2, which compute four numbers with one instruction, and
+//! for those with AVX-512, which compute eight. No operation is fused, and all are correctly rounded, so the three agree to the bit.
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+
+use std::array::from_fn;
+
+/// What the processor can do at once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Width(Instructions);
+
+/// The instructions to use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Instructions {
+    Any,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+impl Width {
+    /// All that the processor can do, the most at once last. Results do not depend on the choice.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let mut all = vec![Self(Instructions::Any)];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if std::arch::is_x86_feature_detected!("avx2") {
+                all.push(Self(Instructions::Avx2));
+                if std::arch::is_x86_feature_detected!("avx512f") && std::arch::is_x86_feature_detected!("avx512dq") {
+                    all.push(Self(Instructions::Avx512));
+                }
+            }
+        }
+        all
+    }
+
+    /// The most that the processor can do.
+    #[must_use]
+    pub fn most() -> Self {
+        Self::all().pop().unwrap_or(Self(Instructions::Any))
+    }
+
+    /// Whether there is AVX2, for code that uses nothing else.
+    #[inline]
+    #[must_use]
+    pub fn has_avx2(self) -> bool {
+        self.0 != Instructions::Any
+    }
+
+    /// At most four numbers at once: enough for a few, and then cheaper.
+    #[inline]
+    #[must_use]
+    pub fn at_most_four(self) -> Self {
+        match self.0 {
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => Self(Instructions::Avx2),
+            _ => self,
+        }
+    }
+
+    /// Does some work with these instructions.
+    #[inline]
+    pub fn run<W: Work>(self, work: W) -> W::Output {
+        match self.0 {
+            Instructions::Any => work.run::<Plain>(),
+            // SAFETY: [`Self::all`] has asked the processor for these instructions.
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx2 => unsafe { in_fours(work) },
+            #[cfg(target_arch = "x86_64")]
+            Instructions::Avx512 => unsafe { in_eights(work) },
+        }
+    }
+}
+
+/// Work on many numbers at once, whatever the instructions are.
+pub trait Work {
+    /// What comes out.
+    type Output;
+
+    /// Does it. Has to be inlined into code for the instructions of `F`.
+    fn run<F: Many>(self) -> Self::Output;
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn in_fours<W: Work>(work: W) -> W::Output {
+    work.run::<avx2::Wide>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq")]
+fn in_eights<W: Work>(work: W) -> W::Output {
+    work.run::<avx512::Widest>()
+}
+
+/// The most numbers at once.
+pub const MOST: usize = 8;
+
+/// Numbers, one per pair.
+pub trait Many: Copy {
+    /// How many.
+    const COUNT: usize;
+    /// The same number for all.
+    fn all(x: f64) -> Self;
+    /// One number each.
+    fn each(x: &[f64]) -> Self;
+    /// Rows of eight become columns.
+    fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8];
+    /// Sums.
+    fn add(self, other: Self) -> Self;
+    /// Differences.
+    fn sub(self, other: Self) -> Self;
+    /// Products.
+    fn mul(self, other: Self) -> Self;
+    /// Quotients.
+    fn div(self, other: Self) -> Self;
+    /// Square roots.
+    fn sqrt(self) -> Self;
+    /// Where `self < limit`, the one, elsewhere the other.
+    fn if_less(self, limit: Self, then: Self, otherwise: Self) -> Self;
+    /// The smaller ones of two times as many.
+    fn least(self, other: Self) -> Self;
+    /// The smallest one.
+    fn smallest(self) -> f64;
+    /// Which are at most `limit`, as bits.
+    fn at_most(self, limit: f64) -> u32;
+    /// Writes the numbers.
+    fn write(self, to: &mut [f64]);
+}
+
+/// Four numbers for any processor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plain([f64; 4]);
+
+impl Plain {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        Self(from_fn(|k| f(self.0[k], other.0[k])))
+    }
+}
+
+impl Many for Plain {
+    const COUNT: usize = 4;
+    #[inline(always)]
+    fn all(x: f64) -> Self {
+        Self([x; 4])
+    }
+    #[inline(always)]
+    fn each(x: &[f64]) -> Self {
+        Self(from_fn(|k| x[k]))
+    }
+    #[inline(always)]
+    fn columns<'a>(row: impl Fn(usize) -> &'a [f64; 8]) -> [Self; 8] {
+        from_fn(|column| Self(from_fn(|k| row(k)[column])))
+    }
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.zip(other, |a, b| a / b)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.map(f64::sqrt))
+    }
+    #[inline(always)]
+    fn if_less(self, limit: Self, then: Self, otherwise: Self) -> Self {
+        Self(from_fn(|k| if self.0[k] < limit.0[k] { then.0[k] } else { otherwise.0[k] }))
+    }
+    #[inline(always)]
+    fn least(self, other: Self) -> Self {
+        self.if_less(other, self, other)
+    }
+    #[inline(always)]
+    fn smallest(self) -> f64 {
+        let [a, b, c, d] = self.0;
+        a.min(b).min(c.min(d))
+    }
+    #[inline(always)]
+    fn at_most(self, limit: f64) -> u32 {
+        (0..4).fold(0, |bits, k| bits | u32::from(self.0[k] <= limit) << k)
+    }
+    #[inline(always)]
+    fn write(self, to: &mut [f64]) {
+        to[..4].copy_from_slice(&self.0);
+    }
+}
+
+/// Algorithm 2: the times from now to the next events on the positive side, infinite where there is none, of pairs with
+/// overlap functions `V2 dt^2 + 2 B dt + R2`.
+#[inline(always)]
+#[must_use]
+pub fn positive<F: Many>(r2: F, b: F, v2: F) -> F {
+    let (zero, never) = (F::all(0.0), F::all(f64::INFINITY));
+    let discriminant = b.mul(b).sub(v2.mul(r2));
+    let root = r2.div(discriminant.sqrt().sub(b));
+    let outside = zero.if_less(discriminant, root, never);
+    let approaching = zero.if_less(r2, outside, zero);
+    b.if_less(zero, approaching, never)
+}
+
+/// Algorithm 3: the times from now to the next events on the negative side, of pairs.
+#[inline(always)]
+#[must_use]
+pub fn negative<F: Many>(r2: F, b: F, v2: F) -> F {
+    let (zero, never) = (F::all(0.0), F::all(f64::INFINITY));
+    let discriminant = b.mul(b).sub(v2.mul(r2));
+    let root = discriminant.sqrt();
+    let q = b.add(b.if_less(zero, zero.sub(root), root));
+    let (one, other) = (zero.sub(q).div(v2), zero.sub(r2).div(q));
+    let last = one.if_less(other, other, one);
+    let dt = zero.if_less(discriminant, last, zero.sub(b).div(v2));
+    zero.if_less(v2, dt.if_less(zero, zero, dt), never)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::detection::inertial;
+    use crate::physics::overlap::Quadratic;
+    use proptest::prelude::*;
+
+    /// Exact zeros, contact and grazing come up often.
+    fn coefficient() -> impl Strategy<Value = f64> {
+        prop_oneof![
+            prop::sample::select(vec![
+                0.0,
+                -0.0,
+                1.0,
+                -1.0,
+                4.0,
+                -2.0,
+                f64::EPSILON,
+                -f64::EPSILON,
+                1e50,
+                -1e50,
+                1e-50
+            ]),
+            -4.0..4.0_f64
+        ]
+    }
+
+    /// What the two algorithms find for eight pairs, given the columns of their coefficients.
+    struct Find<'a>(&'a [[f64; 8]; 3]);
+
+    impl Work for Find<'_> {
+        type Output = [[f64; 8]; 2];
+
+        #[inline(always)]
+        fn run<F: Many>(self) -> Self::Output {
+            let mut found = [[0.0; 8]; 2];
+            for at in (0..8).step_by(F::COUNT) {
+                let [r2, b, v2] = [0, 1, 2].map(|k| F::each(&self.0[k][at..]));
+                positive(r2, b, v2).write(&mut found[0][at..]);
+                negative(r2, b, v2).write(&mut found[1][at..]);
+            }
+            found
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn many_at_once_are_one_by_one(f in prop::array::uniform8((coefficient(), coefficient(), coefficient()))) {
+            let f = f.map(|(r2, b, v2)| [r2, b, v2.abs()]);
+            let coefficients = [0, 1, 2].map(|k| f.map(|f| f[k]));
+            for width in Width::all() {
+                let found = width.run(Find(&coefficients));
+                for (k, [r2, b, v2]) in f.into_iter().enumerate() {
+                    let f = Quadratic { r2, b, v2 };
+                    let alone = [inertial::positive(&f), inertial::negative(&f)].map(|dt| dt.unwrap_or(f64::INFINITY));
+                    prop_assert_eq!(found.map(|found| found[k]), alone, "{:?}", f);
+                }
+            }
+        }
+    }
+
+    /// Eight rows of eight as columns.
+    struct Turn<'a>(&'a [[f64; 8]; 8]);
+
+    impl Work for Turn<'_> {
+        type Output = [[f64; 8]; 8];
+
+        #[inline(always)]
+        fn run<F: Many>(self) -> Self::Output {
+            let mut columns = [[0.0; 8]; 8];
+            for at in (0..8).step_by(F::COUNT) {
+                for (to, column) in columns.iter_mut().zip(F::columns(|k| &self.0[at + k])) {
+                    column.write(&mut to[at..]);
+                }
+            }
+            columns
+        }
+    }
+
+    #[test]
+    fn rows_become_columns() {
+        let rows: [[f64; 8]; 8] = from_fn(|row| from_fn(|column| (10 * row + column) as f64));
+        let expected: [[f64; 8]; 8] = from_fn(|column| from_fn(|row| (10 * row + column) as f64));
+        for width in Width::all() {
+            assert_eq!(width.run(Turn(&rows)), expected);
+        }
+    }
+
+    /// The smallest number, and which are at most 3.
+    struct Compare<'a>(&'a [f64; 8]);
+
+    impl Work for Compare<'_> {
+        type Output = (f64, u32);
+
+        #[inline(always)]
+        fn run<F: Many>(self) -> Self::Output {
+            let (mut smallest, mut bits) = (f64::INFINITY, 0);
+            for at in (0..8).step_by(F::COUNT) {
+                let x = F::each(&self.0[at..]);
+                smallest = smallest.min(x.smallest());
+                bits |= x.at_most(3.0) << at;
+            }
+            (smallest, bits)
+        }
+    }
+
+    #[test]
+    fn times_are_compared() {
+        let times = [4.0, 3.0, f64::INFINITY, 5.0, 3.5, 2.0, 9.0, 8.0];
+        for width in Width::all() {
+            assert_eq!(width.run(Compare(&times)), (2.0, 0b10_0010));
+        }
+    }
+}

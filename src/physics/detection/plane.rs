@@ -1,0 +1,66 @@
+//! A particle and a plane: a flat wall, or the side of a cell.
+
+/// Time from now until the signed distance `h(dt) = height + velocity dt + acceleration/2 dt^2` is `<= 0` and falling.
+///
+/// The rule of [`crate::physics::detection`] in one dimension, where the overlap function is the distance itself `[length]`. The
+/// roots are taken in the form that does not cancel.
+#[inline]
+#[must_use]
+pub fn next_event(height: f64, velocity: f64, acceleration: f64) -> Option<f64> {
+    let falls_now = velocity < 0.0 || (velocity == 0.0 && acceleration < 0.0);
+    let discriminant = velocity * velocity - 2.0 * acceleration * height;
+    if falls_now {
+        if height <= 0.0 {
+            return Some(0.0);
+        }
+        if acceleration > 0.0 && discriminant <= 0.0 {
+            return None; // turns round before it arrives
+        }
+        return Some(2.0 * height / (discriminant.sqrt() - velocity));
+    }
+    if acceleration >= 0.0 {
+        return None;
+    }
+    let turning_point = -velocity / acceleration;
+    if discriminant <= 0.0 {
+        return Some(turning_point); // still below the plane where it starts to fall
+    }
+    Some((velocity + discriminant.sqrt()) / -acceleration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::next_event;
+
+    #[test]
+    fn a_particle_in_free_flight_arrives_if_it_approaches() {
+        assert_eq!(next_event(3.0, -2.0, 0.0), Some(1.5));
+        assert_eq!(next_event(3.0, 2.0, 0.0), None);
+        assert_eq!(next_event(3.0, 0.0, 0.0), None);
+        assert_eq!(next_event(-1e-20, -2.0, 0.0), Some(0.0));
+        assert_eq!(next_event(-1e-20, 2.0, 0.0), None);
+    }
+
+    #[test]
+    fn a_falling_particle_arrives_from_rest_from_above_and_after_a_throw() {
+        assert_eq!(next_event(2.0, 0.0, -1.0), Some(2.0));
+        assert_eq!(next_event(4.0, -1.0, -1.0), Some(2.0));
+        assert_eq!(next_event(4.0, 1.0, -1.0), Some(4.0));
+        assert_eq!(next_event(0.0, 1.0, -1.0), Some(2.0), "a bounce comes back");
+    }
+
+    #[test]
+    fn a_particle_that_is_pulled_away_may_turn_round_before_the_plane() {
+        assert_eq!(next_event(1.5, -2.0, 1.0), Some(1.0));
+        assert_eq!(next_event(2.0, -2.0, 1.0), None, "touches with no speed");
+        assert_eq!(next_event(3.0, -2.0, 1.0), None);
+        assert_eq!(next_event(3.0, 2.0, 1.0), None);
+    }
+
+    #[test]
+    fn below_the_plane_the_event_is_where_it_stops_improving() {
+        assert_eq!(next_event(-2.0, 1.0, -1.0), Some(1.0));
+        assert_eq!(next_event(-2.0, 0.0, -1.0), Some(0.0));
+        assert_eq!(next_event(-2.0, 3.0, -1.0), Some(3.0 + 5.0_f64.sqrt()));
+    }
+}

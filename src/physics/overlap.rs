@@ -1,0 +1,145 @@
+//! Overlap functions: positive in valid states, negative in invalid ones, zero on the discontinuity.
+//!
+//! `f+(dt) = |r_ij(dt)|^2 - s^2` for a pair that belongs outside of the distance `s`, and `f- = -f+` for one that belongs
+//! inside (paper, equation 5). The type says how the pair moves: [`Quadratic`] where the two fall alike or not at
+//! all, [`Quartic`] where they accelerate relative to each other. The detection algorithms take one or the other, which
+//! is the paper's `Require` line.
+
+use crate::Vector;
+use crate::physics::motion::RelativeState;
+use serde::{Deserialize, Serialize};
+
+/// From which side a pair sees a discontinuity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Side {
+    /// The pair is valid outside: the overlap function is `f+` (Core, Capture).
+    Positive,
+    /// The pair is valid inside: the overlap function is `f-` (Bounce, Release).
+    Negative,
+}
+
+impl Side {
+    /// `+1` or `-1`: what turns `f+` into this side's overlap function.
+    #[inline]
+    #[must_use]
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
+        }
+    }
+}
+
+/// `f+` of a pair without relative acceleration: `V2 dt^2 + 2 B dt + R2` (paper, equation 8).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quadratic {
+    /// `R2 = |r|^2 - s^2` `[length^2]`.
+    pub r2: f64,
+    /// `B = v . r` `[length^2 / time]`.
+    pub b: f64,
+    /// `V2 = |v|^2` `[length^2 / time^2]`.
+    pub v2: f64,
+}
+
+impl Quadratic {
+    /// The overlap function of a relative state and the square of a discontinuity's distance `[length^2]`.
+    #[inline]
+    #[must_use]
+    pub fn new(state: &RelativeState, distance_squared: f64) -> Self {
+        Self {
+            r2: state.position.norm_squared() - distance_squared,
+            b: state.velocity.dot(&state.position),
+            v2: state.velocity.norm_squared(),
+        }
+    }
+
+    /// `f+(dt)`.
+    #[inline]
+    #[must_use]
+    pub fn value(&self, dt: f64) -> f64 {
+        (self.v2 * dt + 2.0 * self.b) * dt + self.r2
+    }
+
+    /// `df+/dt (dt) = 2 (V2 dt + B)`.
+    #[inline]
+    #[must_use]
+    pub fn derivative(&self, dt: f64) -> f64 {
+        2.0 * (self.v2 * dt + self.b)
+    }
+}
+
+/// `f+` of a pair with relative acceleration (paper, equation 6):
+/// `(A2/4) dt^4 + (a.v) dt^3 + (a.r + V2) dt^2 + 2 B dt + R2`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quartic {
+    /// Coefficients, constant first.
+    pub coefficients: [f64; 5],
+    /// `s^2` `[length^2]`, which sets the scale of Algorithm 6.
+    pub distance_squared: f64,
+}
+
+impl Quartic {
+    /// The overlap function of a relative state, the relative acceleration `a_ij` and the square of a distance.
+    #[inline]
+    #[must_use]
+    pub fn new(state: &RelativeState, acceleration: &Vector, distance_squared: f64) -> Self {
+        let RelativeState { position: r, velocity: v } = state;
+        Self {
+            coefficients: [
+                r.norm_squared() - distance_squared,
+                2.0 * v.dot(r),
+                acceleration.dot(r) + v.norm_squared(),
+                acceleration.dot(v),
+                0.25 * acceleration.norm_squared(),
+            ],
+            distance_squared,
+        }
+    }
+
+    /// `f+(dt)`.
+    #[inline]
+    #[must_use]
+    pub fn value(&self, dt: f64) -> f64 {
+        let c = &self.coefficients;
+        (((c[4] * dt + c[3]) * dt + c[2]) * dt + c[1]) * dt + c[0]
+    }
+
+    /// Coefficients of `df+/dt` (paper, equation 7), constant first: `2 B, 2 (a.r + V2), 3 (a.v), A2`.
+    #[inline]
+    #[must_use]
+    pub fn derivative(&self) -> [f64; 4] {
+        let c = &self.coefficients;
+        [c[1], 2.0 * c[2], 3.0 * c[3], 4.0 * c[4]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::motion::stream_position;
+
+    #[test]
+    fn the_overlap_function_is_the_distance_of_the_streamed_pair() {
+        let state = RelativeState { position: Vector::new(1.5, -0.25, 0.5), velocity: Vector::new(-1.0, 0.5, 0.125) };
+        let acceleration = Vector::new(0.25, 0.0, -1.0);
+        let zero = Vector::zeros();
+        for dt in [0.0, 0.5, 1.0, 3.0] {
+            // Small binary fractions: every operation is exact, so the two sides agree to the bit.
+            let at = stream_position(&state.position, &state.velocity, &zero, dt);
+            assert_eq!(Quadratic::new(&state, 1.0).value(dt), at.norm_squared() - 1.0);
+            let at = stream_position(&state.position, &state.velocity, &acceleration, dt);
+            assert_eq!(Quartic::new(&state, &acceleration, 1.0).value(dt), at.norm_squared() - 1.0);
+        }
+    }
+
+    #[test]
+    fn the_derivatives_are_the_derivatives() {
+        let state = RelativeState { position: Vector::new(1.0, 2.0, 0.5), velocity: Vector::new(-1.0, 0.5, 0.25) };
+        let quadratic = Quadratic::new(&state, 1.0);
+        // A central difference of a quadratic is exact.
+        assert_eq!(quadratic.derivative(0.5), (quadratic.value(1.0) - quadratic.value(0.0)) / 1.0);
+        let quartic = Quartic::new(&state, &Vector::new(0.0, 0.0, -1.0), 1.0);
+        let c = quartic.coefficients;
+        assert_eq!(quartic.derivative(), [c[1], 2.0 * c[2], 3.0 * c[3], 4.0 * c[4]]);
+    }
+}

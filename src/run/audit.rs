@@ -1,0 +1,337 @@
+//! What a run finds out about its own correctness.
+//!
+//! Energy and momentum are compared with the exact ledger: what restitution dissipated is counted at every contact, so that
+//! kinetic and potential energy and the dissipated energy add up to the same sum, but for round-off.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::Vector;
+use crate::analysis::observables::Row;
+use crate::engine::event::Tally;
+use crate::engine::{Energy, Overlap, Simulation};
+use crate::model::AuditPlan;
+
+/// Roundings of one physical event, relative to the energy (or momentum) of the particles that it touches: two streamings, `B`,
+/// `|r|^2`, the quotient, and the new velocities, of three terms each.
+const ROUNDINGS: f64 = 32.0;
+
+/// What rounding leaves of a sum over all particles and events.
+///
+/// A rounding is at most `eps / 2` of what it rounds, and as often up as down. Those of `n` events add up to a random walk, whose
+/// standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`, even if every event touched all of the energy. Four times that is
+/// the limit, and `4 ROUNDINGS eps / 2` more for the sums themselves.
+fn round_off(events: u64) -> f64 {
+    4.0 * ROUNDINGS * 0.5 * f64::EPSILON * (1.0 + (events as f64).sqrt())
+}
+
+/// When an audit fails: the scene's limits, or those of round-off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Largest relative error of the energy ledger.
+    pub energy: f64,
+    /// Largest relative drift of the momentum.
+    pub momentum: f64,
+    /// Deepest overlap; `None` judges each by the round-off of its own coordinates.
+    pub overlap: Option<f64>,
+}
+
+impl Limits {
+    /// The limits of a run of so many events, cell transitions included.
+    #[must_use]
+    pub fn new(plan: &AuditPlan, events: u64) -> Self {
+        Self {
+            energy: plan.energy.unwrap_or_else(|| round_off(events)),
+            momentum: plan.momentum.unwrap_or_else(|| round_off(events)),
+            overlap: plan.overlap,
+        }
+    }
+}
+
+/// What became of the overlaps that a scene started with.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Initial {
+    /// How many there were, deeper than round-off.
+    pub overlaps: usize,
+    /// When the last of them had gone, after the start `[time]`; `None` where some are left, or there were none.
+    pub resolved_after: Option<f64>,
+}
+
+/// What a run found out about itself, over its whole length.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Audit {
+    /// Kinetic and potential energy at the start `[energy]`.
+    pub initial_energy: f64,
+    /// The energies at the end `[energy]`.
+    pub energy: Energy,
+    /// Kinetic energy lost to restitution `[energy]`.
+    pub dissipated: f64,
+    /// `|E + dissipated - E_initial|`, relative to the largest of `|E|`, kinetic and dissipated energy along the run.
+    pub ledger_error: f64,
+    /// Change of the total momentum relative to the sum of all `m |v|`; `None` where walls, gravity or static particles
+    /// change it.
+    pub momentum_drift: Option<f64>,
+    /// Everything that happened.
+    pub tally: Tally,
+    /// The deepest overlap at the end.
+    pub deepest_final: Option<Overlap>,
+    /// How many pairs overlap at the end, deeper than round-off.
+    pub final_overlaps: usize,
+    /// The overlaps at the start.
+    pub initial: Initial,
+    /// When it fails.
+    pub limits: Limits,
+}
+
+/// What an audit objects to.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Fault {
+    /// Something is not a number.
+    #[error("a quantity is not finite")]
+    NotFinite,
+    /// Energy came from nowhere or went away.
+    #[error("the energy ledger is off by {error:.1e}, more than the limit of {limit:.1e}")]
+    Ledger {
+        /// Relative error.
+        error: f64,
+        /// What is allowed.
+        limit: f64,
+    },
+    /// Momentum came from nowhere or went away.
+    #[error("the total momentum drifted by {drift:.1e}, more than the limit of {limit:.1e}")]
+    Momentum {
+        /// Relative drift.
+        drift: f64,
+        /// What is allowed.
+        limit: f64,
+    },
+    /// Particles overlap deeper than the scene allows.
+    #[error("an overlap of {depth:.1e} of the contact distance, more than the limit of {limit:.1e}")]
+    Overlap {
+        /// Relative depth.
+        depth: f64,
+        /// What is allowed.
+        limit: f64,
+    },
+    /// Particles overlap deeper than round-off explains, though they did not at the start.
+    #[error(
+        "{events} events in invalid states and {pairs} overlaps at the end, deeper than round-off explains, the deepest \
+         {depth:.1e} of the contact distance"
+    )]
+    InvalidState {
+        /// Events executed in an invalid state.
+        events: u64,
+        /// Pairs in an invalid state at the end.
+        pairs: usize,
+        /// The deepest, relative.
+        depth: f64,
+    },
+}
+
+impl Audit {
+    /// What is wrong with the run; empty if it is sound.
+    #[must_use]
+    pub fn faults(&self) -> Vec<Fault> {
+        let mut faults = Vec::new();
+        let drift = self.momentum_drift.unwrap_or(0.0);
+        let depth = self.deepest();
+        let all = [self.energy.kinetic, self.energy.potential, self.ledger_error, drift, depth];
+        if all.iter().any(|x| !x.is_finite()) {
+            faults.push(Fault::NotFinite);
+        }
+        let Limits { energy, momentum, overlap } = self.limits;
+        if self.ledger_error > energy {
+            faults.push(Fault::Ledger { error: self.ledger_error, limit: energy });
+        }
+        if drift > momentum {
+            faults.push(Fault::Momentum { drift, limit: momentum });
+        }
+        let (events, pairs) = (self.tally.in_invalid_state, self.final_overlaps);
+        match overlap {
+            Some(limit) if depth > limit => faults.push(Fault::Overlap { depth, limit }),
+            None if self.initial.overlaps == 0 && events + pairs as u64 > 0 => {
+                faults.push(Fault::InvalidState { events, pairs, depth });
+            }
+            _ => {}
+        }
+        faults
+    }
+
+    /// The deepest overlap that tells of the run: one that was there at the start only counts if it still is.
+    fn deepest(&self) -> f64 {
+        let last = self.deepest_final.map_or(0.0, |overlap| overlap.depth);
+        if self.initial.overlaps == 0 { last.max(self.tally.deepest_overlap) } else { last }
+    }
+}
+
+/// The books of a run while it goes on.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct Ledger {
+    initial_energy: f64,
+    /// The total momentum at the start, if it is conserved.
+    initial_momentum: Option<Vector>,
+    scale: f64,
+    initial: Initial,
+}
+
+impl Ledger {
+    pub fn open(simulation: &Simulation, conserves_momentum: bool) -> Self {
+        let energy = simulation.energy();
+        let initial_energy = energy.kinetic + energy.potential;
+        // A scene that does not allow any was refused if it had some.
+        let is_valid = !simulation.scene().allow_invalid_start;
+        let overlaps = if is_valid { 0 } else { simulation.real_overlaps().len() };
+        Self {
+            initial_energy,
+            initial_momentum: conserves_momentum.then_some(energy.momentum),
+            scale: initial_energy.abs().max(energy.kinetic),
+            initial: Initial { overlaps, resolved_after: None },
+        }
+    }
+
+    /// Whether overlaps of the start may be left.
+    pub fn has_overlaps(&self) -> bool {
+        self.initial.overlaps > 0 && self.initial.resolved_after.is_none()
+    }
+
+    /// Looks whether overlaps of the start are left.
+    pub fn see_overlaps(&mut self, simulation: &Simulation) {
+        if self.has_overlaps() && simulation.real_overlaps().is_empty() {
+            self.initial.resolved_after = Some(simulation.time() - simulation.scene().start_time);
+        }
+    }
+
+    /// Takes note of the size of energies that no row tells.
+    pub fn note(&mut self, energy: &Energy) {
+        self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
+    }
+
+    /// Takes note of the size of the energies.
+    pub fn see(&mut self, row: &Row) {
+        let energy = row.kinetic + row.potential;
+        let dissipated = row.ledger - energy;
+        self.scale = self.scale.max(energy.abs()).max(row.kinetic).max(dissipated.abs());
+    }
+
+    pub fn close(mut self, simulation: &Simulation) -> Audit {
+        self.see_overlaps(simulation);
+        let (energy, tally) = (simulation.energy(), *simulation.tally());
+        let (total, dissipated) = (energy.kinetic + energy.potential, tally.dissipated.total());
+        let supplied = tally.supplied.total();
+        self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(dissipated).max(supplied.abs());
+        let relative = |error: f64, scale: f64| if error == 0.0 { 0.0 } else { error / scale };
+        Audit {
+            initial_energy: self.initial_energy,
+            energy,
+            dissipated,
+            ledger_error: relative((total + dissipated - supplied - self.initial_energy).abs(), self.scale),
+            momentum_drift: self
+                .initial_momentum
+                .map(|initial| relative((energy.momentum - initial).norm(), momentum_scale(simulation))),
+            tally,
+            deepest_final: simulation.deepest_overlap(),
+            final_overlaps: simulation.real_overlaps().len(),
+            initial: self.initial,
+            limits: Limits::new(&simulation.scene().audit, tally.physical() + tally.transition),
+        }
+    }
+}
+
+/// `sum m |v|`, at the start or now, whichever is more.
+fn momentum_scale(simulation: &Simulation) -> f64 {
+    let scene = simulation.scene();
+    let masses = || {
+        let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
+        species.map(|species| if species.is_static() { 0.0 } else { species.mass })
+    };
+    let initial: f64 = masses().zip(&scene.particles).map(|(mass, particle)| mass * particle.velocity.norm()).sum();
+    let now: f64 = masses().zip(&simulation.snapshot().velocities).map(|(mass, velocity)| mass * velocity.norm()).sum();
+    initial.max(now)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Until;
+    use crate::model::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    fn audit() -> Audit {
+        let scene = SceneBuilder::new("gas")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 0.9)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::new(scene);
+        let ledger = Ledger::open(&simulation, true);
+        simulation.advance(Until::events(1000)).unwrap();
+        ledger.close(&simulation)
+    }
+
+    #[test]
+    fn a_sound_run_has_no_faults_though_it_dissipates() {
+        let audit = audit();
+        assert!(audit.dissipated > 0.0);
+        assert_eq!(audit.faults(), []);
+        assert!(audit.ledger_error < 1e-13 && audit.momentum_drift.unwrap() < 1e-13);
+    }
+
+    #[test]
+    fn every_kind_of_fault_is_found() {
+        let sound = audit();
+        let has = |audit: Audit, is_it: fn(&Fault) -> bool| audit.faults().iter().any(is_it);
+        assert!(has(Audit { ledger_error: 1e-9, ..sound }, |fault| matches!(fault, Fault::Ledger { .. })));
+        assert!(has(Audit { momentum_drift: Some(1e-9), ..sound }, |fault| matches!(fault, Fault::Momentum { .. })));
+        assert!(has(Audit { ledger_error: f64::NAN, ..sound }, |fault| *fault == Fault::NotFinite));
+        let mut deep = sound;
+        deep.tally.in_invalid_state = 1;
+        deep.tally.deepest_overlap = 1e-6;
+        assert!(has(deep, |fault| matches!(fault, Fault::InvalidState { events: 1, pairs: 0, .. })));
+        assert!(has(Audit { final_overlaps: 2, ..sound }, |fault| matches!(
+            fault,
+            Fault::InvalidState { pairs: 2, .. }
+        )));
+        let overlapping = Initial { overlaps: 3, resolved_after: Some(1.0) };
+        assert_eq!(Audit { initial: overlapping, ..deep }.faults(), [], "the stable rule resolves overlaps");
+    }
+
+    #[test]
+    fn the_limits_of_the_scene_replace_those_of_round_off() {
+        let sound = audit();
+        let plan = AuditPlan { energy: Some(1e-18), momentum: Some(1e-19), overlap: Some(1e-17) };
+        let strict = Audit { limits: Limits::new(&plan, 1000), ledger_error: 1e-17, ..sound };
+        assert_eq!(strict.faults().len(), 3, "{:?}", strict.faults());
+        let mut deep = sound;
+        deep.tally.deepest_overlap = 1e-6;
+        deep.limits.overlap = Some(1e-5);
+        assert_eq!(deep.faults(), []);
+        let half =
+            Limits::new(&AuditPlan::default(), 10_000).energy / Limits::new(&AuditPlan::default(), 40_000).energy;
+        assert!((half - 0.5).abs() < 0.01, "a random walk grows with the square root");
+    }
+
+    #[test]
+    fn overlaps_of_the_start_are_counted_until_they_are_gone() {
+        let scene = SceneBuilder::new("overlap")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .space(crate::model::space::Space::periodic_cube(8.0))
+            .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::new(-1.0, 0.0, 0.0))
+            .particle("A", Vector::new(1.5, 1.0, 1.0), Vector::new(1.0, 0.0, 0.0))
+            .allow_invalid_start(true)
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::new(scene);
+        let mut ledger = Ledger::open(&simulation, true);
+        simulation.advance(Until::time(0.2)).unwrap();
+        ledger.see_overlaps(&simulation);
+        assert!(ledger.has_overlaps());
+        simulation.advance(Until::time(0.3)).unwrap();
+        let audit = ledger.close(&simulation);
+        assert_eq!(audit.initial, Initial { overlaps: 1, resolved_after: Some(0.3) });
+        assert_eq!(audit.faults(), []);
+    }
+}

@@ -1,0 +1,201 @@
+//! Checkpoints: all that a run needs to go on with the same bits, in one file.
+//!
+//! | bytes | content |
+//! |---|---|
+//! | 16 | `carom checkpoint` |
+//! | 12 | the version of carom that wrote it, padded with zeros |
+//! | 8 | the fingerprint of the sources that it was built from, little endian |
+//! | n | scene, engine and course of the run, lengths and checksums of its files (postcard, with all bits of every number) |
+//! | 8 | n, little endian |
+//! | 4 | CRC-32 of all that stands before, little endian |
+//!
+//! Only a program of the same sources and dependencies reads a checkpoint: another one may lay the state out otherwise, or round differently, and would
+//! not go on with the same bits. The fingerprint is taken at build time, of all sources but those that only talk about runs, and of `Cargo.lock`.
+//! The files of a run belong to its checkpoint by their checksums (CRC-32): those of another run are refused.
+
+mod checked;
+mod error;
+mod kept;
+
+pub(crate) use checked::Checked;
+pub use error::CheckpointError;
+pub use kept::{Kept, KeptFile};
+
+use std::fs::File;
+use std::io::{self, BufWriter, Read, Write};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::Simulation;
+use crate::model::Limit;
+use crate::run::Course;
+
+/// What every checkpoint begins with.
+const MAGIC: &[u8; 16] = b"carom checkpoint";
+
+/// Tells what was built from other sources.
+const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
+
+/// Bytes of the version.
+const VERSION: usize = 12;
+
+/// Bytes before and behind the content.
+const HEAD: usize = MAGIC.len() + VERSION + FINGERPRINT.len() / 2;
+const TAIL: usize = 12;
+
+/// A run to go on with.
+#[derive(Debug, Deserialize)]
+pub struct Checkpoint {
+    /// The simulation as it was.
+    pub simulation: Simulation,
+    /// How far the run had come.
+    pub course: Course,
+    /// Its files.
+    pub kept: Kept,
+}
+
+/// The same to be written.
+#[derive(Serialize)]
+struct Content<'a> {
+    simulation: &'a Simulation,
+    course: &'a Course,
+    kept: &'a Kept,
+}
+
+fn version() -> [u8; VERSION] {
+    let mut padded = [0; VERSION];
+    for (to, from) in padded.iter_mut().zip(env!("CARGO_PKG_VERSION").bytes()) {
+        *to = from;
+    }
+    padded
+}
+
+/// Its bytes.
+fn fingerprint() -> [u8; FINGERPRINT.len() / 2] {
+    // The build script writes nothing but digits.
+    u64::from_str_radix(FINGERPRINT, 16).unwrap_or_default().to_le_bytes()
+}
+
+/// Keeps why something could not be written, which the serializer does not pass on.
+struct Told<W> {
+    inner: W,
+    failure: Option<io::Error>,
+}
+
+impl<W> Told<W> {
+    fn note<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
+        result.map_err(|error| {
+            let kind = error.kind();
+            self.failure = Some(error);
+            kind.into()
+        })
+    }
+}
+
+impl<W: Write> Write for Told<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let result = self.inner.write(bytes);
+        self.note(result)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let result = self.inner.flush();
+        self.note(result)
+    }
+}
+
+/// Writes a checkpoint into a file, and makes it safe on the disk.
+///
+/// # Errors
+/// If it cannot be written.
+pub(crate) fn write(file: &File, simulation: &Simulation, course: &Course, kept: &Kept) -> io::Result<()> {
+    let inner = BufWriter::with_capacity(1 << 20, file);
+    let mut out = Checked::new(inner);
+    out.write_all(MAGIC)?;
+    out.write_all(&version())?;
+    out.write_all(&fingerprint())?;
+    let content = Content { simulation, course, kept };
+    let mut told = Told { inner: &mut out, failure: None };
+    if let Err(error) = postcard::to_io(&content, &mut told) {
+        return Err(told.failure.unwrap_or_else(|| io::Error::other(error)));
+    }
+    let length = out.length() - HEAD as u64;
+    out.write_all(&length.to_le_bytes())?;
+    let checksum = out.checksum();
+    out.write_all(&checksum.to_le_bytes())?;
+    out.flush()?;
+    file.sync_all()
+}
+
+impl Checkpoint {
+    /// Reads a checkpoint.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if there is none, if another version wrote it, or if a single bit of it has changed.
+    pub fn read(path: &Path) -> Result<Self, CheckpointError> {
+        let bytes = std::fs::read(path).map_err(|source| CheckpointError::unreadable(path, source))?;
+        let damaged = |why| CheckpointError::Damaged { path: path.to_owned(), why };
+        if !bytes.starts_with(MAGIC) {
+            return Err(damaged("it does not begin like one".to_owned()));
+        }
+        let length = bytes.len().checked_sub(HEAD + TAIL).ok_or_else(|| damaged("its end is missing".to_owned()))?;
+        let (content, tail) = bytes.split_at(HEAD + length);
+        let (stated, checksum) = tail.split_at(8);
+        if stated != (length as u64).to_le_bytes() {
+            return Err(damaged("its end is missing".to_owned()));
+        }
+        let mut found = crc32fast::Hasher::new();
+        found.update(content);
+        found.update(stated);
+        if checksum != found.finalize().to_le_bytes() {
+            return Err(damaged("its checksum is wrong".to_owned()));
+        }
+        let (found, sources) = content[MAGIC.len()..HEAD].split_at(VERSION);
+        if found != version() || sources != fingerprint() {
+            let version = String::from_utf8_lossy(found).trim_end_matches('\0').to_owned();
+            let sources = sources.iter().rev().map(|byte| format!("{byte:02x}")).collect::<String>();
+            let found = format!("{version} ({sources})");
+            return Err(CheckpointError::OtherVersion { path: path.to_owned(), found, here: FINGERPRINT });
+        }
+        let checkpoint: Self = postcard::from_bytes(&content[HEAD..]).map_err(|error| damaged(error.to_string()))?;
+        checkpoint.simulation.enlarge();
+        Ok(checkpoint)
+    }
+
+    /// Whether a file begins like a checkpoint.
+    pub(crate) fn is_one(path: &Path) -> bool {
+        let mut magic = [0; MAGIC.len()];
+        File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
+    }
+
+    /// Gives the measured stretch another end; one that was reached before ends it at once.
+    pub fn extend(&mut self, limit: Limit) {
+        self.simulation.set_limit(limit);
+        self.course.extend(limit);
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use crate::model::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    #[test]
+    fn a_full_disk_is_told_as_such() {
+        let scene = SceneBuilder::new("full")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            // Some megabytes, more than any buffer on the way.
+            .fill(Lattice::FaceCentredCubic, "A", 10_976, Amount::PackingFraction(0.3))
+            .run(crate::model::RunPlan { limit: Limit::events(1), ..Default::default() })
+            .build()
+            .unwrap();
+        let simulation = Simulation::new(scene);
+        let course = Course::new(&simulation);
+        let full = File::options().write(true).open("/dev/full").unwrap();
+        let error = write(&full, &simulation, &course, &Kept { scene: None, files: Vec::new() }).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+    }
+}

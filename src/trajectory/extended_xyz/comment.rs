@@ -1,0 +1,257 @@
+//! The comment line of a frame: the box, the time, the species, and which column means what.
+
+use std::ops::Range;
+
+use super::ReadError;
+use super::error::shorten;
+use crate::Vector;
+use crate::model::ParticleId;
+use crate::model::space::displacement_within_period;
+use crate::trajectory::Frame;
+use crate::trajectory::frame::FrameSpecies;
+
+/// Where the lines of a frame keep what, counted in columns from 0.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub(super) struct Columns {
+    pub total: usize,
+    pub position: usize,
+    pub species: Option<usize>,
+    pub velocity: Option<usize>,
+    pub radius: Option<usize>,
+    pub id: Option<usize>,
+    pub image: Option<usize>,
+    /// Names of scalars, and where they are.
+    pub scalars: Vec<(String, usize)>,
+}
+
+/// The boxes that a frame can have.
+const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
+    `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
+
+/// What a comment line says.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Comment {
+    pub time: f64,
+    /// Lower corner and edges; `None` without `Lattice`.
+    pub region: Option<(Vector, Vector)>,
+    pub periodic: [bool; 3],
+    /// Of the next image up along y, along x, less whole periods.
+    pub displacement: f64,
+    pub species: Vec<FrameSpecies>,
+    pub bonds: Vec<[ParticleId; 2]>,
+    pub bond_names: Vec<String>,
+    pub bond_kinds: Vec<u32>,
+    pub columns: Columns,
+}
+
+impl Comment {
+    /// Reads a comment line. Keys that mean nothing here are skipped.
+    pub fn parse(text: &str, line: usize) -> Result<Self, ReadError> {
+        let value_of = |key: &'static str| {
+            let found = pairs(text).find(|(k, _)| k.eq_ignore_ascii_case(key));
+            found.map(|(_, value)| Value { key, value, line })
+        };
+        let lattice = value_of("Lattice").map(|value| value.lattice()).transpose()?;
+        let origin = value_of("Origin").map(|value| value.numbers::<3>("three finite numbers")).transpose()?;
+        let flat = value_of("flat").map(|value| value.three_flags()).transpose()?.unwrap_or_default();
+        let region = lattice.map(|(edges, _)| {
+            let size = Vector::from_fn(|k, _| if flat[k] { 0.0 } else { edges[k] });
+            (Vector::from(origin.unwrap_or_default()), size)
+        });
+        let periodic = match value_of("pbc") {
+            Some(value) => value.three_flags()?,
+            None => [region.is_some(); 3],
+        };
+        let displacement = lattice.map_or(0.0, |(_, displacement)| displacement);
+        let is_sliding = |axis: usize| periodic[axis] && !flat[axis];
+        if displacement != 0.0 && !(is_sliding(0) && is_sliding(1)) {
+            return Err(value_of("Lattice").map_or(ReadError::NoFrame, |value| value.expected(LATTICE)));
+        }
+        let time = match value_of("Time") {
+            Some(value) => value.numbers::<1>("a finite number")?[0],
+            None => 0.0,
+        };
+        let mut species: Vec<FrameSpecies> = Vec::new();
+        if let Some(value) = value_of("species_table") {
+            species = value.species(value_of("static"), value_of("species_mass"))?;
+        }
+        let bonds = value_of("bonds").map(|value| value.bonds()).transpose()?.unwrap_or_default();
+        let (bond_names, bond_kinds) = match value_of("bond_table") {
+            Some(table) => table.kinds_of_bonds(value_of("bond_kind"), bonds.len())?,
+            None => Default::default(),
+        };
+        let columns = match value_of("Properties") {
+            Some(value) => value.columns()?,
+            None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
+        };
+        Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, columns })
+    }
+}
+
+/// The `key=value` pairs of a line; values may be quoted, and words without `=` are skipped.
+fn pairs(text: &str) -> impl Iterator<Item = (&str, &str)> {
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        loop {
+            rest = rest.trim_start();
+            let end = rest.find(|c: char| c == '=' || c.is_whitespace())?;
+            let (key, tail) = rest.split_at(end);
+            let Some(tail) = tail.strip_prefix('=') else {
+                rest = tail;
+                continue;
+            };
+            let quote = tail.chars().next().filter(|c| matches!(c, '"' | '\''));
+            let (value, tail) = match quote {
+                Some(quote) => tail[1..].split_once(quote).unwrap_or((&tail[1..], "")),
+                None => tail.split_once(char::is_whitespace).unwrap_or((tail, "")),
+            };
+            rest = tail;
+            return Some((key, value));
+        }
+    })
+}
+
+/// A value with what an error about it says.
+struct Value<'a> {
+    key: &'static str,
+    value: &'a str,
+    line: usize,
+}
+
+impl<'a> Value<'a> {
+    fn expected(&self, expected: &'static str) -> ReadError {
+        ReadError::Comment { line: self.line, key: self.key, value: shorten(self.value), expected }
+    }
+
+    fn words(&self) -> impl Iterator<Item = &'a str> {
+        self.value.split(|c: char| c.is_whitespace() || c == ',').filter(|word| !word.is_empty())
+    }
+
+    fn numbers<const N: usize>(&self, expected: &'static str) -> Result<[f64; N], ReadError> {
+        let numbers: Option<Vec<f64>> = self.words().map(finite).collect();
+        numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| self.expected(expected))
+    }
+
+    /// The edges of a box that is aligned with the axes, and the displacement of its next image up.
+    fn lattice(&self) -> Result<(Vector, f64), ReadError> {
+        let vectors = self.numbers::<9>("nine finite numbers")?;
+        let [x, _, _, displacement, y, _, _, _, z] = vectors;
+        let is_known = |entry: usize| match entry {
+            0 | 4 | 8 => vectors[entry] >= 0.0,
+            3 => displacement == 0.0 || x > 0.0 && y > 0.0,
+            _ => vectors[entry] == 0.0,
+        };
+        if !(0..9).all(is_known) {
+            return Err(self.expected(LATTICE));
+        }
+        let within = if displacement == 0.0 { 0.0 } else { displacement_within_period(displacement, x) };
+        Ok((Vector::new(x, y, z), within))
+    }
+
+    fn flags(&self) -> Option<Vec<bool>> {
+        self.words()
+            .map(|word| match word {
+                "T" | "True" | "true" | "TRUE" | "1" => Some(true),
+                "F" | "False" | "false" | "FALSE" | "0" => Some(false),
+                _ => None,
+            })
+            .collect()
+    }
+
+    fn three_flags(&self) -> Result<[bool; 3], ReadError> {
+        let flags = self.flags().and_then(|flags| flags.try_into().ok());
+        flags.ok_or_else(|| self.expected("three of `T` and `F`"))
+    }
+
+    fn species(&self, is_static: Option<Value>, mass: Option<Value>) -> Result<Vec<FrameSpecies>, ReadError> {
+        let names: Vec<&str> = self.value.split_whitespace().collect();
+        let is_static = match is_static {
+            None => vec![false; names.len()],
+            Some(value) => {
+                let flags = value.flags().filter(|flags| flags.len() == names.len());
+                flags.ok_or_else(|| value.expected("as many of `T` and `F` as there are species"))?
+            }
+        };
+        let masses = match mass {
+            None => vec![None; names.len()],
+            Some(value) => {
+                let masses: Vec<_> = value.words().map(|word| word.parse().ok().filter(is_mass)).collect();
+                let is_whole = masses.len() == names.len() && masses.iter().all(Option::is_some);
+                is_whole
+                    .then_some(masses)
+                    .ok_or_else(|| value.expected("as many positive numbers, or `inf`, as there are species"))?
+            }
+        };
+        let species = names.into_iter().zip(is_static).zip(masses);
+        Ok(species.map(|((name, is_static), mass)| FrameSpecies { name: name.to_owned(), is_static, mass }).collect())
+    }
+
+    fn bonds(&self) -> Result<Vec<[ParticleId; 2]>, ReadError> {
+        let id = |word: &str| word.parse().ok().map(ParticleId);
+        let bond = |word: &str| word.split_once('-').and_then(|(a, b)| Some([id(a)?, id(b)?]));
+        let bonds: Option<_> = self.words().map(bond).collect();
+        bonds.ok_or_else(|| self.expected("pairs of ids such as `0-1 1-2`"))
+    }
+
+    /// The names of a table, and an index into it for each of so many bonds.
+    fn kinds_of_bonds(&self, kinds: Option<Value>, bonds: usize) -> Result<(Vec<String>, Vec<u32>), ReadError> {
+        let names: Vec<String> = self.value.split_whitespace().map(str::to_owned).collect();
+        if bonds == 0 {
+            return Ok(Default::default());
+        }
+        let kinds = match kinds {
+            None if names.len() == 1 => vec![0; bonds],
+            None => return Err(self.expected("one name, or `bond_kind` as well")),
+            Some(value) => {
+                let is_known = |kind: &u32| (*kind as usize) < names.len();
+                let kinds: Option<Vec<u32>> = value.words().map(|word| word.parse().ok().filter(is_known)).collect();
+                let kinds = kinds.filter(|kinds| kinds.len() == bonds);
+                kinds.ok_or_else(|| value.expected("a place in `bond_table`, from 0, of each bond"))?
+            }
+        };
+        Ok((names, kinds))
+    }
+
+    fn columns(&self) -> Result<Columns, ReadError> {
+        const EXPECTED: &str = "`name:type:number` for each group of columns, such as `species:S:1:pos:R:3`";
+        let mut total = 0_usize;
+        let mut groups: Vec<(&str, Range<usize>)> = Vec::new();
+        let mut scalars: Vec<(String, usize)> = Vec::new();
+        let fields: Vec<&str> = self.value.split(':').collect();
+        for group in fields.chunks(3) {
+            let [name, kind, number] = group else { return Err(self.expected(EXPECTED)) };
+            let number: Option<usize> = number.parse().ok().filter(|&number| number > 0);
+            let end = number.and_then(|number| total.checked_add(number)).ok_or_else(|| self.expected(EXPECTED))?;
+            groups.push((name, total..end));
+            let is_new = scalars.iter().all(|(other, _)| other != name);
+            if *kind == "R" && end == total + 1 && is_new && Frame::is_name_of_scalar(name) {
+                scalars.push(((*name).to_owned(), total));
+            }
+            total = end;
+        }
+        let find = |names: &[&str], width: usize| {
+            let is_it = |(name, range): &&(&str, Range<usize>)| names.contains(name) && range.len() == width;
+            groups.iter().find(is_it).map(|(_, range)| range.start)
+        };
+        Ok(Columns {
+            total,
+            position: find(&["pos"], 3).ok_or_else(|| self.expected("positions, `pos:R:3`"))?,
+            species: find(&["species", "type", "element"], 1),
+            velocity: find(&["velo", "vel", "velocity", "velocities"], 3),
+            radius: find(&["radius"], 1),
+            id: find(&["id"], 1),
+            image: find(&["map_shift", "images", "image"], 3),
+            scalars,
+        })
+    }
+}
+
+/// Whether a number can be a mass: positive, and infinite for what never moves.
+pub(super) fn is_mass(mass: &f64) -> bool {
+    *mass > 0.0
+}
+
+/// A finite number, or nothing.
+pub(super) fn finite(word: &str) -> Option<f64> {
+    word.parse().ok().filter(|number: &f64| number.is_finite())
+}

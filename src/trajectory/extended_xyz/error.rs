@@ -1,0 +1,175 @@
+//! What can go wrong with a trajectory file.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::model::ParticleId;
+
+/// Why a file could not be read as extended XYZ. Lines count from 1.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The file cannot be opened.
+    #[error("cannot open {}", path.display())]
+    Open {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The operating system failed to read on.
+    #[error("line {line}: cannot read on")]
+    Io {
+        /// The line.
+        line: usize,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file is empty or blank.
+    #[error("the file holds no frame")]
+    NoFrame,
+    /// Something other than text.
+    #[error("line {line} is not text (UTF-8)")]
+    NotText {
+        /// The line.
+        line: usize,
+    },
+    /// No end of line for many megabytes.
+    #[error("line {line} is too long to be part of a trajectory")]
+    LineTooLong {
+        /// The line.
+        line: usize,
+    },
+    /// The first line of a frame is not a number of particles.
+    #[error("line {line}: expected the number of particles of a frame, 0 to 4294967295, found `{text}`")]
+    Count {
+        /// The line.
+        line: usize,
+        /// What stands there, shortened.
+        text: String,
+    },
+    /// The file ends before the frame does.
+    #[error(
+        "the frame that begins on line {line} is cut off: expected {expected} particles, the file ends after {found}"
+    )]
+    Truncated {
+        /// The first line of the frame.
+        line: usize,
+        /// The number of particles it announces.
+        expected: usize,
+        /// The number of complete particles.
+        found: usize,
+    },
+    /// A key of the comment line has a value that it cannot have.
+    #[error("line {line}: {key} is `{value}`, expected {expected}")]
+    Comment {
+        /// The line.
+        line: usize,
+        /// The key.
+        key: &'static str,
+        /// The value, shortened.
+        value: String,
+        /// What it should be.
+        expected: &'static str,
+    },
+    /// A line does not have the columns that `Properties` announces.
+    #[error("line {line}: expected {expected} columns, found {found}")]
+    Columns {
+        /// The line.
+        line: usize,
+        /// As announced.
+        expected: usize,
+        /// In the line; counting stops one after the expected number.
+        found: usize,
+    },
+    /// A number is not what its column needs.
+    #[error("line {line}: {column} is `{text}`, expected {expected}")]
+    Value {
+        /// The line.
+        line: usize,
+        /// Which group of columns.
+        column: &'static str,
+        /// What stands there, shortened.
+        text: String,
+        /// What it should be.
+        expected: &'static str,
+    },
+}
+
+impl ReadError {
+    /// The line with the mistake, if there is one.
+    #[must_use]
+    pub fn line(&self) -> Option<usize> {
+        match *self {
+            Self::Open { .. } | Self::NoFrame => None,
+            Self::Io { line, .. }
+            | Self::NotText { line }
+            | Self::LineTooLong { line }
+            | Self::Count { line, .. }
+            | Self::Truncated { line, .. }
+            | Self::Comment { line, .. }
+            | Self::Columns { line, .. }
+            | Self::Value { line, .. } => Some(line),
+        }
+    }
+
+    /// The message without the line, for those who say it themselves.
+    #[must_use]
+    pub fn problem(&self) -> String {
+        let message = self.to_string();
+        let place = self.line().map(|line| format!("line {line}"));
+        let rest = place.and_then(|place| message.strip_prefix(&place)).map(|rest| rest.trim_start_matches([':', ' ']));
+        rest.map_or_else(|| message.clone(), str::to_owned)
+    }
+}
+
+/// Why a frame could not be written.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum WriteError {
+    /// The operating system failed to write.
+    #[error("cannot write the frame")]
+    Io(#[from] io::Error),
+    /// A column of the file cannot hold the name of a species.
+    #[error("species name `{0}` cannot be written: expected one word without quotes or backslashes, used once")]
+    SpeciesName(String),
+    /// A column of the file cannot hold a scalar.
+    #[error(
+        "scalar `{0}` cannot be written: expected a word that no other column has, and a finite number of each particle"
+    )]
+    Scalar(String),
+    /// The interactions of bonds are known of some bonds only, or not by names.
+    #[error(
+        "the bonds cannot be written: expected an interaction of each or of none, whose name is one word without quotes or backslashes"
+    )]
+    Bonds,
+    /// Images are known of some particles only.
+    #[error("the images cannot be written: expected those of all particles or of none")]
+    Images,
+    /// A mass is zero, negative or NaN.
+    #[error("the mass of species `{0}` cannot be written: expected a positive one, infinite for what never moves")]
+    Mass(String),
+    /// A particle refers to a species that is not in the table.
+    #[error("particle {} has a species that is not in the frame's table", .0.0)]
+    NoSpecies(ParticleId),
+    /// A position, velocity or radius is NaN or infinite, or the radius is negative.
+    #[error("particle {} has a position, velocity or radius that is no finite length", .0.0)]
+    Particle(ParticleId),
+    /// The time or the box is NaN or infinite, or the box has a negative edge, or it is displaced without being periodic along x and
+    /// y, or by more than half a period.
+    #[error("the frame's time or box is not finite, or the box is displaced by more than half of its edge")]
+    Frame,
+}
+
+/// The beginning of a value, for a message: what is malformed may be long.
+pub(super) fn shorten(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+    let mut short: String = text.chars().take(LONGEST).map(shown).collect();
+    if text.chars().nth(LONGEST).is_some() {
+        short.push_str("...");
+    }
+    short
+}

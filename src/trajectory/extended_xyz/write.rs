@@ -1,0 +1,210 @@
+//! Frames to text.
+
+use std::io::{self, Write};
+
+use super::WriteError;
+use super::comment::is_mass;
+use crate::Vector;
+use crate::analysis::instruments::Scalar;
+use crate::model::space::displacement_within_period;
+use crate::trajectory::Frame;
+use crate::trajectory::frame::FrameSpecies;
+
+/// Text is handed on in pieces of about this size `[bytes]`, so that the output needs no buffer of its own.
+const PIECE: usize = 1 << 16;
+
+/// Appends a frame to a trajectory. The output needs no buffer, and is not flushed.
+///
+/// # Errors
+/// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species
+/// name that is not one word or used twice, a mass that is not positive, a particle without species, a scalar that is not one
+/// number of each particle, images of some particles only, or something not finite. Nothing is written of a frame whose table, box or scalars are refused.
+pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteError> {
+    refuse_species(frame)?;
+    refuse_scalars(frame)?;
+    refuse_bonds(frame)?;
+    if !frame.images.is_empty() && frame.images.len() != frame.particles.len() {
+        return Err(WriteError::Images);
+    }
+    let masses = frame.masses();
+    let is_box_finite = frame.time.is_finite() && is_finite(&frame.lower) && is_finite(&frame.size);
+    let is_displaced = frame.displacement != 0.0;
+    let can_be_displaced = (0..2).all(|axis| frame.periodic[axis] && frame.size[axis] > 0.0)
+        && displacement_within_period(frame.displacement, frame.size.x) == frame.displacement;
+    if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) || (is_displaced && !can_be_displaced) {
+        return Err(WriteError::Frame);
+    }
+    let mut text = Vec::with_capacity(PIECE + 1024);
+    write_comment(&mut text, frame, masses.is_some())?;
+    for (index, particle) in frame.particles.iter().enumerate() {
+        let species = frame.species.get(particle.species.0 as usize).ok_or(WriteError::NoSpecies(particle.id))?;
+        let is_radius = particle.radius.is_finite() && particle.radius >= 0.0;
+        if !(is_radius && is_finite(&particle.position) && is_finite(&particle.velocity)) {
+            return Err(WriteError::Particle(particle.id));
+        }
+        text.extend_from_slice(species.name.as_bytes());
+        for &number in particle.position.iter().chain(particle.velocity.iter()).chain([&particle.radius]) {
+            text.push(b' ');
+            write_number(&mut text, number)?;
+        }
+        write!(text, " {}", particle.id.0)?;
+        if let Some([x, y, z]) = frame.images.get(index) {
+            write!(text, " {x} {y} {z}")?;
+        }
+        if let Some(masses) = &masses {
+            text.push(b' ');
+            write_number(&mut text, masses[index])?;
+        }
+        for scalar in &frame.scalars {
+            text.push(b' ');
+            write_number(&mut text, scalar.values[index])?;
+        }
+        text.push(b'\n');
+        if text.len() > PIECE {
+            output.write_all(&text)?;
+            text.clear();
+        }
+    }
+    output.write_all(&text)?;
+    Ok(())
+}
+
+/// The number of particles and the comment line.
+fn write_comment(text: &mut Vec<u8>, frame: &Frame, has_masses: bool) -> io::Result<()> {
+    let thickness = frame.thickness();
+    write!(text, "{}\nLattice=\"", frame.particles.len())?;
+    for entry in 0..9 {
+        let (row, column) = (entry / 3, entry % 3);
+        text.extend_from_slice(if entry == 0 { b"" } else { b" " });
+        let edge = if frame.is_flat(row) { thickness } else { frame.size[row] };
+        let entry = match (row, column) {
+            (1, 0) => frame.displacement,
+            _ if row == column => edge,
+            _ => 0.0,
+        };
+        write_number(text, entry)?;
+    }
+    text.extend_from_slice(b"\" Origin=\"");
+    for axis in 0..3 {
+        text.extend_from_slice(if axis == 0 { b"" } else { b" " });
+        write_number(text, frame.lower[axis])?;
+    }
+    text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1");
+    if !frame.images.is_empty() {
+        text.extend_from_slice(b":map_shift:I:3");
+    }
+    if has_masses {
+        text.extend_from_slice(b":masses:R:1");
+    }
+    for scalar in &frame.scalars {
+        write!(text, ":{}:R:1", scalar.name)?;
+    }
+    text.extend_from_slice(b" Time=");
+    write_number(text, frame.time)?;
+    let words = |flags: &[bool]| flags.iter().map(|&flag| if flag { "T" } else { "F" }).collect::<Vec<_>>().join(" ");
+    write!(text, " pbc=\"{}\"", words(&frame.periodic))?;
+    let flat = [0, 1, 2].map(|axis| frame.is_flat(axis));
+    if flat.contains(&true) {
+        write!(text, " flat=\"{}\"", words(&flat))?;
+    }
+    if !frame.species.is_empty() {
+        let names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
+        let is_static: Vec<bool> = frame.species.iter().map(|species| species.is_static).collect();
+        write!(text, " species_table=\"{}\" static=\"{}\"", names.join(" "), words(&is_static))?;
+        write_masses(text, &frame.species)?;
+    }
+    for (index, [a, b]) in frame.bonds.iter().enumerate() {
+        write!(text, "{}{}-{}", if index == 0 { " bonds=\"" } else { " " }, a.0, b.0)?;
+    }
+    if !frame.bonds.is_empty() {
+        text.push(b'"');
+        write_kinds_of_bonds(text, frame)?;
+    }
+    text.push(b'\n');
+    Ok(())
+}
+
+/// The names of the interactions that hold the bonds, and which of them holds each if there are several.
+fn write_kinds_of_bonds(text: &mut Vec<u8>, frame: &Frame) -> io::Result<()> {
+    if frame.bond_kinds.is_empty() {
+        return Ok(());
+    }
+    write!(text, " bond_table=\"{}\"", frame.bond_names.join(" "))?;
+    if frame.bond_names.len() > 1 {
+        for (index, kind) in frame.bond_kinds.iter().enumerate() {
+            write!(text, "{}{kind}", if index == 0 { " bond_kind=\"" } else { " " })?;
+        }
+        text.push(b'"');
+    }
+    Ok(())
+}
+
+/// The masses of the species, if all are known.
+fn write_masses(text: &mut Vec<u8>, species: &[FrameSpecies]) -> io::Result<()> {
+    let masses: Option<Vec<f64>> = species.iter().map(|species| species.mass).collect();
+    let Some(masses) = masses else { return Ok(()) };
+    for (index, mass) in masses.into_iter().enumerate() {
+        text.extend_from_slice(if index == 0 { b" species_mass=\"" } else { b" " });
+        write_number(text, mass)?;
+    }
+    text.push(b'"');
+    Ok(())
+}
+
+/// The fewest digits that read back as the same number; with an exponent where the digits would otherwise be mostly
+/// zeros.
+fn write_number(text: &mut Vec<u8>, number: f64) -> io::Result<()> {
+    let magnitude = number.abs();
+    if number == 0.0 {
+        text.extend_from_slice(if number.is_sign_negative() { b"-0" } else { b"0" });
+        Ok(())
+    } else if (1e-4..1e16).contains(&magnitude) {
+        write!(text, "{number}")
+    } else {
+        write!(text, "{number:e}")
+    }
+}
+
+fn is_finite(vector: &Vector) -> bool {
+    vector.iter().all(|x| x.is_finite())
+}
+
+fn refuse_scalars(frame: &Frame) -> Result<(), WriteError> {
+    for (index, Scalar { name, values }) in frame.scalars.iter().enumerate() {
+        let is_new = frame.scalars[..index].iter().all(|other| other.name != *name);
+        let is_whole = values.len() == frame.particles.len() && values.iter().all(|value| value.is_finite());
+        if !(Frame::is_name_of_scalar(name) && is_new && is_whole) {
+            return Err(WriteError::Scalar(name.clone()));
+        }
+    }
+    Ok(())
+}
+
+/// Whether a name can stand in a list of names.
+fn is_word(name: &str) -> bool {
+    !name.is_empty() && !name.chars().any(|c| c.is_whitespace() || c.is_control() || matches!(c, '"' | '\\'))
+}
+
+fn refuse_bonds(frame: &Frame) -> Result<(), WriteError> {
+    let (names, kinds) = (&frame.bond_names, &frame.bond_kinds);
+    let is_known = kinds.len() == frame.bonds.len() && kinds.iter().all(|kind| (*kind as usize) < names.len());
+    if !(kinds.is_empty() || is_known) || !names.iter().all(|name| is_word(name)) {
+        return Err(WriteError::Bonds);
+    }
+    Ok(())
+}
+
+fn refuse_species(frame: &Frame) -> Result<(), WriteError> {
+    let mut names: Vec<&str> = frame.species.iter().map(|species| species.name.as_str()).collect();
+    if let Some(name) = names.iter().find(|name| !is_word(name)) {
+        return Err(WriteError::SpeciesName((*name).to_owned()));
+    }
+    if let Some(species) = frame.species.iter().find(|species| species.mass.is_some_and(|mass| !is_mass(&mass))) {
+        return Err(WriteError::Mass(species.name.clone()));
+    }
+    names.sort_unstable();
+    match names.windows(2).find(|two| two[0] == two[1]) {
+        Some(two) => Err(WriteError::SpeciesName(two[0].to_owned())),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,234 @@
+//! All particles at one instant.
+
+use std::collections::HashMap;
+
+use crate::Vector;
+use crate::analysis::instruments::Scalar;
+use crate::base::numbers::id;
+use crate::model::space::{Boundary, nearest_image};
+use crate::model::{ParticleId, Scene, SpeciesId};
+
+#[cfg(test)]
+mod tests;
+
+/// Names that columns, arrays and files of the formats have already.
+const TAKEN: [&str; 46] = [
+    "bond_kinds",
+    "bond_names",
+    "bonds",
+    "box",
+    "diameter",
+    "element",
+    "frame",
+    "id",
+    "ids",
+    "image",
+    "images",
+    "ix",
+    "iy",
+    "iz",
+    "map_shift",
+    "mass",
+    "masses",
+    "numbers",
+    "periodic",
+    "pos",
+    "position",
+    "positions",
+    "radius",
+    "species",
+    "species_mass",
+    "species_names",
+    "species_static",
+    "static",
+    "symbols",
+    "time",
+    "times",
+    "timevalue",
+    "type",
+    "typeid",
+    "types",
+    "velo",
+    "velocities",
+    "velocity",
+    "vx",
+    "vy",
+    "vz",
+    "x",
+    "xs",
+    "y",
+    "z",
+    "zs",
+];
+
+/// What particles of one kind have in common, as far as an output shows it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FrameSpecies {
+    /// Name, unique in the frame.
+    pub name: String,
+    /// Whether particles of this species never move: a mesh, a pivot.
+    pub is_static: bool,
+    /// Mass `[mass]`, infinite where the species is static; `None` where a file does not say.
+    pub mass: Option<f64>,
+}
+
+/// One particle at the time of its frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameParticle {
+    /// Its name in every output.
+    pub id: ParticleId,
+    /// Index into [`Frame::species`].
+    pub species: SpeciesId,
+    /// Position `[length]`.
+    pub position: Vector,
+    /// Velocity `[length / time]`.
+    pub velocity: Vector,
+    /// Half the diameter `[length]`.
+    pub radius: f64,
+}
+
+/// All particles at one instant, and the box around them: what a trajectory file repeats and a picture shows.
+#[doc(alias = "snapshot")]
+#[doc(alias = "configuration")]
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Lower corner of the box `[length]`.
+    pub lower: Vector,
+    /// Edge lengths of the box `[length]`; 0 along flat axes.
+    pub size: Vector,
+    /// Whether what leaves on one side enters on the other, per axis.
+    pub periodic: [bool; 3],
+    /// Displacement of the next image of the box up along y, along x, in `(-L_x / 2, L_x / 2]`; 0 in a box at rest `[length]`.
+    pub displacement: f64,
+    /// The species that the particles refer to.
+    pub species: Vec<FrameSpecies>,
+    /// The particles, in any order.
+    pub particles: Vec<FrameParticle>,
+    /// The two ends of each bond.
+    pub bonds: Vec<[ParticleId; 2]>,
+    /// The names of the interactions that hold them.
+    pub bond_names: Vec<String>,
+    /// Of each bond, an index into these; empty where a file does not say.
+    pub bond_kinds: Vec<u32>,
+    /// Periods travelled by each particle along each axis, in their order; empty where a file does not say. With these
+    /// [`Frame::unwrapped`] undoes the wrapping.
+    #[doc(alias = "image flags")]
+    pub images: Vec<[i32; 3]>,
+    /// What else is known of each particle, in their order.
+    pub scalars: Vec<Scalar>,
+}
+
+impl Frame {
+    /// The particles of a scene at its start, in the order of their ids.
+    #[must_use]
+    pub fn start_of(scene: &Scene) -> Self {
+        let particle = |(id, particle): (u32, &crate::model::Particle)| FrameParticle {
+            id: ParticleId(id),
+            species: particle.species,
+            position: particle.position,
+            velocity: particle.velocity,
+            radius: 0.5 * scene.species_of(ParticleId(id)).diameter,
+        };
+        let (bond_names, bond_kinds) = kinds_of_bonds(scene);
+        Self {
+            time: scene.start_time,
+            lower: scene.space.lower,
+            size: scene.space.size,
+            periodic: scene.space.boundary.map(|boundary| boundary == Boundary::Periodic),
+            displacement: scene.displacement,
+            species: scene
+                .species
+                .iter()
+                .map(|species| FrameSpecies {
+                    name: species.name.clone(),
+                    is_static: species.is_static(),
+                    mass: Some(species.mass),
+                })
+                .collect(),
+            particles: (0..).zip(&scene.particles).map(particle).collect(),
+            bonds: scene.bonds.iter().map(|bond| bond.pair).collect(),
+            bond_names,
+            bond_kinds,
+            images: vec![[0; 3]; scene.particles.len()],
+            scalars: Vec::new(),
+        }
+    }
+
+    /// Where the particle at a place of the list would be if it had never been wrapped `[length]`; its position where images are not
+    /// known. The vectors of the box are `(L_x, 0, 0)`, `(displacement, L_y, 0)` and `(0, 0, L_z)`.
+    #[must_use]
+    pub fn unwrapped(&self, place: usize) -> Vector {
+        let position = self.particles[place].position;
+        self.images.get(place).map_or(position, |image| {
+            let [x, y, z] = image.map(f64::from);
+            position + Vector::new(x * self.size.x + y * self.displacement, y * self.size.y, z * self.size.z)
+        })
+    }
+
+    /// Whether the box has no extent along an axis, so that all particles share one coordinate.
+    #[must_use]
+    pub fn is_flat(&self, axis: usize) -> bool {
+        self.size[axis] == 0.0
+    }
+
+    /// The shortest of the images of what separates two points of the box `[length]`.
+    #[must_use]
+    pub fn nearest_image(&self, separation: Vector) -> Vector {
+        let periods = Vector::from_fn(|k, _| if self.periodic[k] { self.size[k] } else { f64::INFINITY });
+        nearest_image(separation, &periods, self.displacement)
+    }
+
+    /// What readers that refuse a box without volume get for the extent of flat axes: the largest diameter, or 1.
+    pub(super) fn thickness(&self) -> f64 {
+        let widest = self.particles.iter().map(|particle| 2.0 * particle.radius).fold(0.0, f64::max);
+        if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }
+    }
+
+    /// Lower and upper corner of the box `[length]`; flat axes extend by half the largest diameter to either side.
+    pub(crate) fn thickened(&self) -> (Vector, Vector) {
+        let half = 0.5 * self.thickness();
+        let extent = |axis: usize| if self.is_flat(axis) { (-half, half) } else { (0.0, self.size[axis]) };
+        let corner = |offset: [f64; 3]| self.lower + Vector::from(offset);
+        let extents = [extent(0), extent(1), extent(2)];
+        (corner(extents.map(|(lower, _)| lower)), corner(extents.map(|(_, upper)| upper)))
+    }
+
+    /// Whether a scalar can have this name in every format: a word that none of them uses otherwise.
+    pub(super) fn is_name_of_scalar(name: &str) -> bool {
+        let is_word = name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_');
+        !name.is_empty() && is_word && !TAKEN.contains(&name.to_ascii_lowercase().as_str())
+    }
+
+    /// The mass of each particle, if all are known; 0 for those that never move, with which sums stay finite.
+    pub(crate) fn masses(&self) -> Option<Vec<f64>> {
+        let mass = |particle: &FrameParticle| self.species.get(particle.species.0 as usize)?.mass;
+        let finite = |mass: f64| if mass.is_finite() { mass } else { 0.0 };
+        self.particles.iter().map(|particle| mass(particle).map(finite)).collect()
+    }
+
+    /// Whether a particle never moves; also false where its species is not in the table.
+    #[must_use]
+    pub fn is_static(&self, particle: &FrameParticle) -> bool {
+        self.species.get(particle.species.0 as usize).is_some_and(|species| species.is_static)
+    }
+}
+
+/// The names of the interactions that hold the bonds of a scene, and which of them holds each; nothing if one has no name.
+fn kinds_of_bonds(scene: &Scene) -> (Vec<String>, Vec<u32>) {
+    let mut names: Vec<String> = Vec::new();
+    let mut index_of = HashMap::new();
+    let kinds: Option<Vec<u32>> = scene
+        .bonds
+        .iter()
+        .map(|bond| {
+            let name = scene.interactions.get(bond.interaction.0 as usize)?.name.as_deref()?;
+            Some(*index_of.entry(name).or_insert_with(|| {
+                names.push(name.to_owned());
+                id(names.len() - 1)
+            }))
+        })
+        .collect();
+    kinds.map_or_else(Default::default, |kinds| (names, kinds))
+}

@@ -1,0 +1,366 @@
+//! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
+
+use crate::analysis::statistics::{Estimate, ROUNDING};
+use crate::base::numbers::id;
+use crate::base::text::{digits, listed, plural};
+use crate::engine::EngineChoice;
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Face};
+use crate::model::{
+    GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
+};
+
+/// Numbers of particles of each species.
+#[must_use]
+pub fn counts(scene: &Scene) -> Vec<usize> {
+    let mut counts = vec![0; scene.species.len()];
+    for particle in &scene.particles {
+        counts[particle.species.0 as usize] += 1;
+    }
+    counts
+}
+
+/// Whom the scene consists of.
+#[must_use]
+pub fn population(scene: &Scene) -> String {
+    let counts = counts(scene);
+    let of = |is_static: bool| {
+        let species = scene.species.iter().zip(&counts).filter(|(species, _)| species.is_static() == is_static);
+        let words: Vec<String> = species.map(|(species, count)| format!("{count} {}", species.name)).collect();
+        words.join(" + ")
+    };
+    let moving = if of(false).is_empty() { "nothing".to_owned() } else { of(false) };
+    if of(true).is_empty() { moving } else { format!("{moving}; static: {}", of(true)) }
+}
+
+/// The box, axis by axis.
+#[must_use]
+pub fn space(scene: &Scene) -> String {
+    let axes = ["x", "y", "z"].iter().enumerate().map(|(k, name)| {
+        let (lower, upper) = (scene.space.lower[k], scene.space.upper()[k]);
+        let temperature = scene.wall_temperatures[k];
+        let what = match &scene.space.boundary[k] {
+            Boundary::Flat => return format!("{name} flat"),
+            Boundary::Periodic => "periodic".to_owned(),
+            Boundary::Bounded { lower, upper } if lower == upper => face(lower, temperature),
+            Boundary::Bounded { lower, upper } => {
+                format!("{} below, {} above", face(lower, temperature), face(upper, temperature))
+            }
+        };
+        format!("{name} from {} to {} {what}", digits(lower), digits(upper))
+    });
+    axes.collect::<Vec<_>>().join("; ")
+}
+
+fn face(face: &Face, temperature: Option<f64>) -> String {
+    match (face, temperature) {
+        (Face::Open, _) => "open".to_owned(),
+        (Face::Wall { .. }, Some(temperature)) => format!("wall (temperature {temperature})"),
+        (Face::Wall { restitution }, None) => format!("wall (restitution {restitution})"),
+    }
+}
+
+/// Why an engine was chosen.
+#[must_use]
+pub fn reasons(scene: &Scene, choice: EngineChoice) -> String {
+    let motion = if choice.is_falling {
+        let falling: Vec<&str> = scene
+            .species
+            .iter()
+            .filter(|species| species.acceleration.norm() > 0.0)
+            .map(|species| species.name.as_str())
+            .collect();
+        format!("{} {}", listed(&falling), if falling.len() == 1 { "accelerates" } else { "accelerate" })
+    } else {
+        "nothing accelerates".to_owned()
+    };
+    let pairs = if !choice.has_table {
+        "all are hard spheres of one species"
+    } else if scene.species.iter().any(Species::is_static) {
+        "some are static"
+    } else if scene.species.len() > 1 {
+        "there are several species"
+    } else if !scene.bonds.is_empty() {
+        "there are bonds"
+    } else if scene.table.iter().next().is_none() {
+        "particles do not meet each other"
+    } else {
+        "pairs remember the steps that they are captured in"
+    };
+    format!("because {motion}, and {pairs}")
+}
+
+/// An interaction in a line.
+#[must_use]
+pub fn interaction(interaction: &Interaction) -> String {
+    let restitution = if interaction.restitution < 1.0 {
+        format!(", restitution {}", interaction.restitution)
+    } else {
+        String::new()
+    };
+    format!("{}{restitution}", potential(&interaction.potential))
+}
+
+fn potential(potential: &Potential) -> String {
+    let (radii, energies) = (potential.radii(), potential.energies());
+    let innermost = digits(radii[radii.len() - 1]);
+    match (potential.is_bond(), potential.core().is_some(), radii.len()) {
+        (true, true, 2) => format!("bond from {innermost} to {}", digits(radii[0])),
+        (false, true, 1) => format!("hard spheres of contact distance {innermost}"),
+        (false, true, 2) => {
+            let what = if energies[1] < 0.0 { "well" } else { "shoulder" };
+            let size = digits(energies[1].abs());
+            format!("hard core {innermost} with a square {what} of {size} up to {}", digits(radii[0]))
+        }
+        (false, false, 1) => format!("penetrable spheres of {innermost} that cost {} to enter", digits(energies[1])),
+        _ => {
+            let range = energies.iter().copied().filter(|energy| energy.is_finite());
+            let lowest = digits(range.clone().fold(f64::INFINITY, f64::min));
+            let highest = digits(range.fold(f64::NEG_INFINITY, f64::max));
+            let core = if potential.core().is_some() { format!(", core {innermost}") } else { String::new() };
+            let steps = plural(radii.len(), "step");
+            format!("{steps} between energies {lowest} and {highest}, range {}{core}", digits(radii[0]))
+        }
+    }
+}
+
+/// The table of interactions, a line per two species that can meet, and one per interaction of bonds.
+#[must_use]
+pub fn interactions(scene: &Scene) -> Vec<String> {
+    let mut lines = Vec::new();
+    let species = |index: usize| &scene.species[index];
+    for a in 0..scene.species.len() {
+        for b in a..scene.species.len() {
+            if species(a).is_static() && species(b).is_static() {
+                continue;
+            }
+            let what = match scene.interaction_of(SpeciesId(id(a)), SpeciesId(id(b))) {
+                Some(id) => interaction(&scene.interactions[id.0 as usize]),
+                None => "pass through each other".to_owned(),
+            };
+            lines.push(format!("{} and {}: {what}", species(a).name, species(b).name));
+        }
+    }
+    let mut bonds: Vec<(u32, usize)> = Vec::new();
+    for bond in &scene.bonds {
+        match bonds.iter_mut().find(|(id, _)| *id == bond.interaction.0) {
+            Some((_, count)) => *count += 1,
+            None => bonds.push((bond.interaction.0, 1)),
+        }
+    }
+    for (id, count) in bonds {
+        lines.push(format!("{}: {}", plural(count, "bonded pair"), interaction(&scene.interactions[id as usize])));
+    }
+    lines
+}
+
+/// How long something lasts.
+#[must_use]
+pub fn limit(limit: &Limit) -> String {
+    match (limit.time, limit.events) {
+        (Some(time), Some(events)) => format!("for a time of {time} or {events} events, whichever comes first"),
+        (Some(time), None) => format!("for a time of {time}"),
+        (None, Some(events)) => format!("for {events} events"),
+        (None, None) => "not at all".to_owned(),
+    }
+}
+
+/// How long a run equilibrates.
+#[must_use]
+pub fn equilibration(run: &RunPlan) -> String {
+    match (run.until_stationary, run.equilibration == Limit::default()) {
+        (true, true) => "until nothing drifts".to_owned(),
+        (true, false) => format!("until nothing drifts, at most {}", limit(&run.equilibration)),
+        (false, _) => limit(&run.equilibration),
+    }
+}
+
+/// What a stage does: `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor of 1000`.
+#[must_use]
+pub fn stage(stage: &StagePlan) -> String {
+    let mut parts = Vec::new();
+    if let Some(growth) = &stage.growth {
+        let until = match growth.until {
+            GrowthTarget::PackingFraction(fraction) => format!("a packing fraction of {}", digits(fraction)),
+            GrowthTarget::CompressibilityFactor(factor) => format!("a compressibility factor of {}", digits(factor)),
+        };
+        parts.push(format!("diameters grow by {} of those at its start per time, up to {until}", digits(growth.rate)));
+    }
+    parts.extend(stage.thermostat.as_ref().map(thermostat));
+    if stage.limit != Limit::default() {
+        parts.push(limit(&stage.limit));
+    }
+    format!("{}: {}", stage.name, parts.join("; "))
+}
+
+/// What holds a temperature.
+#[must_use]
+pub fn thermostat(thermostat: &Thermostat) -> String {
+    match thermostat {
+        Thermostat::Andersen { temperature, rate, axes } => {
+            let names: String =
+                ["x", "y", "z"].iter().zip(axes).filter(|(_, is_on)| **is_on).map(|(name, _)| *name).collect();
+            let (temperature, rate) = (digits(*temperature), digits(*rate));
+            format!(
+                "each particle gets a velocity of temperature {temperature} along {names} {rate} times per time (Andersen)"
+            )
+        }
+        Thermostat::Rescaling { temperature, interval } => {
+            format!("velocities are scaled to temperature {} every {}", digits(*temperature), digits(*interval))
+        }
+    }
+}
+
+/// A mean with two digits of its error, and itself to the same place: `1.0432 +- 0.0021`. What differs by rounding only is conserved.
+#[must_use]
+pub fn estimate(estimate: &Estimate) -> String {
+    let Estimate { mean, standard_error } = *estimate;
+    match standard_error {
+        Some(error) if error > ROUNDING * mean.abs() => with_error(mean, error),
+        Some(_) if mean == 0.0 => "0".to_owned(),
+        Some(_) => format!("{} (conserved)", digits(mean)),
+        None => format!("{} (too short for an error)", digits(mean)),
+    }
+}
+
+/// Most decimals that are written out.
+const DECIMALS: i32 = 8;
+
+fn with_error(mean: f64, error: f64) -> String {
+    // Rounded first: 0.0996 is 0.10, with one decimal less.
+    let rounded = format!("{error:.1e}");
+    let exponent =
+        |text: &str| text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
+    let decimals = 1 - exponent(&rounded);
+    let largest = mean.abs().max(error);
+    let text = if (0..=DECIMALS).contains(&decimals) && largest < 1e9 {
+        let decimals = decimals as usize;
+        format!("{mean:.decimals$} +- {error:.decimals$}")
+    } else if decimals < 0 && largest < 1e9 {
+        let unit = 10_f64.powi(-decimals);
+        format!("{:.0} +- {:.0}", (mean / unit).round() * unit, (error / unit).round() * unit)
+    } else {
+        let places = (exponent(&format!("{mean:.1e}")) + decimals).clamp(0, 17) as usize;
+        format!("{mean:.places$e} +- {rounded}")
+    };
+    // What rounds to zero has no sign.
+    match text.strip_prefix('-') {
+        Some(positive) if positive.split(" +- ").next().and_then(|mean| mean.parse().ok()) == Some(0.0) => {
+            positive.to_owned()
+        }
+        _ => text,
+    }
+}
+
+/// Why the momentum is not conserved over a whole run, as far as it applies: `walls along x and y, gravity along z`.
+#[must_use]
+pub fn momentum_changes(scene: &Scene) -> String {
+    let axes = |changed: &[bool; 3]| {
+        let names = ["x", "y", "z"].into_iter().zip(changed).filter(|(_, is_changed)| **is_changed);
+        listed(&names.map(|(name, _)| name).collect::<Vec<_>>())
+    };
+    let mut kicked = [false; 3];
+    for stage in scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten() {
+        if let Thermostat::Andersen { axes, .. } = stage {
+            kicked = std::array::from_fn(|axis| kicked[axis] || axes[axis]);
+        }
+    }
+    let mut words: Vec<String> = scene
+        .influences()
+        .iter()
+        .filter_map(|(influence, changed)| match influence {
+            Influence::Walls => Some(format!("walls along {}", axes(changed))),
+            Influence::ThermalWalls => Some("thermal walls".to_owned()),
+            Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
+            Influence::StaticParticles => Some("static particles".to_owned()),
+            // With those of all stages below.
+            Influence::Kicks => None,
+        })
+        .collect();
+    if kicked != [false; 3] {
+        words.push(format!("a heat bath along {}", axes(&kicked)));
+    }
+    if scene.shear_rate.is_some() {
+        words.push("shear".to_owned());
+    }
+    words.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Growth;
+
+    #[test]
+    fn means_have_the_digits_that_their_errors_leave() {
+        let of = |mean, standard_error| estimate(&Estimate { mean, standard_error });
+        assert_eq!(of(1.043_21, Some(0.0021)), "1.0432 +- 0.0021");
+        assert_eq!(of(1234.5, Some(25.0)), "1234 +- 25");
+        assert_eq!(of(1.234_56, Some(0.099_6)), "1.23 +- 0.10", "the rounded error decides");
+        assert_eq!(of(123_456.0, Some(2_543.0)), "123500 +- 2500");
+        assert_eq!(of(1.234_567e-20, Some(2.5e-23)), "1.2346e-20 +- 2.5e-23");
+        assert_eq!(of(-3.4e15, Some(1.2e14)), "-3.40e15 +- 1.2e14");
+        assert_eq!(of(-0.001, Some(0.34)), "0.00 +- 0.34");
+        assert_eq!(of(0.0, Some(2.0)), "0.0 +- 2.0");
+        assert_eq!(of(2.0, Some(0.0)), "2 (conserved)");
+        assert_eq!(of(1.0, Some(6.6e-17)), "1 (conserved)");
+        assert_eq!(of(0.0, Some(0.0)), "0");
+        assert_eq!(of(2.0, None), "2 (too short for an error)");
+    }
+
+    #[test]
+    fn only_what_changes_the_momentum_is_named() {
+        let scene = crate::scene::SceneBuilder::new("box")
+            .space(crate::model::space::Space {
+                boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::walls(1.0)],
+                ..crate::model::space::Space::periodic_cube(9.0)
+            })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .gravity(crate::Vector::new(0.0, -1.0, 0.0))
+            .particle("A", crate::Vector::repeat(4.0), crate::Vector::zeros())
+            .build()
+            .unwrap();
+        assert_eq!(momentum_changes(&scene), "walls along x and z, acceleration along y");
+        let between_walls = crate::scene::SceneBuilder::new("box")
+            .space(crate::model::space::Space {
+                boundary: [Boundary::walls(1.0); 3],
+                ..crate::model::space::Space::periodic_cube(9.0)
+            })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", crate::Vector::repeat(4.0), crate::Vector::zeros())
+            .build()
+            .unwrap();
+        assert_eq!(momentum_changes(&between_walls), "walls along x, y and z");
+    }
+
+    #[test]
+    fn stages_and_thermostats_say_what_they_do() {
+        let growth = Growth { rate: 0.05, until: GrowthTarget::CompressibilityFactor(1000.0) };
+        let bath = Thermostat::Andersen { temperature: 1.5, rate: 0.25, axes: [true, false, true] };
+        let mut plan = StagePlan {
+            name: "dense".to_owned(),
+            limit: Limit::time(20.0),
+            thermostat: Some(bath),
+            growth: Some(growth),
+        };
+        let text = stage(&plan);
+        for part in [
+            "dense: diameters grow by 0.05",
+            "a compressibility factor of 1000",
+            "temperature 1.5 along xz 0.25 times",
+            "for a time of 20",
+        ] {
+            assert!(text.contains(part), "{text}");
+        }
+        plan.growth = Some(Growth { until: GrowthTarget::PackingFraction(0.6), ..growth });
+        plan.thermostat = Some(Thermostat::Rescaling { temperature: 2.0, interval: 0.1 });
+        plan.limit = Limit::default();
+        let text = stage(&plan);
+        assert!(
+            text.ends_with("up to a packing fraction of 0.6; velocities are scaled to temperature 2 every 0.1"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,225 @@
+//! Pictures of a frame: shaded spheres, bonds and the box, drawn without a display.
+//!
+//! A frame is drawn by a camera that places itself: three-dimensional scenes in perspective from a raised corner, flat
+//! and straight ones from the front. Light comes from a sky with shadows and from a sun, so that heaps and packings
+//! read as bodies; static particles are translucent, so that what they hold stays in sight. The same frame and style
+//! give the same bytes each time.
+//!
+//! ```
+//! use carom::trajectory::{Frame};
+//! use carom::io::{Existing};
+//! use carom::view::render::{self, Style};
+//! # fn picture(frame: &Frame) -> Result<(), render::PictureError> {
+//! let image = render::draw(frame, &Style { width: 800, height: 600, ..Style::default() })?;
+//! image.write_png("fluid.png".as_ref(), Existing::Keep)
+//! # }
+//! ```
+
+mod bodies;
+mod camera;
+mod colour;
+mod error;
+mod image;
+pub(crate) mod legend;
+mod light;
+mod parallel;
+mod raster;
+mod shade;
+mod stroke;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+pub use error::PictureError;
+pub use image::Image;
+
+use crate::Vector;
+use crate::base::numbers::single;
+use crate::trajectory::Frame;
+use crate::trajectory::extended_xyz::pick_frame;
+use bodies::Bodies;
+use camera::{Camera, Extent};
+use shade::Scenery;
+
+/// The most pixels of a picture, enough for 3840 x 2160. Drawing takes some 220 bytes for each, so this is 2 GB.
+const MOST_PIXELS: u32 = 1 << 23;
+
+/// What the colour of a particle tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ColourBy {
+    /// Its species, in the colours of [`Style::palette`]; static species are pale grey.
+    #[default]
+    Species,
+    /// Its speed, from dark blue at rest to yellow, with a scale below the picture; static particles are pale grey.
+    Speed,
+}
+
+/// What the picture is filled with. Particles outside of it are drawn as far as they are in view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Subject {
+    /// The box, and the spheres whose centres are in it.
+    #[default]
+    Box,
+    /// All particles, wherever they are.
+    Particles,
+}
+
+/// How to draw.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Style {
+    /// The most columns of pixels: the picture is cut down to its subject.
+    pub width: u32,
+    /// The most rows of pixels.
+    pub height: u32,
+    /// What colours tell.
+    pub colour_by: ColourBy,
+    /// Colours of the species that move, in the order of the table and over again, in sRGB.
+    pub palette: Vec<[u8; 3]>,
+    /// The speed at the upper end of the scale `[length / time]`; `None` takes it from the particles.
+    pub top_speed: Option<f64>,
+    /// Opacity of static particles, 0 to 1; those that hold a bond are always opaque.
+    pub static_opacity: f64,
+    /// What fills the picture.
+    pub subject: Subject,
+    /// Whether the edges of the box are drawn.
+    pub has_box: bool,
+    /// The direction that points up in the picture; `None` takes z, or y where z is flat.
+    pub up: Option<Vector>,
+    /// Degrees by which the camera has walked around the scene to the right.
+    pub azimuth: f64,
+    /// Degrees by which the camera is raised above the horizon.
+    pub elevation: f64,
+}
+
+impl Default for Style {
+    fn default() -> Self {
+        Self {
+            width: 1600,
+            height: 1200,
+            colour_by: ColourBy::Species,
+            palette: colour::PALETTE.to_vec(),
+            top_speed: None,
+            static_opacity: 0.16,
+            subject: Subject::Box,
+            has_box: true,
+            up: None,
+            azimuth: 28.0,
+            elevation: 18.0,
+        }
+    }
+}
+
+/// Draws the frame of a trajectory file that is nearest to a time `[time]`, or the last one. Where a killed run has cut
+/// the file off, the last complete frame counts.
+///
+/// # Errors
+/// [`PictureError::Trajectory`] if the file cannot be read; otherwise as [`draw`].
+pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Image, PictureError> {
+    let pick = pick_frame(path, time).map_err(|source| PictureError::Trajectory { path: path.into(), source })?;
+    draw(&pick.frame, style)
+}
+
+/// Draws a frame.
+///
+/// # Errors
+/// [`PictureError::Empty`], [`PictureError::Particle`] or [`PictureError::Box`] if the frame cannot be drawn;
+/// [`PictureError::Size`], [`PictureError::Style`] or [`PictureError::NoColour`] if the style makes no sense.
+pub fn draw(frame: &Frame, style: &Style) -> Result<Image, PictureError> {
+    refuse_style(style)?;
+    refuse_frame(frame)?;
+    let footer = match style.colour_by {
+        ColourBy::Species => 0.0,
+        ColourBy::Speed => legend::STRIP * style.width.min(style.height) as f32,
+    };
+    let camera = Camera::facing(frame, style, &subject_of(frame, style), footer).ok_or(PictureError::Box)?;
+    let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
+    let speeds: Vec<f64> = moving.map(|particle| particle.velocity.norm()).collect();
+    let highest = speeds.iter().copied().fold(0.0, f64::max);
+    let fastest = style.top_speed.unwrap_or_else(|| legend::fastest(speeds));
+    let bodies = Bodies::of(frame, style, &camera, fastest);
+    let scenery = Scenery::new(&bodies, &camera, single(style.static_opacity));
+    let mut pixels = scenery.colours();
+    if style.has_box {
+        let edge = (0.0011 * style.width.min(style.height) as f32, colour::linear(colour::INK));
+        for ends in box_edges(frame) {
+            let ends = ends.map(|end| camera.place(&end));
+            stroke::draw_edge(&mut pixels, &camera, &scenery.solid, ends, (edge.0.max(1.0), edge.1));
+        }
+    }
+    if style.colour_by == ColourBy::Speed {
+        legend::draw(&mut pixels, camera.width as usize, footer, fastest, highest > fastest);
+    }
+    Ok(Image::new(camera.width, camera.height, pixels.iter().map(colour::encode).collect()))
+}
+
+/// What has to be in the picture.
+fn subject_of(frame: &Frame, style: &Style) -> Vec<Extent> {
+    let upper = frame.lower + frame.size;
+    let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
+    let has_all = style.subject == Subject::Particles || frame.size.iter().all(|&edge| edge == 0.0);
+    let particles = frame.particles.iter().filter(|particle| has_all || is_inside(&particle.position));
+    let mut subject: Vec<Extent> =
+        particles.map(|particle| Extent { position: particle.position, radius: particle.radius }).collect();
+    if !has_all {
+        subject.extend(corners(frame).map(|position| Extent { position, radius: 0.0 }));
+    }
+    subject
+}
+
+/// The corners of the box; bit `k` of the index tells which side along axis `k`.
+fn corners(frame: &Frame) -> [Vector; 8] {
+    std::array::from_fn(|index| {
+        Vector::from_fn(|k, _| frame.lower[k] + if index >> k & 1 == 1 { frame.size[k] } else { 0.0 })
+    })
+}
+
+/// The edges of the box that have a length, each once.
+fn box_edges(frame: &Frame) -> Vec<[Vector; 2]> {
+    let corners = corners(frame);
+    let mut edges = Vec::new();
+    for axis in (0..3).filter(|&axis| !frame.is_flat(axis)) {
+        let is_start =
+            |index: &usize| index >> axis & 1 == 0 && (0..3).all(|k| !frame.is_flat(k) || index >> k & 1 == 0);
+        edges.extend((0..8).filter(is_start).map(|index| [corners[index], corners[index | 1 << axis]]));
+    }
+    edges
+}
+
+fn refuse_style(style: &Style) -> Result<(), PictureError> {
+    let (width, height) = (style.width, style.height);
+    if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= MOST_PIXELS) {
+        return Err(PictureError::Size { width, height });
+    }
+    if style.palette.is_empty() {
+        return Err(PictureError::NoColour);
+    }
+    let up = style.up.map_or(1.0, |up| up.norm());
+    let top_speed = style.top_speed.unwrap_or(1.0);
+    let checks = [
+        ("static_opacity", style.static_opacity, (0.0..=1.0).contains(&style.static_opacity), "0 to 1"),
+        ("azimuth", style.azimuth, style.azimuth.is_finite(), "a finite angle"),
+        ("elevation", style.elevation, style.elevation.abs() <= 90.0, "-90 to 90 degrees"),
+        ("top_speed", top_speed, top_speed.is_finite() && top_speed > 0.0, "a positive finite speed"),
+        ("length of the direction up", up, up.is_normal(), "a finite length that is not 0"),
+    ];
+    match checks.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
+        Some((name, value, _, expected)) => Err(PictureError::Style { name, value, expected }),
+        None => Ok(()),
+    }
+}
+
+fn refuse_frame(frame: &Frame) -> Result<(), PictureError> {
+    if frame.particles.is_empty() {
+        return Err(PictureError::Empty);
+    }
+    let is_finite = |vector: &Vector| vector.iter().all(|x| x.is_finite());
+    if !(is_finite(&frame.lower) && is_finite(&frame.size) && frame.size.iter().all(|&edge| edge >= 0.0)) {
+        return Err(PictureError::Box);
+    }
+    let is_drawable = |radius: f64| radius.is_finite() && radius > 0.0;
+    let bad = frame.particles.iter().find(|particle| {
+        !(is_finite(&particle.position) && is_finite(&particle.velocity) && is_drawable(particle.radius))
+    });
+    bad.map_or(Ok(()), |particle| Err(PictureError::Particle(particle.id)))
+}

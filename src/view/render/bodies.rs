@@ -1,0 +1,103 @@
+//! What there is to draw, in camera space.
+
+use std::collections::{HashMap, HashSet};
+
+use super::camera::{Camera, Point};
+use super::colour::{self, Colour};
+use super::{ColourBy, Style};
+use crate::base::numbers::single;
+use crate::model::ParticleId;
+use crate::trajectory::Frame;
+use crate::trajectory::frame::FrameParticle;
+
+/// Radius of a bond, relative to the smaller of its two ends.
+const BOND_RADIUS: f64 = 0.36;
+
+/// A sphere.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Ball {
+    pub centre: Point,
+    pub radius: f32,
+    pub colour: Colour,
+}
+
+/// A cylinder: half a bond.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rod {
+    pub start: Point,
+    pub end: Point,
+    pub radius: f32,
+    pub colour: Colour,
+}
+
+/// Everything with a surface.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Bodies {
+    /// Opaque spheres.
+    pub balls: Vec<Ball>,
+    /// Translucent spheres.
+    pub veil: Vec<Ball>,
+    /// Bonds.
+    pub rods: Vec<Rod>,
+}
+
+impl Bodies {
+    pub fn of(frame: &Frame, style: &Style, camera: &Camera, fastest: f64) -> Self {
+        let colours = species_colours(frame, style);
+        let mut bodies = Self::default();
+        let colour_of = |particle: &FrameParticle| {
+            let own =
+                colours.get(particle.species.0 as usize).copied().unwrap_or_else(|| colour::linear(colour::STATIC));
+            match style.colour_by {
+                ColourBy::Speed if !frame.is_static(particle) => {
+                    colour::viridis(single(particle.velocity.norm() / fastest))
+                }
+                _ => own,
+            }
+        };
+        let by_id: HashMap<_, _> = if frame.bonds.is_empty() {
+            HashMap::new()
+        } else {
+            frame.particles.iter().map(|particle| (particle.id, particle)).collect()
+        };
+        let mut holds_bond: HashSet<ParticleId> = HashSet::new();
+        for ends in &frame.bonds {
+            let (Some(a), Some(b)) = (by_id.get(&ends[0]), by_id.get(&ends[1])) else { continue };
+            holds_bond.extend(ends);
+            let radius = camera.length(BOND_RADIUS * a.radius.min(b.radius));
+            let separation = b.position - a.position;
+            let half = 0.5 * frame.nearest_image(separation);
+            let is_through_side = 2.0 * half != separation;
+            for (end, half) in [(a, half), (b, -half)] {
+                let (start, end) = (camera.place(&end.position), camera.place(&(end.position + half)));
+                let colour = colour::linear(colour::STATIC);
+                bodies.rods.push(Rod { start, end, radius, colour });
+                if is_through_side {
+                    bodies.balls.push(Ball { centre: end, radius, colour });
+                }
+            }
+        }
+        for particle in &frame.particles {
+            let ball = Ball {
+                centre: camera.place(&particle.position),
+                radius: camera.length(particle.radius),
+                colour: colour_of(particle),
+            };
+            // A pivot is part of what it holds; a mesh must not hide it.
+            let is_veil = style.static_opacity < 1.0 && frame.is_static(particle) && !holds_bond.contains(&particle.id);
+            if is_veil { &mut bodies.veil } else { &mut bodies.balls }.push(ball);
+        }
+        bodies
+    }
+}
+
+/// The palette for what moves, in the order of the table; one pale colour for what does not.
+fn species_colours(frame: &Frame, style: &Style) -> Vec<Colour> {
+    let mut palette = style.palette.iter().cycle();
+    let colour = |is_static: bool| match is_static {
+        true => Some(colour::STATIC),
+        false => palette.next().copied(),
+    };
+    let colours = frame.species.iter().map(|species| species.is_static).map(colour);
+    colours.map(|colour| colour::linear(colour.unwrap_or(colour::STATIC))).collect()
+}

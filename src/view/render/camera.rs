@@ -1,0 +1,200 @@
+//! From positions to places in the picture.
+//!
+//! Everything is drawn in camera space: lengths in units of the subject's half diagonal, the camera at the origin, `x`
+//! to the right, `y` up, `z` into the picture. The *window* coordinates of a point are `(x/z, y/z)` in perspective and
+//! `(x, y)` without.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::Style;
+use crate::Vector;
+use crate::base::numbers::{single, trunc_to_u32};
+use crate::trajectory::Frame;
+
+/// A point, direction or colour while drawing.
+pub(super) type Point = Vector3<f32>;
+
+/// Half the field of view: 30 degrees along the shorter side of the largest picture.
+const HALF_VIEW: f32 = 0.267_949_2;
+
+/// Free rim around the subject, relative to the shorter side of the largest picture.
+const RIM: f32 = 0.035;
+
+/// Nothing nearer than this is drawn, in half diagonals; the subject begins well behind it.
+pub(super) const NEAREST: f32 = 0.05;
+
+/// A sphere that the picture has to hold; radius 0 for a corner of the box.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Extent {
+    pub position: Vector,
+    pub radius: f64,
+}
+
+/// Where the camera stands, and which part of its view the picture is.
+#[derive(Debug, Clone)]
+pub(super) struct Camera {
+    /// Rows: right, up, into the picture.
+    rotation: Matrix3<f64>,
+    centre: Vector,
+    /// Half diagonal of the subject `[length]`.
+    unit: f64,
+    /// Camera space of the centre.
+    pub offset: Point,
+    pub is_perspective: bool,
+    /// Window coordinates of the upper left corner of the picture.
+    corner: [f32; 2],
+    /// Pixels per unit of window coordinates.
+    scale: f32,
+    /// Size of the picture, no larger than the style's.
+    pub width: u32,
+    pub height: u32,
+}
+
+impl Camera {
+    /// Places the camera so that the subject fills the picture, and cuts the picture down to the subject. Keeps
+    /// `footer` rows free at the bottom. `None` if the subject has no extent or is too large for floating point.
+    pub fn facing(frame: &Frame, style: &Style, subject: &[Extent], footer: f32) -> Option<Self> {
+        let reach = |extent: &Extent| Vector::repeat(extent.radius);
+        let lower = subject.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b))?;
+        let upper = subject.iter().map(|e| e.position + reach(e)).reduce(|a, b| a.sup(&b))?;
+        let unit = 0.5 * (upper - lower).norm();
+        if !(unit.is_normal() && unit.recip().is_normal()) {
+            return None;
+        }
+        let (rotation, is_perspective) = orientation(frame, style);
+        let mut camera = Self {
+            rotation,
+            centre: 0.5 * lower + 0.5 * upper,
+            unit,
+            offset: Point::zeros(),
+            is_perspective,
+            corner: [0.0; 2],
+            scale: 1.0,
+            width: style.width,
+            height: style.height,
+        };
+        let spheres: Vec<(Point, f32)> =
+            subject.iter().map(|e| (camera.place(&e.position), camera.length(e.radius))).collect();
+        camera.fit(&spheres, footer);
+        Some(camera)
+    }
+
+    /// Chooses offset, scale and window for spheres in camera space around the centre.
+    fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) {
+        let (width, height) = (self.width as f32, self.height as f32);
+        let rim = RIM * width.min(height);
+        // What the subject may fill, in pixels, and the window coordinates at its border.
+        let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
+        let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
+        let mut distance = 0.0_f32;
+        for axis in 0..2 {
+            // A point is inside the border when x - t z <= t d + x_c and x + t z >= -(t d) + x_c.
+            let t = if self.is_perspective { border[axis] } else { 0.0 };
+            let edge = (1.0 + t * t).sqrt();
+            let most = spheres.iter().map(|(c, r)| c[axis] - t * c.z + r * edge).fold(f32::MIN, f32::max);
+            let least = spheres.iter().map(|(c, r)| c[axis] + t * c.z - r * edge).fold(f32::MAX, f32::min);
+            self.offset[axis] = -0.5 * (most + least);
+            distance = distance.max(0.5 * (most - least) / border[axis]);
+        }
+        let nearest = spheres.iter().map(|(c, r)| c.z - r).fold(f32::MAX, f32::min);
+        self.offset.z = if self.is_perspective { distance.max(0.5 - nearest) } else { 2.0 };
+        self.scale = width.min(height) / (2.0 * HALF_VIEW);
+        if !self.is_perspective {
+            self.scale /= distance;
+        }
+        let mut window = [f32::MAX, f32::MIN, f32::MAX, f32::MIN];
+        for (centre, radius) in spheres {
+            if let Some([left, right, low, high]) = self.outline(&(centre + self.offset), *radius) {
+                window = [window[0].min(left), window[1].max(right), window[2].min(low), window[3].max(high)];
+            }
+        }
+        let [left, right, low, high] = window;
+        let pixels = |length: f32, most: u32| trunc_to_u32((length * self.scale + 2.0 * rim).ceil()).clamp(16, most);
+        self.width = pixels(right - left, self.width);
+        self.height = pixels(high - low + footer / self.scale, self.height);
+        let half = [self.width as f32, self.height as f32 - footer].map(|pixels| 0.5 * pixels / self.scale);
+        self.corner = [0.5 * (left + right) - half[0], 0.5 * (low + high) + half[1]];
+    }
+
+    /// Rotated and scaled, relative to the camera.
+    pub fn place(&self, position: &Vector) -> Point {
+        (self.rotation * ((position - self.centre) / self.unit)).cast::<f32>() + self.offset
+    }
+
+    /// A length in units of the half diagonal.
+    pub fn length(&self, length: f64) -> f32 {
+        single(length / self.unit)
+    }
+
+    /// Origin and direction of the ray through a place in the picture, in pixels from the upper left corner. The
+    /// direction has `z = 1`, so that distance along the ray is depth.
+    pub fn ray(&self, column: f32, row: f32) -> (Point, Point) {
+        let (x, y) = (self.corner[0] + column / self.scale, self.corner[1] - row / self.scale);
+        if self.is_perspective { (Point::zeros(), Point::new(x, y, 1.0)) } else { (Point::new(x, y, 0.0), Point::z()) }
+    }
+
+    /// Pixels from the upper left corner, of a point in front of the camera.
+    pub fn pixel(&self, point: &Point) -> [f32; 2] {
+        let depth = if self.is_perspective { point.z } else { 1.0 };
+        [(point.x / depth - self.corner[0]) * self.scale, (self.corner[1] - point.y / depth) * self.scale]
+    }
+
+    /// The rectangle of pixels around a sphere: first and last column, first and last row. `None` if the sphere
+    /// reaches the camera or is not finite.
+    pub fn rectangle(&self, centre: &Point, radius: f32) -> Option<[f32; 4]> {
+        let [left, right, low, high] = self.outline(centre, radius)?;
+        let columns = [left, right].map(|x| (x - self.corner[0]) * self.scale);
+        let rows = [high, low].map(|y| (self.corner[1] - y) * self.scale);
+        Some([columns[0], columns[1], rows[0], rows[1]])
+    }
+
+    /// The extent of a sphere in window coordinates.
+    fn outline(&self, centre: &Point, radius: f32) -> Option<[f32; 4]> {
+        let is_in_front = centre.z - radius > NEAREST && centre.iter().all(|x| x.is_finite()) && radius.is_finite();
+        if !is_in_front {
+            return None;
+        }
+        let tangents = |x: f32| {
+            if !self.is_perspective {
+                return [x - radius, x + radius];
+            }
+            let (z, square) = (centre.z, centre.z * centre.z - radius * radius);
+            let root = radius * (x * x + square).sqrt();
+            [(x * z - root) / square, (x * z + root) / square]
+        };
+        let ([left, right], [low, high]) = (tangents(centre.x), tangents(centre.y));
+        Some([left, right, low, high])
+    }
+}
+
+/// Right, up and into the picture as rows; and whether the view is in perspective. Flat scenes are seen straight on.
+fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
+    let axis = |k: usize| Vector::from_fn(|i, _| f64::from(u8::from(i == k)));
+    let flat: Vec<usize> = (0..3).filter(|&k| frame.is_flat(k)).collect();
+    let rows =
+        |right: Vector, up: Vector| Matrix3::from_rows(&[right, up, up.cross(&right)].map(|row| row.transpose()));
+    let up = style.up.unwrap_or_else(|| axis(if flat == [2] { 1 } else { 2 })).normalize();
+    match flat[..] {
+        [] | [_, _, _] => {
+            let aside = (0..3).map(axis).find(|side| side.dot(&up).abs() < 0.9).unwrap_or_else(Vector::x);
+            let right = (aside - up * aside.dot(&up)).normalize();
+            let (azimuth, elevation) = (style.azimuth.to_radians(), style.elevation.to_radians());
+            let into = up.cross(&right) * azimuth.cos() - right * azimuth.sin();
+            let right = right * azimuth.cos() + up.cross(&right) * azimuth.sin();
+            (rows(right, up * elevation.cos() + into * elevation.sin()), true)
+        }
+        [flat] => {
+            let up = up - axis(flat) * up[flat];
+            let up = if up.norm() > 0.1 { up.normalize() } else { axis(if flat == 2 { 1 } else { 2 }) };
+            // Of the two sides, the one from which the first of the other axes points right.
+            let right = up.cross(&axis(flat));
+            let is_mirrored = right.iter().find(|x| x.abs() > 0.1).is_some_and(|&x| x < 0.0);
+            (rows(if is_mirrored { -right } else { right }, up), false)
+        }
+        [first, second] => {
+            let along = 3 - first - second;
+            (rows(axis(along), axis((along + 1) % 3)), false)
+        }
+        _ => (Matrix3::identity(), false),
+    }
+}

@@ -1,0 +1,94 @@
+//! Colours, in linear light while they are mixed and in sRGB where they are named or stored.
+
+use crate::base::numbers::{trunc_to_u8, trunc_to_usize};
+use nalgebra::Vector3;
+
+/// Red, green and blue in linear light, 0 to 1.
+pub(super) type Colour = Vector3<f32>;
+
+/// Okabe and Ito's palette, distinct for colour-blind eyes (<https://jfly.uni-koeln.de/color/>).
+pub(super) const PALETTE: [[u8; 3]; 8] = [
+    [86, 180, 233],
+    [230, 159, 0],
+    [0, 158, 115],
+    [213, 94, 0],
+    [0, 114, 178],
+    [204, 121, 167],
+    [240, 228, 66],
+    [120, 120, 120],
+];
+
+/// Static particles.
+pub(super) const STATIC: [u8; 3] = [144, 153, 168];
+
+/// What is behind everything.
+pub(super) const BACKGROUND: [u8; 3] = [247, 248, 250];
+
+/// Box edges and letters.
+pub(super) const INK: [u8; 3] = [70, 76, 86];
+
+/// Viridis (Smith and van der Walt, matplotlib) at even steps: equal steps look equally far apart.
+const VIRIDIS: [[u8; 3]; 11] = [
+    [68, 1, 84],
+    [72, 36, 117],
+    [65, 68, 135],
+    [53, 95, 141],
+    [42, 120, 142],
+    [33, 145, 140],
+    [34, 168, 132],
+    [68, 191, 112],
+    [122, 209, 81],
+    [189, 223, 38],
+    [253, 231, 37],
+];
+
+/// The colour of a value from 0 to 1; values beyond keep the colour of the end.
+pub(super) fn viridis(value: f32) -> Colour {
+    let place = value.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f32;
+    let index = trunc_to_usize(place).min(VIRIDIS.len() - 2);
+    let fraction = place - index as f32;
+    let mix = |k: usize| f32::from(VIRIDIS[index][k]) * (1.0 - fraction) + f32::from(VIRIDIS[index + 1][k]) * fraction;
+    Colour::from_fn(|k, _| to_linear(mix(k) / 255.0))
+}
+
+/// From sRGB bytes.
+pub(super) fn linear(colour: [u8; 3]) -> Colour {
+    Colour::from(colour.map(|byte| to_linear(f32::from(byte) / 255.0)))
+}
+
+/// To opaque sRGB bytes.
+pub(super) fn encode(colour: &Colour) -> [u8; 4] {
+    let byte = |x: f32| trunc_to_u8(to_srgb(x.clamp(0.0, 1.0)) * 255.0 + 0.5);
+    [byte(colour.x), byte(colour.y), byte(colour.z), 255]
+}
+
+/// IEC 61966-2-1.
+fn to_linear(x: f32) -> f32 {
+    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
+}
+
+/// IEC 61966-2-1.
+fn to_srgb(x: f32) -> f32 {
+    if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_survives_linear_light() {
+        for byte in 0..=255 {
+            assert_eq!(encode(&linear([byte, 0, 255])), [byte, 0, 255, 255]);
+        }
+    }
+
+    #[test]
+    fn viridis_meets_its_table_and_grows_lighter() {
+        assert_eq!(encode(&viridis(0.0))[..3], VIRIDIS[0]);
+        assert_eq!(encode(&viridis(0.3))[..3], VIRIDIS[3]);
+        assert_eq!(encode(&viridis(7.0))[..3], VIRIDIS[10]);
+        let luminance = |value: f32| viridis(value).dot(&Colour::new(0.2126, 0.7152, 0.0722));
+        assert!((0..100).all(|k| luminance(k as f32 / 100.0) < luminance((k + 1) as f32 / 100.0)));
+    }
+}

@@ -1,0 +1,71 @@
+//! Pixels, and the file that holds them.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::PictureError;
+use crate::io::place::write_whole;
+use crate::io::{Existing, note};
+
+/// A finished picture: rows from top to bottom, each pixel red, green, blue and opacity in sRGB.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    pixels: Vec<[u8; 4]>,
+}
+
+impl Image {
+    /// Row by row; there must be `width * height` pixels.
+    pub(super) fn new(width: u32, height: u32, pixels: Vec<[u8; 4]>) -> Self {
+        debug_assert_eq!(pixels.len(), width as usize * height as usize);
+        Self { width, height, pixels }
+    }
+
+    /// Columns of pixels.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows of pixels.
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// The pixels, row by row from the top.
+    #[must_use]
+    pub fn pixels(&self) -> &[[u8; 4]] {
+        &self.pixels
+    }
+
+    /// Writes a PNG file, which appears when it is complete. The same bytes again are no replacement.
+    ///
+    /// # Errors
+    /// [`PictureError::Exists`] if there is another file that is to be kept, [`PictureError::Write`] if the file cannot be written.
+    pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), PictureError> {
+        let written = write_whole(path, existing, |file| self.encode_png(file));
+        written.map_err(|source| match source.kind() {
+            io::ErrorKind::AlreadyExists => PictureError::Exists(path.to_owned()),
+            _ => PictureError::Write { path: path.to_owned(), source },
+        })?;
+        note(path);
+        Ok(())
+    }
+
+    /// Writes the bytes of a PNG file.
+    ///
+    /// # Errors
+    /// Those of the output.
+    pub fn encode_png<W: Write>(&self, output: W) -> io::Result<()> {
+        let mut encoder = png::Encoder::new(output, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(self.pixels.as_flattened())?;
+        writer.finish()?;
+        Ok(())
+    }
+}

@@ -1,0 +1,189 @@
+//! Where light comes from, and which of it reaches a point.
+//!
+//! The sky is a set of directions all around, brighter above; the sun is a narrow bundle of them. Each has a map of the
+//! spheres that it sees first. A point is in the shade of the sphere that the map shows in its place, if that sphere
+//! stands between: the test is exact, so that shadows have no stairs however coarse the map.
+
+use super::bodies::Ball;
+use super::camera::Point;
+use super::parallel;
+use super::raster::NOTHING;
+use crate::base::numbers::trunc_to_usize;
+
+const SKY_LIGHTS: usize = 45;
+const SUN_LIGHTS: usize = 9;
+
+/// Cells of a map along each side.
+const MAP_SIZE: usize = 768;
+
+/// Most width of the soft edge of a shadow, relative to the radius of what throws it.
+const WIDEST_EDGE: f32 = 0.3;
+
+/// Towards the sun in camera space: from above, to the left, behind the viewer.
+const SUN: [f32; 3] = [-0.5, 0.72, -0.62];
+
+/// Half the opening angle of the sun's bundle [radians].
+const SUN_SPREAD: f32 = 0.07;
+
+/// Lights of equal kind, each with the part of the whole that it gives.
+#[derive(Debug)]
+pub(super) struct Lights {
+    sky: Vec<Light>,
+    sun: Vec<Light>,
+}
+
+/// What reaches a point: 1 for a surface that faces up, or the sun, with nothing between.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Received {
+    pub sky: f32,
+    /// Of the sky, what is not hidden: 1 in the open.
+    pub openness: f32,
+    pub sun: f32,
+}
+
+#[derive(Debug)]
+struct Light {
+    /// Towards the light.
+    direction: Point,
+    strength: f32,
+    /// Width of the soft edge of a shadow, relative to the distance from what throws it.
+    softness: f32,
+    right: Point,
+    up: Point,
+    centre: Point,
+    /// Index of the ball that each cell sees first.
+    map: Vec<u32>,
+}
+
+impl Lights {
+    /// Lights for spheres around a centre; those farther than 1 from it throw no shadow.
+    pub fn on(balls: &[Ball], centre: Point) -> Self {
+        let sun = Point::from(SUN).normalize();
+        let (right, up) = across(&sun);
+        let spread = |k: usize| {
+            let (radius, angle) = (((k as f32 + 0.5) / SUN_LIGHTS as f32).sqrt() * SUN_SPREAD, k as f32 * GOLDEN_ANGLE);
+            (sun + (right * angle.cos() + up * angle.sin()) * radius).normalize()
+        };
+        let around = |k: usize| {
+            let (height, angle) = (1.0 - (2 * k + 1) as f32 / SKY_LIGHTS as f32, k as f32 * GOLDEN_ANGLE);
+            let radius = (1.0 - height * height).sqrt();
+            Point::new(radius * angle.cos(), height, radius * angle.sin())
+        };
+        let light = |direction: Point, strength, softness| {
+            let (right, up) = across(&direction);
+            Light { direction, strength, softness, right, up, centre, map: Vec::new() }
+        };
+        // Brightness rises from the ground to the zenith.
+        let mut sky: Vec<Light> =
+            (0..SKY_LIGHTS).map(around).map(|direction| light(direction, 0.6 + 0.4 * direction.y, 0.35)).collect();
+        let total: f32 = sky.iter().map(|light| light.strength * light.direction.y.max(0.0)).sum();
+        sky.iter_mut().for_each(|light| light.strength /= total);
+        let mut sun: Vec<Light> =
+            (0..SUN_LIGHTS).map(|k| light(spread(k), 1.0 / SUN_LIGHTS as f32, SUN_SPREAD)).collect();
+        parallel::for_each(sky.iter_mut().chain(&mut sun), |light| light.draw_map(balls));
+        Self { sky, sun }
+    }
+
+    /// What reaches a point of a surface with an outward normal. Each sample of a pixel asks its share of the lights,
+    /// so that the pixel hears all of them.
+    pub fn at(&self, point: &Point, normal: &Point, own: u32, balls: &[Ball], share: usize, shares: usize) -> Received {
+        let gather = |lights: &[Light]| {
+            let (mut received, mut possible) = (0.0, 0.0);
+            for light in lights.iter().skip(share).step_by(shares) {
+                let cosine = normal.dot(&light.direction);
+                if cosine > 0.0 {
+                    let strength = light.strength * cosine * shares as f32;
+                    possible += strength;
+                    received += strength * light.visibility(point, own, balls);
+                }
+            }
+            (received, possible)
+        };
+        let ((sky, possible), (sun, _)) = (gather(&self.sky), gather(&self.sun));
+        Received { sky, openness: if possible > 0.0 { sky / possible } else { 1.0 }, sun }
+    }
+
+    /// Towards the middle of the sun.
+    pub fn sun_direction() -> Point {
+        Point::from(SUN).normalize()
+    }
+}
+
+/// Successive steps of it spread evenly over a circle [radians].
+const GOLDEN_ANGLE: f32 = 2.399_963_2;
+
+/// Two directions that complete one to a frame of reference.
+fn across(direction: &Point) -> (Point, Point) {
+    let aside = if direction.x.abs() < 0.7 { Point::x() } else { Point::y() };
+    let right = direction.cross(&aside).normalize();
+    (right, direction.cross(&right))
+}
+
+impl Light {
+    /// Place in the map, in cells.
+    fn place(&self, point: &Point) -> [f32; 2] {
+        let arm = point - self.centre;
+        [self.right, self.up].map(|axis| (arm.dot(&axis) * 0.5 + 0.5) * MAP_SIZE as f32)
+    }
+
+    fn draw_map(&mut self, balls: &[Ball]) {
+        let mut height = vec![f32::NEG_INFINITY; MAP_SIZE * MAP_SIZE];
+        let mut map = vec![NOTHING; MAP_SIZE * MAP_SIZE];
+        for (index, ball) in (0..NOTHING).zip(balls) {
+            let [x, y] = self.place(&ball.centre);
+            let top = (ball.centre - self.centre).dot(&self.direction);
+            let radius = ball.radius * 0.5 * MAP_SIZE as f32;
+            // Numbers saturate, and NaN becomes 0: what is outside of the map has no cells.
+            let cells = |x: f32| {
+                let low = trunc_to_usize((x - radius - 0.5).ceil()).min(MAP_SIZE);
+                low..trunc_to_usize(x + radius + 0.5).min(MAP_SIZE)
+            };
+            for row in cells(y) {
+                for column in cells(x) {
+                    let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);
+                    let square = radius * radius - dx * dx - dy * dy;
+                    if square < 0.0 {
+                        continue;
+                    }
+                    let surface = top + square.sqrt() * (2.0 / MAP_SIZE as f32);
+                    let cell = row * MAP_SIZE + column;
+                    if surface > height[cell] {
+                        height[cell] = surface;
+                        map[cell] = index;
+                    }
+                }
+            }
+        }
+        self.map = map;
+    }
+
+    /// How much of the light reaches a point, 0 to 1. Asks the four cells around it, because the sphere that the middle
+    /// of one cell sees may let through a ray beside it that another sphere stops.
+    fn visibility(&self, point: &Point, own: u32, balls: &[Ball]) -> f32 {
+        let [x, y] = self.place(point).map(|x| x - 0.5);
+        if !(x >= 0.0 && y >= 0.0 && x < (MAP_SIZE - 1) as f32 && y < (MAP_SIZE - 1) as f32) {
+            return 1.0;
+        }
+        let corner = trunc_to_usize(y) * MAP_SIZE + trunc_to_usize(x);
+        let (mut visibility, mut asked) = (1.0_f32, own);
+        for cell in [corner, corner + MAP_SIZE + 1, corner + 1, corner + MAP_SIZE] {
+            let between = self.map[cell];
+            if between != own && between != asked && visibility > 0.0 {
+                visibility = visibility.min(balls.get(between as usize).map_or(1.0, |ball| self.passing(ball, point)));
+                asked = between;
+            }
+        }
+        visibility
+    }
+
+    /// How much of the light passes a sphere on its way to a point.
+    fn passing(&self, ball: &Ball, point: &Point) -> f32 {
+        let arm = ball.centre - point;
+        let along = arm.dot(&self.direction);
+        if along <= 0.0 {
+            return 1.0;
+        }
+        let inside = ball.radius - (arm - self.direction * along).norm();
+        1.0 - (inside / (self.softness * along).min(WIDEST_EDGE * ball.radius)).clamp(0.0, 1.0)
+    }
+}

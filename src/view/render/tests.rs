@@ -1,0 +1,244 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::base::numbers::trunc_to_usize;
+use crate::io::Existing;
+use crate::model::{ParticleId, SpeciesId};
+use crate::trajectory::extended_xyz::write_frame;
+use crate::trajectory::frame::{FrameParticle, FrameSpecies};
+
+/// A box of edge 10 (0 where flat) with balls: species, position, radius. Species 0 and 1 move, 2 is static.
+fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
+    let species = [("a", false), ("b", false), ("mesh", true)];
+    Frame {
+        time: 0.0,
+        lower: Vector::zeros(),
+        size: size.into(),
+        periodic: size.map(|edge| edge > 0.0),
+        displacement: 0.0,
+        species: species.map(|(name, is_static)| FrameSpecies { name: name.into(), is_static, mass: None }).into(),
+        particles: (0..)
+            .zip(balls)
+            .map(|(id, &(species, position, radius))| FrameParticle {
+                id: ParticleId(id),
+                species: SpeciesId(species),
+                position: position.into(),
+                velocity: Vector::zeros(),
+                radius,
+            })
+            .collect(),
+        bonds: Vec::new(),
+        bond_names: Vec::new(),
+        bond_kinds: Vec::new(),
+        images: Vec::new(),
+        scalars: Vec::new(),
+    }
+}
+
+/// Red and green balls, seen level from the front: x to the right, y into the picture, z up.
+fn level() -> Style {
+    Style {
+        width: 240,
+        height: 240,
+        palette: vec![[220, 30, 30], [30, 220, 30]],
+        has_box: false,
+        azimuth: 0.0,
+        elevation: 0.0,
+        ..Style::default()
+    }
+}
+
+/// Pixel at a fraction of width and height.
+fn pixel(image: &Image, x: f64, y: f64) -> [u8; 4] {
+    let (column, row) = (trunc_to_usize(x * f64::from(image.width())), trunc_to_usize(y * f64::from(image.height())));
+    image.pixels()[row * image.width() as usize + column]
+}
+
+fn is_red(pixel: [u8; 4]) -> bool {
+    pixel[0] / 2 > pixel[1] && pixel[0] > 100
+}
+
+fn is_green(pixel: [u8; 4]) -> bool {
+    pixel[1] / 2 > pixel[0] && pixel[1] > 100
+}
+
+fn is_background(pixel: [u8; 4]) -> bool {
+    pixel[..3] == colour::BACKGROUND
+}
+
+/// Area of everything drawn, in pixels.
+fn area(image: &Image) -> f64 {
+    image.pixels().iter().filter(|&&pixel| !is_background(pixel)).count() as f64
+}
+
+/// Checks that an area is the one of a disc, up to half of the pixels around it.
+fn assert_disc(area: f64, radius: f64) {
+    let (disc, ring) = (std::f64::consts::PI * radius * radius, std::f64::consts::TAU * radius);
+    assert!((area - disc).abs() < ring, "{area} pixels, expected {disc} up to {ring}");
+}
+
+#[test]
+fn silhouette_of_a_disc_has_the_area_of_its_projection() {
+    let image = draw(&frame([10.0, 10.0, 0.0], &[(0, [3.0, 6.0, 0.0], 1.7)]), &level()).unwrap();
+    let scale = 240.0 * (1.0 - 2.0 * 0.035) / 10.0;
+    assert_disc(area(&image), 1.7 * scale);
+}
+
+#[test]
+fn silhouette_in_perspective_fills_the_picture() {
+    let style = Style { subject: Subject::Particles, ..level() };
+    let image = draw(&frame([10.0; 3], &[(0, [3.0, 6.0, 1.0], 1.7)]), &style).unwrap();
+    assert_disc(area(&image), 0.5 * 240.0 * (1.0 - 2.0 * 0.035));
+    assert!(image.width().abs_diff(240) < 3 && image.height().abs_diff(240) < 3);
+}
+
+#[test]
+fn nearer_sphere_hides_the_farther_in_either_order() {
+    let (near, far) = ([5.0, 2.0, 5.0], [5.0, 8.0, 5.0]);
+    for balls in [[(0, near, 1.0), (1, far, 1.0)], [(1, far, 1.0), (0, near, 1.0)]] {
+        let image = draw(&frame([10.0; 3], &balls), &level()).unwrap();
+        assert!(is_red(pixel(&image, 0.5, 0.5)));
+        assert!(!image.pixels().iter().any(|&pixel| is_green(pixel)));
+    }
+}
+
+#[test]
+fn directions_are_those_of_the_axes() {
+    for (size, red, green) in [
+        ([10.0; 3], [8.0, 5.0, 8.0], [2.0, 5.0, 2.0]),
+        ([10.0, 10.0, 0.0], [8.0, 8.0, 0.0], [2.0, 2.0, 0.0]),
+        ([10.0, 0.0, 10.0], [8.0, 0.0, 8.0], [2.0, 0.0, 2.0]),
+        ([0.0, 10.0, 10.0], [0.0, 8.0, 8.0], [0.0, 2.0, 2.0]),
+    ] {
+        let image = draw(&frame(size, &[(0, red, 1.0), (1, green, 1.0)]), &level()).unwrap();
+        assert!(is_red(pixel(&image, 0.76, 0.24)) && is_green(pixel(&image, 0.24, 0.76)), "{size:?}");
+    }
+    let down = Style { up: Some(-Vector::z()), ..level() };
+    let image = draw(&frame([10.0; 3], &[(0, [8.0, 5.0, 2.0], 1.0)]), &down).unwrap();
+    assert!(is_red(pixel(&image, 0.76, 0.24)));
+}
+
+#[test]
+fn what_a_mesh_holds_stays_in_sight() {
+    let held = frame([10.0; 3], &[(0, [5.0, 6.0, 5.0], 1.0), (2, [5.0, 2.0, 5.0], 1.0)]);
+    assert!(is_red(pixel(&draw(&held, &level()).unwrap(), 0.5, 0.5)));
+    let opaque = Style { static_opacity: 1.0, ..level() };
+    assert!(!is_red(pixel(&draw(&held, &opaque).unwrap(), 0.5, 0.5)));
+    let clear = Style { static_opacity: 0.0, ..level() };
+    let without = frame([10.0; 3], &[(0, [5.0, 6.0, 5.0], 1.0)]);
+    assert_eq!(draw(&held, &clear).unwrap(), draw(&without, &clear).unwrap());
+}
+
+#[test]
+fn colour_by_speed_ends_at_the_top_speed() {
+    let mut moving = frame([10.0, 10.0, 0.0], &[(0, [2.0, 5.0, 0.0], 1.0), (0, [8.0, 5.0, 0.0], 1.0)]);
+    moving.particles[1].velocity = Vector::new(0.0, 3.0, 0.0);
+    let style = Style { colour_by: ColourBy::Speed, top_speed: Some(3.0), ..level() };
+    let image = draw(&moving, &style).unwrap();
+    let height = f64::from(image.height());
+    let middle = 0.5 * (height - f64::from(legend::STRIP * 240.0)) / height;
+    let (slow, fast) = (pixel(&image, 0.25, middle), pixel(&image, 0.75, middle));
+    assert!(slow[2] > slow[1] && fast[0] > 200 && fast[1] > 180 && fast[2] < 120, "{slow:?} {fast:?}");
+    let own_scale = draw(&moving, &Style { top_speed: None, ..style }).unwrap();
+    assert_eq!(own_scale, image);
+}
+
+#[test]
+fn bonds_leave_through_periodic_sides() {
+    let ends = [(0, [1.0, 5.0, 0.0], 0.4), (0, [9.0, 5.0, 0.0], 0.4)];
+    let grey_between = |size: f64, is_bonded: bool| {
+        let mut pair = frame([10.0, 10.0, 0.0], &ends);
+        pair.size.x = size;
+        pair.bonds = if is_bonded { vec![[ParticleId(0), ParticleId(1)]] } else { Vec::new() };
+        let image = draw(&pair, &level()).unwrap();
+        !is_background(pixel(&image, 0.4, 0.5))
+    };
+    assert!(!grey_between(10.0, true) && grey_between(20.0, true) && !grey_between(20.0, false));
+}
+
+#[test]
+fn edges_of_the_box_are_behind_and_in_front() {
+    let inked = Style { has_box: true, ..level() };
+    let with_box = |size: [f64; 3]| area(&draw(&frame(size, &[(0, size.map(|x| x / 2.0), 0.1)]), &inked).unwrap());
+    assert!(with_box([10.0; 3]) > 1.5 * with_box([10.0, 10.0, 0.0]));
+    assert_eq!(
+        [[10.0; 3], [10.0, 0.0, 10.0], [0.0, 9.0, 0.0]].map(|size| box_edges(&frame(size, &[])).len()),
+        [12, 4, 1]
+    );
+}
+
+#[test]
+fn same_bytes_twice_and_back_from_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let (trajectory, file) = (folder.path().join("trajectory.xyz"), folder.path().join("frame.png"));
+    let shown = frame([10.0; 3], &[(0, [5.0, 6.0, 5.0], 2.0), (2, [4.0, 2.0, 5.0], 1.0), (1, [7.0, 3.0, 4.0], 1.5)]);
+    write_frame(std::fs::File::create(&trajectory).unwrap(), &shown).unwrap();
+    let image = draw(&shown, &level()).unwrap();
+    assert_eq!(image, of_trajectory(&trajectory, None, &level()).unwrap());
+    image.write_png(&file, Existing::Keep).unwrap();
+    let other = draw(&shown, &Style { width: 40, ..level() }).unwrap();
+    assert!(matches!(other.write_png(&file, Existing::Keep), Err(PictureError::Exists(_))));
+    let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&file).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    assert_eq!((info.width, info.height), (image.width(), image.height()));
+    assert_eq!(bytes, image.pixels().as_flattened());
+    assert!(matches!(image.write_png(folder.path(), Existing::Replace), Err(PictureError::Write { .. })));
+    let none = folder.path().join("none.xyz");
+    assert!(matches!(of_trajectory(&none, None, &level()), Err(PictureError::Trajectory { .. })));
+}
+
+#[test]
+fn refuses_what_cannot_be_drawn() {
+    let refusal = |change: &dyn Fn(&mut Frame, &mut Style)| {
+        let (mut frame, mut style) = (frame([10.0; 3], &[(0, [5.0; 3], 1.0)]), level());
+        change(&mut frame, &mut style);
+        draw(&frame, &style).unwrap_err()
+    };
+    assert!(matches!(refusal(&|frame, _| frame.particles.clear()), PictureError::Empty));
+    assert!(matches!(refusal(&|f, _| f.particles[0].position.y = f64::NAN), PictureError::Particle(ParticleId(0))));
+    assert!(matches!(refusal(&|f, _| f.particles[0].velocity.y = f64::INFINITY), PictureError::Particle(_)));
+    assert!(matches!(refusal(&|f, _| f.particles[0].radius = 0.0), PictureError::Particle(_)));
+    assert!(matches!(refusal(&|f, _| f.size.x = f64::NAN), PictureError::Box));
+    assert!(matches!(refusal(&|f, _| f.size.x = f64::MAX), PictureError::Box));
+    assert!(matches!(refusal(&|_, s| s.width = 0), PictureError::Size { width: 0, .. }));
+    assert!(matches!(refusal(&|_, s| s.height = u32::MAX), PictureError::Size { .. }));
+    assert!(matches!(refusal(&|_, s| s.palette.clear()), PictureError::NoColour));
+    assert!(matches!(refusal(&|_, s| s.static_opacity = 1.1), PictureError::Style { name: "static_opacity", .. }));
+    assert!(matches!(refusal(&|_, s| s.top_speed = Some(0.0)), PictureError::Style { name: "top_speed", .. }));
+    assert!(matches!(refusal(&|_, s| s.azimuth = f64::NAN), PictureError::Style { name: "azimuth", .. }));
+    assert!(matches!(refusal(&|_, s| s.up = Some(Vector::zeros())), PictureError::Style { .. }));
+}
+
+/// Coordinates with exact zeros, coincidences and absurd sizes.
+fn coordinate() -> impl Strategy<Value = f64> {
+    prop_oneof![4 => -2.0..12.0, 2 => Just(0.0), 1 => Just(5.0), 1 => Just(1e300), 1 => Just(-1e-300), 1 => Just(1e9)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+    #[test]
+    fn any_frame_is_drawn_or_refused(
+        size in [coordinate(), coordinate(), coordinate()],
+        balls in prop::collection::vec((0..4_u32, [coordinate(), coordinate(), coordinate()], coordinate()), 1..6),
+        bonds in prop::collection::vec([0..6_u32, 0..6_u32], 0..3),
+        (has_all, by_speed, has_wide) in any::<(bool, bool, bool)>(),
+    ) {
+        let balls: Vec<_> = balls.into_iter().map(|(species, at, radius)| (species, at, radius.abs())).collect();
+        let mut any = frame(size.map(f64::abs), &balls);
+        any.particles.iter_mut().for_each(|particle| particle.velocity = particle.position);
+        any.bonds = bonds.into_iter().map(|ends| ends.map(ParticleId)).collect();
+        let style = Style {
+            width: if has_wide { 64 } else { 16 },
+            height: 32,
+            has_box: true,
+            subject: if has_all { Subject::Particles } else { Subject::Box },
+            colour_by: if by_speed { ColourBy::Speed } else { ColourBy::Species },
+            ..level()
+        };
+        if let Ok(image) = draw(&any, &style) {
+            prop_assert!((16..=style.width).contains(&image.width()) && (16..=style.height).contains(&image.height()));
+        }
+    }
+}

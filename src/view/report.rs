@@ -1,0 +1,141 @@
+//! A page about a run, for a browser: what was simulated, whether it can be trusted, what came out, and the particles
+//! in motion.
+//!
+//! The page is one file without references to others, so it can be sent and kept; it needs a browser and no network. Of the
+//! files of a run only `summary.json` must be there; where another one is missing or damaged, the page says so. The same files
+//! give the same bytes each time.
+//!
+//! ```no_run
+//! use carom::io::Existing;
+//! use carom::view::report;
+//!
+//! let page = report::page("runs/hopper".as_ref())?;
+//! report::write(&page, "hopper.html".as_ref(), Existing::Keep)?;
+//! # Ok::<(), report::ReportError>(())
+//! ```
+
+mod audit;
+mod base64;
+mod error;
+mod figures;
+mod html;
+mod inputs;
+mod motion;
+mod plot;
+mod recording;
+mod results;
+mod setting;
+mod table;
+#[cfg(test)]
+mod tests;
+
+use std::io;
+use std::path::Path;
+
+use crate::analysis::observables::Answer;
+use crate::io::place::write_whole;
+use crate::io::{Existing, note};
+
+pub use error::ReportError;
+
+use html::escape;
+use inputs::Inputs;
+
+/// How the page looks.
+const STYLE: &str = include_str!("report/page.css");
+
+/// The page of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    /// The whole document.
+    pub html: String,
+    /// What is not in it, and why; also on the page.
+    pub notes: Vec<String>,
+}
+
+/// Makes the page of a run from the files in its folder. Memory is bounded by the size of the page, some 40 MB, and of two frames.
+///
+/// # Errors
+/// [`ReportError::NotFolder`] if there is no such folder, [`ReportError::Unreadable`] or [`ReportError::Summary`] if its
+/// `summary.json` is missing or damaged.
+pub fn page(run: &Path) -> Result<Page, ReportError> {
+    let inputs = inputs::read(run)?;
+    Ok(Page { html: document(&inputs), notes: inputs.notes })
+}
+
+/// Writes a page to a file, which appears when it is complete. The same bytes again are no replacement.
+///
+/// # Errors
+/// [`ReportError::Exists`] if there is another file that is to be kept, [`ReportError::Write`] if the file cannot be written.
+pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ReportError> {
+    let written = write_whole(path, existing, |file| file.write_all(page.html.as_bytes()));
+    written.map_err(|source| match source.kind() {
+        io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_owned()),
+        _ => ReportError::Write { path: path.to_owned(), source },
+    })?;
+    note(path);
+    Ok(())
+}
+
+fn document(inputs: &Inputs) -> String {
+    let summary = &inputs.summary;
+    let name = escape(&summary.scene);
+    let sections = [
+        ("simulated", "What was simulated", setting::section(inputs)),
+        ("trust", "Can it be trusted?", audit::section(summary, inputs.scene.as_ref())),
+        ("results", "Results", results::section(inputs)),
+        ("plots", "Plots", figures::section(inputs)),
+        ("trajectory", "Trajectory", motion::section(inputs.recording.as_ref())),
+        ("scene", "The scene", scene(inputs)),
+    ];
+    let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
+    let body: String = sections
+        .iter()
+        .map(|(id, title, body)| format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{body}</section>\n"))
+        .collect();
+    let engine = escape(&summary.engine);
+    let verdict = if summary.faults.is_empty() {
+        "<span class=\"verdict sound\">✓ audit sound</span>"
+    } else {
+        "<span class=\"verdict failed\">✗ audit failed</span>"
+    };
+    let state = match summary.equilibrated.verdict {
+        Answer::Yes => " <span class=\"verdict sound\">✓ equilibrated</span>",
+        Answer::No => " <span class=\"verdict failed\">✗ not equilibrated</span>",
+        Answer::Unknown => "",
+    };
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
+         script-src 'unsafe-inline'; img-src data:\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{name} - Carom</title>\n<style>\n{STYLE}</style>\n</head>\n\
+         <body>\n<header>\n<p class=\"kind\">Event-driven particle dynamics</p>\n<h1>{name} {verdict}{state}</h1>\n\
+         <p class=\"facts\">seed {} · {engine} · carom {}</p>\n<nav aria-label=\"Sections\">\n{links}</nav>\n</header>\n\
+         <main>\n{}{body}</main>\n</body>\n</html>\n",
+        summary.seed,
+        escape(&summary.version),
+        notes(&inputs.notes),
+    )
+}
+
+fn notes(notes: &[String]) -> String {
+    if notes.is_empty() {
+        return String::new();
+    }
+    let items: String = notes.iter().map(|note| format!("<li>{}</li>\n", escape(note))).collect();
+    format!(
+        "<aside class=\"notes\" aria-label=\"Notes\">\n<p>Not everything is on this page:</p>\n<ul>\n{items}</ul>\n</aside>\n"
+    )
+}
+
+fn scene(inputs: &Inputs) -> String {
+    match &inputs.scene_text {
+        Some(text) => format!(
+            "<p>From this text and seed the run can be made again, bit for bit.</p>\n\
+             <details>\n<summary>scene.toml</summary>\n<pre><code>{}</code></pre>\n</details>\n",
+            escape(text)
+        ),
+        None => "<p>The scene of this run was not kept.</p>\n".to_owned(),
+    }
+}

@@ -1,0 +1,235 @@
+//! The plots of a page with their captions.
+
+use super::html::{brackets, escape, symbols, unit};
+use super::inputs::Inputs;
+use super::plot::{self, Curves, Level, Line, Look, Map, Point};
+use super::table::Trace;
+use crate::analysis::instruments::{Curve, Series};
+
+/// Columns of `thermo.csv` that share a plot.
+const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dissipated"];
+
+/// The section of the page.
+pub(super) fn section(inputs: &Inputs) -> String {
+    let curves: Vec<String> = inputs.measured.curves.iter().flat_map(of_curve).collect();
+    let courses = courses(inputs);
+    let mut section = String::new();
+    if curves.is_empty() && courses.is_empty() {
+        return "<p>There is nothing to plot.</p>\n".to_owned();
+    }
+    for (title, figures) in [("Measurements", &curves), ("In the course of time", &courses)] {
+        if !figures.is_empty() {
+            section.push_str(&format!("<h3>{title}</h3>\n<div class=\"plots\">\n{}</div>\n", figures.concat()));
+        }
+    }
+    section
+}
+
+/// A legend entry: colour class and words.
+type Entry = (String, String);
+
+fn figure(title: &str, svg: &str, legend: &[Entry], text: &str) -> String {
+    let sample = |class: &str| {
+        format!(
+            "<svg class=\"sample\" viewBox=\"0 0 26 10\" aria-hidden=\"true\"><g class=\"{class}\"><path d=\"M1 5H25\"/></g></svg>"
+        )
+    };
+    let entries: String =
+        legend.iter().map(|(class, words)| format!("<li>{}{}</li>", sample(class), escape(words))).collect();
+    let legend = if legend.len() > 1 { format!("<ul class=\"legend\">{entries}</ul>") } else { String::new() };
+    format!("<figure>\n<h4>{}</h4>\n{svg}\n{legend}<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
+}
+
+/// The figures of a measured curve: one for all series of a unit, or a map for each.
+fn of_curve(curve: &Curve) -> Vec<String> {
+    let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&curve.name));
+    let method = symbols(curve.method.trim());
+    let stop = if method.is_empty() || method.ends_with('.') { "" } else { "." };
+    let about = format!("{}{stop} {table}", escape(&method));
+    let size = curve.variables.first().map_or(0, |variable| variable.values.len());
+    let lone = |text: String| {
+        vec![format!(
+            "<figure>\n<h4>{}</h4>\n<figcaption>{text} {about}</figcaption>\n</figure>\n",
+            escape(&curve.title)
+        )]
+    };
+    match curve.variables.len() {
+        1 => {
+            let insufficient = || lone("<em>Insufficient data.</em>".to_owned()).concat();
+            let of_unit = |curve: &Curve| line_figure(curve, &about).unwrap_or_else(insufficient);
+            by_unit(curve).iter().map(of_unit).collect()
+        }
+        2 if size <= plot::MOST_CELLS => curve.series.iter().map(|series| map_figure(curve, series, &about)).collect(),
+        2 => lone(format!("A grid of {size} cells, too many for a map.")),
+        _ => lone(format!("A grid in {} dimensions with {size} cells.", curve.variables.len())),
+    }
+}
+
+/// A curve for the series of each unit, so that density and temperature do not share an axis.
+fn by_unit(curve: &Curve) -> Vec<Curve> {
+    let mut curves: Vec<Curve> = Vec::new();
+    for series in &curve.series {
+        match curves.iter_mut().find(|known| known.series[0].unit == series.unit) {
+            Some(known) => known.series.push(series.clone()),
+            None => curves.push(Curve { series: vec![series.clone()], ..curve.clone() }),
+        }
+    }
+    if curves.len() > 1 {
+        for curve in &mut curves {
+            let names: Vec<&str> = curve.series.iter().map(|series| series.name.as_str()).collect();
+            curve.title = format!("{}: {}", curve.title, names.join(", "));
+        }
+    }
+    if curves.is_empty() { vec![curve.clone()] } else { curves }
+}
+
+fn line_figure(curve: &Curve, about: &str) -> Option<String> {
+    let variable = curve.variables.first()?;
+    let mut lines = Vec::new();
+    let mut legend = Vec::new();
+    for (index, series) in curve.series.iter().enumerate() {
+        let points = variable.values.iter().zip(&series.values).zip(&series.standard_errors);
+        let point = |((x, y), error): ((&f64, &Option<f64>), &Option<f64>)| {
+            let error = error.filter(|error| error.is_finite()).unwrap_or(0.0).abs();
+            y.map(|y| Point { x: *x, y, error })
+        };
+        lines.push(Line { look: Look::Measured, points: points.map(point).collect() });
+        legend.push((format!("s{}", index % plot::COLOURS), symbols(&series.name)));
+    }
+    let mut sources = String::new();
+    for (index, published) in curve.published.iter().enumerate() {
+        let points = published.x.iter().zip(&published.y).map(|(x, y)| Some(Point { x: *x, y: *y, error: 0.0 }));
+        lines.push(Line { look: Look::Published, points: points.collect() });
+        legend.push((format!("published p{}", index % plot::COLOURS), published.label.clone()));
+        sources.push_str(&format!("Dashed: {}. {} ", escape(&published.label), escape(&published.source)));
+    }
+    let unit = curve.series.first().map_or("1", |series| series.unit.as_str());
+    let name = match curve.series.as_slice() {
+        [one] => &one.name,
+        _ => &curve.title,
+    };
+    let titles = [
+        format!("{}{}", symbols(&variable.name), brackets(&variable.unit)),
+        format!("{}{}", symbols(name), brackets(unit)),
+    ];
+    let is_logarithmic = curve.is_logarithmic;
+    let svg = Curves { label: curve.title.clone(), titles, is_logarithmic, lines, level: None }.svg()?;
+    Some(figure(&curve.title, &svg, &legend, &format!("{about} {sources}")))
+}
+
+fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
+    let title = if curve.series.len() > 1 { format!("{}: {}", curve.title, series.name) } else { curve.title.clone() };
+    let cells = match curve.variables.as_slice() {
+        [x, y, ..] => {
+            x.values.iter().zip(&y.values).zip(&series.values).map(|((x, y), value)| (*x, *y, *value)).collect()
+        }
+        _ => Vec::new(),
+    };
+    let mut titles: Vec<String> = curve.variables.iter().map(|v| format!("{}{}", v.name, brackets(&v.unit))).collect();
+    titles.push(format!("{}{}", series.name, brackets(&series.unit)));
+    let map =
+        |titles: [String; 3]| Map { label: title.clone(), titles, is_logarithmic: curve.is_logarithmic[1], cells };
+    let svg = <[String; 3]>::try_from(titles).ok().and_then(|titles| map(titles).svg());
+    let error = series.standard_errors.iter().flatten().copied().filter(|error| error.is_finite()).reduce(f64::max);
+    let error = error.map_or_else(String::new, |error| {
+        let number = super::html::number(&crate::base::text::digits(error));
+        format!("The largest standard error of a cell is {number}{}. ", escape(&brackets(&series.unit)))
+    });
+    match svg {
+        Some(svg) => figure(&title, &svg, &[], &format!("{error}{about}")),
+        None => figure(&title, "", &[], &format!("<em>Insufficient data.</em> {about}")),
+    }
+}
+
+/// The columns of `thermo.csv` against time.
+fn courses(inputs: &Inputs) -> Vec<String> {
+    let find = |name: &str| inputs.thermo.iter().find(|trace| trace.name == name);
+    let mut figures = Vec::new();
+    let counts: Vec<&Trace> = inputs.thermo.iter().filter(|trace| trace.name.starts_with("in ")).collect();
+    let is_alone = |trace: &&Trace| {
+        trace.name != "events" && !ENERGIES.contains(&trace.name.as_str()) && !trace.name.starts_with("in ")
+    };
+    let energies: Vec<&Trace> = ENERGIES.iter().filter_map(|name| find(name)).collect();
+    figures.extend(course("energy", &energies, None));
+    for trace in inputs.thermo.iter().filter(is_alone) {
+        let observable = inputs.summary.observables.get(&trace.name);
+        let level = observable.filter(|observable| observable.mean.is_finite()).map(|observable| Level {
+            mean: observable.mean,
+            error: observable.standard_error.filter(|error| error.is_finite()).unwrap_or(0.0),
+        });
+        figures.extend(course(&trace.name.replace('_', " "), &[trace], level));
+    }
+    figures.extend(course("particles in regions", &counts, None));
+    figures
+}
+
+fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String> {
+    let line = |trace: &&Trace| Line {
+        look: Look::Course,
+        points: trace.points().into_iter().map(|point| point.map(|[x, y]| Point { x, y, error: 0.0 })).collect(),
+    };
+    let sum = if traces.iter().any(|trace| trace.name == "supplied") {
+        "kinetic + potential + dissipated - supplied"
+    } else {
+        "kinetic + potential + dissipated"
+    };
+    let words = |name: &str| name.replace("energy_and_dissipated", sum).replace('_', " ");
+    let entry = |(index, trace): (usize, &&Trace)| (format!("s{}", index % plot::COLOURS), words(&trace.name));
+    let legend: Vec<Entry> = traces.iter().enumerate().map(entry).collect();
+    let first = traces.first()?;
+    let name = if let [one] = traces { words(&one.name) } else { title.to_owned() };
+    let curves = Curves {
+        label: format!("{title} against time"),
+        titles: ["time [time]".to_owned(), format!("{name}{}", brackets(&first.unit))],
+        is_logarithmic: [false, false],
+        lines: traces.iter().map(line).collect(),
+        level,
+    };
+    let svg = curves.svg()?;
+    let mut text = String::new();
+    if level.is_some() {
+        text.push_str("Line across: the mean over the measured stretch, with its standard error. ");
+    }
+    if traces.iter().any(|trace| trace.is_thinned()) {
+        text.push_str("Many rows: of neighbouring ones the lowest and the highest are drawn. ");
+    }
+    text.push_str("From <code>thermo.csv</code>.");
+    let heading = unit(&capitalised(title));
+    Some(figure(&heading, &svg, &legend, &text))
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::analysis::instruments::Variable;
+
+    #[test]
+    fn what_has_another_unit_has_another_figure() {
+        let series = |name: &str, unit: &str| Series {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            values: vec![Some(1.0), Some(2.0)],
+            standard_errors: vec![Some(0.1); 2],
+        };
+        let curve = Curve {
+            name: "profile".to_owned(),
+            title: "Profile".to_owned(),
+            method: String::new(),
+            variables: vec![Variable { name: "z".to_owned(), unit: "length".to_owned(), values: vec![0.0, 1.0] }],
+            series: vec![series("T_x", "energy"), series("density", "1 / length^3"), series("T_y", "energy")],
+            is_logarithmic: [false; 2],
+            published: Vec::new(),
+        };
+        let figures = of_curve(&curve);
+        assert_eq!(figures.len(), 2);
+        assert!(figures[0].contains("Profile: T_x, T_y") && figures[1].contains("Profile: density"));
+        assert!(figures[0].contains("[energy]") && !figures[1].contains("[energy]"), "{figures:?}");
+        let alone = Curve { series: vec![series("density", "1 / length^3")], ..curve };
+        assert!(of_curve(&alone)[0].contains("<h4>Profile</h4>"));
+    }
+}

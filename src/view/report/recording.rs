@@ -1,0 +1,274 @@
+//! A trajectory in the form that the player of the page reads.
+//!
+//! What never changes (radii, species, static particles, bonds) is stored once. Of each frame there are, of every moving
+//! particle, three coordinates of 16 bits and a byte per scalar. Coordinates are wrapped into the box along periodic axes and
+//! rounded to the nearest of 65,534 steps of the *field* of the frame: the box, with what is outside of it along open axes, but
+//! no farther than three edges to each side. Particles beyond are left out. A coordinate is off by at most 1/131,068 of the field.
+//! Scalars are rounded to the nearest of 255 steps between the least and the largest of their frame; counts up to 255 are exact.
+//!
+//! Frames are read one at a time. When they outgrow the page, every second one is dropped.
+
+mod channel;
+mod frame;
+mod neighbours;
+
+use std::collections::HashMap;
+use std::io::BufRead;
+
+use serde::Serialize;
+
+use crate::base::numbers::single;
+use crate::model::Scene;
+use crate::trajectory::Frame;
+use crate::trajectory::extended_xyz::FrameReader;
+use crate::trajectory::frame::FrameParticle;
+use channel::Channels;
+use frame::Encoded;
+
+/// The most bytes of all frames: base64 makes 40 MB of them.
+const MOST_BYTES: usize = 29_000_000;
+
+/// The most frames; a page with more elements opens slowly.
+const MOST_FRAMES: usize = 2_000;
+
+/// Radius of a bond, relative to the smaller of its two ends.
+const BOND_RADIUS: f64 = 0.36;
+
+/// A trajectory for the player.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Recording {
+    /// What the numbers mean.
+    pub head: Head,
+    /// Radii (f32, moving particles first), positions of static particles (f32), ends of bonds (u32), radii of bonds (f32)
+    /// and species (u8), in little-endian order.
+    pub constants: Vec<u8>,
+    /// Per frame coordinates (u16), padded to four bytes, then each scalar (u8).
+    pub frames: Vec<Vec<u8>>,
+    /// What is not in the player though it is in the file.
+    pub notes: Vec<String>,
+}
+
+/// What the numbers of a recording mean; the player reads it as JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct Head {
+    pub moving: usize,
+    pub fixed: usize,
+    pub bonds: usize,
+    pub species: Vec<SpeciesHead>,
+    pub channels: Vec<ChannelHead>,
+    /// Lower and upper corner of what the camera shows.
+    pub view: [[f64; 3]; 2],
+    /// Index of the axis that points up in the picture, and whether it points down instead.
+    pub up: usize,
+    pub is_upside_down: bool,
+    pub flat: [bool; 3],
+    pub periodic: [bool; 3],
+    /// How many frames the file has.
+    pub frames_in_file: usize,
+    pub frames: Vec<FrameHead>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct SpeciesHead {
+    pub name: String,
+    pub is_static: bool,
+}
+
+/// A scalar of every moving particle.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct ChannelHead {
+    pub name: String,
+    pub unit: String,
+    /// The ends of the scale of colours.
+    pub low: f64,
+    pub high: f64,
+    /// Whether some values are above `high`.
+    pub is_exceeded: bool,
+    /// Whether it counts.
+    pub is_count: bool,
+}
+
+/// Where the numbers of a frame lie.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct FrameHead {
+    pub time: f64,
+    /// Lower corner and edges of the box.
+    pub lower: [f64; 3],
+    pub size: [f64; 3],
+    /// Displacement of its next image up along y, along x.
+    pub displacement: f64,
+    /// Lower corner and edges of the field.
+    pub field: [[f64; 3]; 2],
+    /// The least and the largest value of each channel.
+    pub ranges: Vec<[f64; 2]>,
+    /// How many particles are beyond the field.
+    pub beyond: usize,
+}
+
+/// Reads a trajectory; `scene` tells of gravity and of wells. `Err` says why there is nothing to play.
+pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
+    let mut notes = Vec::new();
+    let mut recorder: Option<Recorder> = None;
+    for (index, frame) in FrameReader::new(input).enumerate() {
+        let frame = match frame {
+            Ok(frame) => frame,
+            Err(error) if recorder.is_none() => return Err(error.to_string()),
+            Err(error) => {
+                notes.push(format!("trajectory.xyz: {error}; the player ends before"));
+                break;
+            }
+        };
+        let recorder = match &mut recorder {
+            Some(recorder) => recorder,
+            none => none.insert(Recorder::new(frame.clone(), scene)?),
+        };
+        if !recorder.is_like_first(&frame) {
+            notes.push(format!("trajectory.xyz: frame {} has other particles; the player ends before", index + 1));
+            break;
+        }
+        recorder.push(&frame);
+    }
+    let recorder = recorder.ok_or("the file holds no frame")?;
+    Ok(recorder.finish(notes))
+}
+
+struct Recorder {
+    first: Frame,
+    channels: Channels,
+    up: (usize, bool),
+    kept: Vec<Encoded>,
+    /// The frame read last, if it is not kept.
+    last: Option<Encoded>,
+    stride: usize,
+    seen: usize,
+    most_frames: usize,
+}
+
+impl Recorder {
+    fn new(first: Frame, scene: Option<&Scene>) -> Result<Self, String> {
+        if first.particles.is_empty() {
+            return Err("the first frame has no particles".to_owned());
+        }
+        if first.species.len() > 255 {
+            return Err("there are more than 255 species".to_owned());
+        }
+        let up = upwards(&first, scene);
+        let channels = Channels::of(&first, scene, up);
+        let size = channels.bytes(first.particles.iter().filter(|particle| !first.is_static(particle)).count());
+        let most_frames = (MOST_BYTES / size).min(MOST_FRAMES);
+        if most_frames < 2 {
+            return Err(format!("{} particles are too many for a page", first.particles.len()));
+        }
+        Ok(Self { first, channels, up, kept: Vec::new(), last: None, stride: 1, seen: 0, most_frames })
+    }
+
+    fn is_like_first(&self, frame: &Frame) -> bool {
+        let is_same =
+            |(a, b): (&FrameParticle, &FrameParticle)| (a.id, a.species, a.radius) == (b.id, b.species, b.radius);
+        frame.particles.len() == self.first.particles.len()
+            && frame.species == self.first.species
+            && frame.bonds == self.first.bonds
+            && frame.particles.iter().zip(&self.first.particles).all(is_same)
+    }
+
+    fn push(&mut self, frame: &Frame) {
+        let encoded = Encoded::of(frame, &mut self.channels);
+        if self.seen.is_multiple_of(self.stride) {
+            self.kept.push(encoded);
+            self.last = None;
+        } else {
+            self.last = Some(encoded);
+        }
+        self.seen += 1;
+        // One place is for the last frame.
+        if self.kept.len() >= self.most_frames && self.most_frames > 2 {
+            let mut index = 0;
+            self.kept.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.stride *= 2;
+        }
+    }
+
+    fn finish(mut self, notes: Vec<String>) -> Recording {
+        self.kept.extend(self.last.take());
+        let (heads, frames): (Vec<FrameHead>, Vec<Vec<u8>>) =
+            self.kept.into_iter().map(|encoded| (encoded.head, encoded.bytes)).unzip();
+        let first = &self.first;
+        let fixed = first.particles.iter().filter(|particle| first.is_static(particle)).count();
+        let species = first
+            .species
+            .iter()
+            .map(|species| SpeciesHead { name: species.name.clone(), is_static: species.is_static });
+        let (constants, bonds) = constants(first);
+        let head = Head {
+            moving: first.particles.len() - fixed,
+            fixed,
+            bonds,
+            species: species.collect(),
+            channels: self.channels.heads(),
+            view: view(first, &heads),
+            up: self.up.0,
+            is_upside_down: self.up.1,
+            flat: [0, 1, 2].map(|axis| first.is_flat(axis)),
+            periodic: first.periodic,
+            frames_in_file: self.seen,
+            frames: heads,
+        };
+        Recording { head, constants, frames, notes }
+    }
+}
+
+/// The axis against gravity and whether it is negative; without gravity z, or y where z is flat.
+fn upwards(frame: &Frame, scene: Option<&Scene>) -> (usize, bool) {
+    let falls = |scene: &Scene| scene.species.iter().map(|species| species.acceleration).find(|a| a.norm() > 0.0);
+    match scene.and_then(falls) {
+        Some(down) => (down.iamax(), down[down.iamax()] > 0.0),
+        None if frame.is_flat(2) => (if frame.is_flat(1) { 2 } else { 1 }, false),
+        None => (2, false),
+    }
+}
+
+/// The box of the first frame, or the particles where it has no extent.
+fn view(first: &Frame, heads: &[FrameHead]) -> [[f64; 3]; 2] {
+    if first.size.iter().any(|edge| *edge > 0.0) {
+        return [first.lower.into(), (first.lower + first.size).into()];
+    }
+    let fields = heads.iter().map(|head| head.field);
+    let joined = fields.reduce(|a, b| {
+        [0, 1].map(|side| [0, 1, 2].map(|k| if side == 0 { a[0][k].min(b[0][k]) } else { a[1][k].max(b[1][k]) }))
+    });
+    joined.map_or([[0.0; 3]; 2], |[lower, size]| [lower, [0, 1, 2].map(|k| lower[k] + size[k])])
+}
+
+/// What is the same in all frames, and the number of bonds in it.
+fn constants(first: &Frame) -> (Vec<u8>, usize) {
+    let (fixed, moving): (Vec<&FrameParticle>, Vec<&FrameParticle>) =
+        first.particles.iter().partition(|particle| first.is_static(particle));
+    let all = || moving.iter().chain(&fixed);
+    let place: HashMap<_, (u32, &FrameParticle)> =
+        (0_u32..).zip(all()).map(|(k, particle)| (particle.id, (k, *particle))).collect();
+    let bonds: Vec<_> = first.bonds.iter().filter_map(|[a, b]| Some([*place.get(a)?, *place.get(b)?])).collect();
+    let mut bytes = Vec::new();
+    let mut push = |x: f64| bytes.extend(single(x).to_le_bytes());
+    all().for_each(|particle| push(particle.radius));
+    for particle in &fixed {
+        let inside = frame::wrapped(first, &particle.position);
+        inside.iter().for_each(|x| push(*x));
+    }
+    bonds.iter().flatten().for_each(|(index, _)| bytes.extend(index.to_le_bytes()));
+    for [(_, a), (_, b)] in &bonds {
+        bytes.extend(single(BOND_RADIUS * a.radius.min(b.radius)).to_le_bytes());
+    }
+    // The recorder takes no frame with more species.
+    bytes.extend(all().map(|particle| u8::try_from(particle.species.0).unwrap_or(u8::MAX)));
+    (bytes, bonds.len())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,150 @@
+//! Scalars of the particles, for their colours.
+
+use super::ChannelHead;
+use super::neighbours::Neighbours;
+use crate::Vector;
+use crate::base::numbers::trunc_to_u8;
+use crate::model::Scene;
+use crate::trajectory::Frame;
+use crate::trajectory::frame::FrameParticle;
+use crate::view::render::legend;
+
+/// The most scalars of a trajectory that there are colours for: each makes the page larger.
+const MOST_GIVEN: usize = 4;
+
+/// What a scalar is.
+#[derive(Debug, Clone, PartialEq)]
+enum Quantity {
+    /// `|v|`
+    Speed,
+    /// Coordinate along an axis, and its sign.
+    Height(usize, f64),
+    /// How many others are within the range of a finite step.
+    Captured(Neighbours),
+    /// A scalar of the trajectory, by its name.
+    Given(String),
+}
+
+/// The scalars of a trajectory, and the ends of their scales as far as frames have been seen.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
+
+impl Channels {
+    /// Those that mean something: a height where something falls, captured neighbours where there are finite steps, what the trajectory
+    /// gives of each particle.
+    pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
+        let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            low: 0.0,
+            high: 0.0,
+            is_exceeded: false,
+            is_count,
+        };
+        let mut channels = vec![(Quantity::Speed, head("speed", "length / time", false), 0.0)];
+        let falls = |scene: &Scene| scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
+        if scene.is_some_and(falls) {
+            let sign = if is_down { -1.0 } else { 1.0 };
+            let ends = [frame.lower[up], frame.lower[up] + frame.size[up]].map(|x| sign * x);
+            let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+            let head = ChannelHead { low, high, ..head("height", "length", false) };
+            channels.push((Quantity::Height(up, sign), head, high));
+        }
+        if let Some(neighbours) = scene.and_then(|scene| Neighbours::of(scene, frame)) {
+            channels.push((Quantity::Captured(neighbours), head("neighbours within a well", "1", true), 0.0));
+        }
+        for scalar in frame.scalars.iter().take(MOST_GIVEN) {
+            let head = ChannelHead { low: f64::INFINITY, high: f64::NEG_INFINITY, ..head(&scalar.name, "1", false) };
+            channels.push((Quantity::Given(scalar.name.clone()), head, f64::NEG_INFINITY));
+        }
+        Self(channels)
+    }
+
+    /// The size of a frame `[bytes]`.
+    pub fn bytes(&self, moving: usize) -> usize {
+        // What stands about each frame in the head of the recording counts, too.
+        (6 * moving).next_multiple_of(4) + self.0.len() * moving + 300
+    }
+
+    /// Appends the scalars of a frame; returns the range of each.
+    pub fn encode(
+        &mut self,
+        frame: &Frame,
+        moving: &[&FrameParticle],
+        positions: &[Vector],
+        bytes: &mut Vec<u8>,
+    ) -> Vec<[f64; 2]> {
+        let encode = |(quantity, head, highest): &mut (Quantity, ChannelHead, f64)| {
+            let values: Vec<f64> = match quantity {
+                Quantity::Speed => moving.iter().map(|particle| particle.velocity.norm()).collect(),
+                Quantity::Height(axis, sign) => positions.iter().map(|position| *sign * position[*axis]).collect(),
+                Quantity::Captured(neighbours) => neighbours.count(frame),
+                Quantity::Given(name) => given(frame, name),
+            };
+            let largest = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            match quantity {
+                Quantity::Speed => head.high = head.high.max(legend::fastest(values.clone())),
+                Quantity::Height(..) => {}
+                Quantity::Captured(_) => head.high = head.high.max(largest),
+                Quantity::Given(_) => {
+                    head.low = values.iter().copied().fold(head.low, f64::min);
+                    head.high = head.high.max(largest);
+                }
+            }
+            *highest = highest.max(largest);
+            quantise(&values, head.is_count, bytes)
+        };
+        self.0.iter_mut().map(encode).collect()
+    }
+
+    /// What the scalars are, and the scales of their colours.
+    pub fn heads(self) -> Vec<ChannelHead> {
+        let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
+            // Of no particle nothing is known.
+            let low = if head.low.is_finite() { head.low } else { 0.0 };
+            let high = if head.high > low { head.high } else { low + 1.0 };
+            ChannelHead { low, high, is_exceeded: highest > high, ..head }
+        };
+        self.0.into_iter().map(finished).collect()
+    }
+}
+
+/// The values of a scalar of the frame for what moves; zeros if it is not there.
+fn given(frame: &Frame, name: &str) -> Vec<f64> {
+    let scalar = frame.scalars.iter().find(|scalar| scalar.name == name);
+    let value = |place: usize| scalar.and_then(|scalar| scalar.values.get(place)).copied().unwrap_or(0.0);
+    let moving = frame.particles.iter().enumerate().filter(|(_, particle)| !frame.is_static(particle));
+    moving.map(|(place, _)| value(place)).collect()
+}
+
+/// Appends values as bytes, and returns what 0 and 255 stand for. Counts up to 255 are exact.
+fn quantise(values: &[f64], is_count: bool, bytes: &mut Vec<u8>) -> [f64; 2] {
+    let finite = || values.iter().copied().filter(|value| value.is_finite());
+    let (low, high) = (finite().reduce(f64::min).unwrap_or(0.0), finite().reduce(f64::max).unwrap_or(0.0));
+    let [low, high] = if is_count { [0.0, high.max(255.0)] } else { [low, high] };
+    let step = if high > low { (high - low) / 255.0 } else { 1.0 };
+    bytes.extend(values.iter().map(|value| trunc_to_u8(((value - low) / step).round())));
+    [low, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_are_exact_and_other_values_are_within_half_a_step() {
+        let mut bytes = Vec::new();
+        assert_eq!(quantise(&[0.0, 3.0, 255.0], true, &mut bytes), [0.0, 255.0]);
+        assert_eq!(bytes, [0, 3, 255]);
+        bytes.clear();
+        let values: Vec<f64> = (0..1000).map(|k| -2.0 + 0.01 * f64::from(k)).collect();
+        let [low, high] = quantise(&values, false, &mut bytes);
+        for (value, byte) in values.iter().zip(&bytes) {
+            let back = low + f64::from(*byte) * (high - low) / 255.0;
+            assert!((back - value).abs() <= 0.5 * (high - low) / 255.0 * (1.0 + 1e-12));
+        }
+        bytes.clear();
+        assert_eq!(quantise(&[2.0, 2.0], false, &mut bytes), [2.0, 2.0]);
+        assert_eq!(bytes, [0, 0]);
+    }
+}

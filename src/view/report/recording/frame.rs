@@ -1,0 +1,91 @@
+//! One frame in few bytes.
+
+use super::FrameHead;
+use super::channel::Channels;
+use crate::Vector;
+use crate::base::numbers::trunc_to_u16;
+use crate::trajectory::Frame;
+
+/// The number of steps between the sides of the field; one more number marks what is beyond.
+const STEPS: f64 = 65_534.0;
+const BEYOND: u16 = u16::MAX;
+
+/// How far the field reaches beyond the box, in edges of the box.
+const REACH: f64 = 3.0;
+
+/// The bytes of a frame and what they mean.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Encoded {
+    pub head: FrameHead,
+    pub bytes: Vec<u8>,
+}
+
+impl Encoded {
+    pub fn of(frame: &Frame, channels: &mut Channels) -> Self {
+        let moving: Vec<_> = frame.particles.iter().filter(|particle| !frame.is_static(particle)).collect();
+        let positions: Vec<Vector> = moving.iter().map(|particle| wrapped(frame, &particle.position)).collect();
+        let (lower, size) = field(frame, &positions);
+        let mut bytes = Vec::with_capacity(channels.bytes(moving.len()));
+        let mut beyond = 0;
+        for position in &positions {
+            let steps = steps(position, &lower, &size);
+            beyond += usize::from(steps[0] == BEYOND);
+            steps.iter().for_each(|step| bytes.extend(step.to_le_bytes()));
+        }
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        let ranges = channels.encode(frame, &moving, &positions, &mut bytes);
+        let head = FrameHead {
+            time: frame.time,
+            lower: frame.lower.into(),
+            size: frame.size.into(),
+            displacement: frame.displacement,
+            field: [lower.into(), size.into()],
+            ranges,
+            beyond,
+        };
+        Self { head, bytes }
+    }
+}
+
+/// A position with periodic coordinates inside of the box.
+pub(super) fn wrapped(frame: &Frame, position: &Vector) -> Vector {
+    let mut position = *position;
+    if frame.displacement != 0.0 {
+        // An image further down along y is displaced the other way along x.
+        position.x -= frame.displacement * ((position.y - frame.lower.y) / frame.size.y).floor();
+    }
+    Vector::from_fn(|k, _| {
+        let (edge, x) = (frame.size[k], position[k] - frame.lower[k]);
+        if !frame.periodic[k] || edge <= 0.0 {
+            return position[k];
+        }
+        let inside = x.rem_euclid(edge);
+        frame.lower[k] + if inside < edge { inside } else { 0.0 }
+    })
+}
+
+/// The box, with the particles that are outside of it but not beyond reach: lower corner and edges.
+fn field(frame: &Frame, positions: &[Vector]) -> (Vector, Vector) {
+    let mut lower = frame.lower;
+    let mut upper = frame.lower + frame.size;
+    let is_empty = frame.size.iter().all(|edge| *edge == 0.0);
+    let reach = if is_empty { f64::INFINITY } else { REACH };
+    let farthest = frame.size.map(|edge| if reach.is_finite() { reach * edge } else { f64::MAX });
+    let outermost = (lower - farthest, upper + farthest);
+    for position in positions {
+        if (0..3).all(|k| frame.size[k] == 0.0 || (outermost.0[k]..=outermost.1[k]).contains(&position[k])) {
+            (lower, upper) = (lower.inf(position), upper.sup(position));
+        }
+    }
+    (lower, upper - lower)
+}
+
+/// The coordinates in steps of the field.
+fn steps(position: &Vector, lower: &Vector, size: &Vector) -> [u16; 3] {
+    let fraction = |k: usize| if size[k] > 0.0 { (position[k] - lower[k]) / size[k] } else { 0.0 };
+    let fractions = [0, 1, 2].map(fraction);
+    if fractions.iter().any(|fraction| !(0.0..=1.0).contains(fraction)) {
+        return [BEYOND; 3];
+    }
+    fractions.map(|fraction| trunc_to_u16((fraction * STEPS).round()))
+}

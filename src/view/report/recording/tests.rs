@@ -1,0 +1,218 @@
+use super::*;
+use crate::Vector;
+use crate::analysis::instruments::Scalar;
+use crate::model::potential::Potential;
+use crate::model::space::Space;
+use crate::model::{ParticleId, SpeciesId};
+use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::trajectory::extended_xyz::write_frame;
+use crate::trajectory::frame::FrameSpecies;
+
+/// Grains that fly through a box that is periodic along x, with a pivot and a bond; `count` of them.
+fn frame(time: f64, count: u32) -> Frame {
+    let place = |k: u32, factor: f64| (f64::from(k) * factor + time).rem_euclid(1.0);
+    let grain = |k: u32| FrameParticle {
+        id: ParticleId(k),
+        species: SpeciesId(0),
+        // Some are an edge of the box to the right of it, which is the same place.
+        position: Vector::new(
+            10.0 * place(k, 0.618) + 10.0 * f64::from(k % 2),
+            4.0 * place(k, 0.414),
+            -2.0 * place(k, 0.732),
+        ),
+        velocity: Vector::new(f64::from(k), 0.0, 0.0),
+        radius: 0.5,
+    };
+    let pivot = FrameParticle {
+        id: ParticleId(count),
+        species: SpeciesId(1),
+        position: Vector::new(1.0, 2.0, -1.0),
+        velocity: Vector::zeros(),
+        radius: 0.25,
+    };
+    let species = |name: &str, is_static| FrameSpecies { name: name.to_owned(), is_static, mass: None };
+    Frame {
+        time,
+        lower: Vector::new(0.0, 0.0, -2.0),
+        size: Vector::new(10.0, 4.0, 2.0),
+        periodic: [true, false, false],
+        displacement: 0.0,
+        species: vec![species("grain", false), species("pivot", true)],
+        particles: (0..count).map(grain).chain([pivot]).collect(),
+        bonds: vec![[ParticleId(0), ParticleId(count)]],
+        bond_names: Vec::new(),
+        bond_kinds: Vec::new(),
+        images: Vec::new(),
+        scalars: Vec::new(),
+    }
+}
+
+fn text(frames: &[Frame]) -> Vec<u8> {
+    let mut text = Vec::new();
+    frames.iter().for_each(|frame| write_frame(&mut text, frame).unwrap());
+    text
+}
+
+/// A position as the player computes it.
+fn decoded(recording: &Recording, frame: usize, particle: usize) -> [f64; 3] {
+    let bytes = &recording.frames[frame];
+    let [lower, size] = recording.head.frames[frame].field;
+    [0, 1, 2].map(|k| {
+        let at = 6 * particle + 2 * k;
+        lower[k] + f64::from(u16::from_le_bytes([bytes[at], bytes[at + 1]])) / 65_534.0 * size[k]
+    })
+}
+
+#[test]
+fn positions_and_speeds_come_back_within_their_steps() {
+    let frames: Vec<Frame> = (0..4).map(|k| frame(0.1 * f64::from(k), 51)).collect();
+    let recording = read(text(&frames).as_slice(), None).unwrap();
+    let head = &recording.head;
+    assert_eq!((head.moving, head.fixed, head.bonds, head.frames_in_file), (51, 1, 1, 4));
+    assert_eq!(recording.notes, [""; 0]);
+    for (index, frame) in frames.iter().enumerate() {
+        assert_eq!(head.frames[index].time, frame.time);
+        for (particle, expected) in frame.particles.iter().take(51).enumerate() {
+            let found = decoded(&recording, index, particle);
+            for (k, found) in found.into_iter().enumerate() {
+                let expected = if k == 0 { expected.position.x % 10.0 } else { expected.position[k] };
+                // Half a step, and the rounding of some operations.
+                let bound = head.frames[index].field[1][k] / 131_068.0 * (1.0 + 1e-9);
+                assert!((found - expected).abs() <= bound, "{k}: {found} but {expected}");
+                assert!((frame.lower[k]..=frame.lower[k] + frame.size[k]).contains(&found));
+            }
+            // 3 * 2 * 51 = 306 bytes of coordinates are padded to 308.
+            let [low, high] = head.frames[index].ranges[0];
+            let speed = low + f64::from(recording.frames[index][308 + particle]) / 255.0 * (high - low);
+            assert!((speed - expected.velocity.norm()).abs() <= 0.5 * 50.0 / 255.0 + 1e-9);
+        }
+        assert_eq!(recording.frames[index].len(), 308 + 51);
+    }
+    // 52 radii, the pivot, a bond and its radius, 52 species.
+    assert_eq!(recording.constants.len(), 4 * 52 + 12 + 8 + 4 + 52);
+    let float = |at: usize| f32::from_le_bytes(recording.constants[at..at + 4].try_into().unwrap());
+    assert_eq!([0, 204, 208, 212, 216].map(float), [0.5, 0.25, 1.0, 2.0, -1.0]);
+    assert_eq!(recording.constants[220..228], [0, 0, 0, 0, 51, 0, 0, 0]);
+    assert_eq!(float(228), 0.09, "0.36 of the smaller radius");
+    assert_eq!(recording.constants[232 + 50..], [0, 1]);
+}
+
+#[test]
+fn what_flew_away_is_left_out_and_counted() {
+    let mut open = frame(0.0, 4);
+    open.particles[1].position.y = 15.9;
+    open.particles[2].position.y = 1e9;
+    let recording = read(text(&[open]).as_slice(), None).unwrap();
+    let head = &recording.head.frames[0];
+    assert_eq!(head.beyond, 1);
+    assert!((head.field[0][1] + head.field[1][1] - 15.9).abs() < 1e-12, "less than three edges beyond");
+    assert_eq!(recording.frames[0][12..18], [255; 6]);
+    assert!((decoded(&recording, 0, 1)[1] - 15.9).abs() < 1e-3);
+}
+
+#[test]
+fn long_trajectories_are_thinned_evenly_and_end_with_the_last_frame() {
+    let frames: Vec<Frame> = (0..4_323).map(|k| frame(f64::from(k), 1)).collect();
+    let recording = read(text(&frames).as_slice(), None).unwrap();
+    let times: Vec<f64> = recording.head.frames.iter().map(|frame| frame.time).collect();
+    assert_eq!(recording.head.frames_in_file, 4_323);
+    assert!(times.len() <= MOST_FRAMES && times.len() > MOST_FRAMES / 3, "{}", times.len());
+    assert_eq!((times[0], times[times.len() - 1]), (0.0, 4_322.0));
+    assert!(times[..times.len() - 1].windows(2).all(|two| two[1] - two[0] == 4.0));
+}
+
+#[test]
+fn damage_is_told_and_what_came_before_is_kept() {
+    let whole = text(&[frame(0.0, 3), frame(1.0, 3)]);
+    assert!(read(&b""[..], None).unwrap_err().contains("no frame"));
+    assert!(read(&b"three\n"[..], None).unwrap_err().contains("line 1"));
+    assert!(read(&b"0\n\n"[..], None).unwrap_err().contains("no particles"));
+    let recording = read(&whole[..whole.len() - 9], None).unwrap();
+    assert_eq!(recording.frames.len(), 1);
+    assert!(recording.notes[0].contains("cut off"), "{:?}", recording.notes);
+    let other = read(text(&[frame(0.0, 3), frame(1.0, 4)]).as_slice(), None).unwrap();
+    assert_eq!(other.frames.len(), 1);
+    assert!(other.notes[0].contains("frame 2"), "{:?}", other.notes);
+}
+
+#[test]
+fn scalars_are_those_that_the_scene_has() {
+    let names = |recording: &Recording| -> Vec<String> {
+        recording.head.channels.iter().map(|channel| channel.name.clone()).collect()
+    };
+    let scene = |potential, gravity| {
+        SceneBuilder::new("s")
+            .space(Space::periodic_cube(8.0))
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", potential, 1.0)
+            .gravity(Vector::new(0.0, gravity, 0.0))
+            .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+            .build()
+            .unwrap()
+    };
+    for (potential, gravity, expected) in [
+        (Potential::hard_sphere(1.0), 0.0, &["speed"][..]),
+        (Potential::hard_sphere(1.0), 2.0, &["speed", "height"]),
+        (Potential::square_well(1.0, 1.5, 1.0), 0.0, &["speed", "neighbours within a well"]),
+    ] {
+        let scene = scene(potential.unwrap(), gravity);
+        let recording = read(text(&[Frame::start_of(&scene)]).as_slice(), Some(&scene)).unwrap();
+        assert_eq!(names(&recording), expected);
+        let up = if gravity > 0.0 { (1, true) } else { (2, false) };
+        assert_eq!((recording.head.up, recording.head.is_upside_down), up, "gravity along +y points down");
+    }
+}
+
+#[test]
+fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
+    let mut frames = [frame(0.0, 3), frame(1.0, 3)];
+    for (frame, shift) in frames.iter_mut().zip([0.0, 0.25]) {
+        // The last one is that of the pivot, which keeps its own colour.
+        let values = vec![0.125 + shift, 0.25 + shift, 0.375 + shift, 9.0];
+        frame.scalars = vec![Scalar { name: "q6".into(), values }];
+    }
+    let recording = read(text(&frames).as_slice(), None).unwrap();
+    let head = &recording.head.channels[1];
+    assert_eq!((head.name.as_str(), head.low, head.high, head.is_exceeded), ("q6", 0.125, 0.625, false));
+    assert_eq!(recording.head.frames[1].ranges[1], [0.375, 0.625]);
+    assert_eq!(recording.frames[1][20 + 3..], [0, 128, 255]);
+}
+
+#[test]
+fn neighbours_are_those_of_a_search_over_all_pairs() {
+    let slid = [(4.0, 108, 1.7), (6.0, 108, -2.9), (12.0, 500, 5.1)];
+    for (edge, count, displacement) in [(4.0, 108, 0.0), (6.0, 108, 0.0), (12.0, 500, 0.0)].into_iter().chain(slid) {
+        let scene = SceneBuilder::new("well")
+            .seed(3)
+            .species("A", 1.0, 0.5)
+            .interaction("A", "A", Potential::square_well(0.5, 3.0, 1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", count, Amount::NumberDensity(count as f64 / f64::powi(edge, 3)))
+            .build()
+            .unwrap();
+        let mut frame = Frame::start_of(&scene);
+        assert!((frame.size.x - edge).abs() < 1e-9);
+        let edge = frame.size.x;
+        // Out of the lattice, and some out of the box.
+        for (index, particle) in (0_u32..).zip(&mut frame.particles) {
+            let shift = |factor: f64| (f64::from(index) * factor).fract() * edge;
+            particle.position += Vector::new(shift(0.618), shift(0.414), shift(0.732));
+        }
+        frame.bonds = vec![[ParticleId(0), ParticleId(1)]];
+        frame.displacement = displacement;
+        let found = neighbours::Neighbours::of(&scene, &frame).unwrap().count(&frame);
+        let near = |a: &FrameParticle, b: &FrameParticle| {
+            let apart = a.position - b.position;
+            let nearest = |x: f64| x.rem_euclid(edge).min(edge - x.rem_euclid(edge));
+            // Of all images along y, each displaced along x.
+            let is_near = (-2..=2).map(f64::from).any(|up| {
+                let (x, y) = (nearest(apart.x + up * displacement), apart.y + up * edge);
+                x * x + y * y + nearest(apart.z).powi(2) < 1.5 * 1.5
+            });
+            a.id != b.id && a.id.0 + b.id.0 != 1 && is_near
+        };
+        let all = &frame.particles;
+        let expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();
+        assert!(expected.iter().sum::<f64>() > 100.0);
+        assert_eq!(found, expected);
+    }
+}

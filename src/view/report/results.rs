@@ -1,0 +1,162 @@
+//! The numbers of a run with their standard errors.
+
+use super::html::{brackets, escape, number, symbols};
+use super::inputs::Inputs;
+use crate::analysis::observables::OBSERVABLES;
+use crate::analysis::statistics::Estimate;
+use crate::base::text;
+use crate::base::text::digits;
+use crate::io::rates::{Rate, told_apart};
+use crate::view::describe;
+
+/// How the observables of every run are measured.
+const METHODS: [(&str, &str); 11] = [
+    ("temperature", "2 (K - P^2 / 2 M) / (D N - c), with the momentum P along the c axes on which it is conserved"),
+    (
+        "pressure",
+        "(N T + W / (D t)) / V, where W sums r_ij . J over the events of a time t; between walls V is what centres can reach, and W counts the axes across which there are walls",
+    ),
+    ("compressibility_factor", "Z = p / (rho T), of the mean pressure and temperature"),
+    (
+        "collision_rate",
+        "n / (N t), where n counts the core events that each particle takes part in: two do, or one and a static one",
+    ),
+    ("potential_energy_per_particle", "energy of all pairs over N"),
+    ("pressure_on_lower_x_wall", ON_WALL),
+    ("pressure_on_upper_x_wall", ON_WALL),
+    ("pressure_on_lower_y_wall", ON_WALL),
+    ("pressure_on_upper_y_wall", ON_WALL),
+    ("pressure_on_lower_z_wall", ON_WALL),
+    ("pressure_on_upper_z_wall", ON_WALL),
+];
+const ON_WALL: &str = "momentum that the wall gives by time and by the area that centres can reach";
+
+/// Rates that have a line.
+const MOST_RATES: usize = 50;
+
+/// A line of the table.
+struct Row<'a> {
+    title: String,
+    unit: String,
+    mean: Option<f64>,
+    standard_error: Option<f64>,
+    method: &'a str,
+}
+
+/// The section of the page.
+pub(super) fn section(inputs: &Inputs) -> String {
+    let rows = rows(inputs);
+    if rows.is_empty() {
+        return "<p>Nothing with a mean was measured in this scene.</p>\n".to_owned();
+    }
+    let lines: String = rows.chunk_by(|a, b| a.method == b.method).flat_map(lines).collect();
+    format!(
+        "<div class=\"wide\"><table class=\"results\">\n<caption>Means over the measured stretch and their standard errors</caption>\n\
+         <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>\
+         <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n\
+         <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \
+         spectral density of their series at frequency zero and assume a stationary one.</p>\n{}",
+        rates(inputs)
+    )
+}
+
+/// Rates of events by kind and species; nothing where there is one only.
+fn rates(inputs: &Inputs) -> String {
+    let rates = told_apart(&inputs.summary.rates);
+    if rates.is_empty() {
+        return String::new();
+    }
+    let line = |rate: &&Rate| {
+        format!(
+            "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td class=\"how\">{}</td></tr>\n",
+            escape(&rate.title()),
+            rate.events,
+            escape(&rate.words())
+        )
+    };
+    let lines: String = rates.iter().take(MOST_RATES).map(line).collect();
+    let more = match rates.len().saturating_sub(MOST_RATES) {
+        0 => String::new(),
+        more => format!("<p class=\"aside\">And {more} more in <code>summary.json</code>.</p>\n"),
+    };
+    format!(
+        "<div class=\"wide\"><table class=\"results\">\n<caption>Events by kind and species</caption>\n\
+         <thead><tr><th scope=\"col\">what</th><th scope=\"col\" class=\"n\">number</th>\
+         <th scope=\"col\">by time, for each particle that takes part</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n{more}"
+    )
+}
+
+fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
+    let numbers = &inputs.measured.numbers;
+    // The pressure tensor tells the same rate by another name.
+    let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
+    let is_new = |name: &&String| {
+        numbers.iter().all(|number| (number.name != **name && number.name != told_as(name)) || number.mean.is_none())
+    };
+    let dimensions = inputs.scene.as_ref().map(|scene| scene.space.dimensions());
+    let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |d| text::unit(unit, d));
+    // The order of the program first, then what a later version may have added.
+    let known = OBSERVABLES.iter().map(|(name, _)| *name);
+    let others = inputs
+        .summary
+        .observables
+        .keys()
+        .map(String::as_str)
+        .filter(|name| OBSERVABLES.iter().all(|(known, _)| known != name));
+    let observables = known.chain(others).filter_map(|name| inputs.summary.observables.get_key_value(name));
+    let look_up = |table: &'static [(&str, &str); 11], name: &str| {
+        table.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| *text)
+    };
+    let rows = observables.filter(|(name, _)| is_new(name)).map(|(name, observable)| Row {
+        title: name.replace('_', " "),
+        unit: of_scene(look_up(&OBSERVABLES, name)),
+        mean: Some(observable.mean),
+        standard_error: observable.standard_error,
+        method: look_up(&METHODS, name),
+    });
+    let measured = numbers.iter().map(|number| Row {
+        title: number.title.clone(),
+        unit: of_scene(&number.unit),
+        mean: number.mean,
+        standard_error: number.standard_error,
+        method: &number.method,
+    });
+    rows.chain(measured).collect()
+}
+
+/// Lines that share their method, which is told once.
+fn lines<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = String> + 'a {
+    rows.iter().enumerate().map(|(index, row)| line(row, if index == 0 { rows.len() } else { 0 }))
+}
+
+/// A line, whose method stands for so many lines; for none it is that of a line above.
+fn line(row: &Row, span: usize) -> String {
+    let brackets = brackets(&row.unit);
+    let method = escape(&symbols(row.method));
+    let method = match span {
+        0 => String::new(),
+        1 => format!("<td class=\"how\">{method}</td>"),
+        _ => format!("<td class=\"how\" rowspan=\"{span}\">{method}</td>"),
+    };
+    format!(
+        "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td>{}</td>{method}</tr>\n",
+        escape(&row.title),
+        value(row.mean, row.standard_error),
+        escape(brackets.trim_start().trim_matches(['[', ']'])),
+    )
+}
+
+/// A mean with its error, in as many digits as the error leaves.
+pub(super) fn value(mean: Option<f64>, standard_error: Option<f64>) -> String {
+    const NONE: &str = "<em>insufficient data</em>";
+    let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
+    match (finite(mean), finite(standard_error)) {
+        (None, _) => NONE.to_owned(),
+        (Some(mean), None) => format!("{} <small>error: insufficient data</small>", number(&digits(mean))),
+        (Some(mean), error) => {
+            let text = describe::estimate(&Estimate { mean, standard_error: error });
+            let parts: Vec<String> = text.split(" +- ").map(number).collect();
+            escape(&parts.join(" ± "))
+        }
+    }
+}

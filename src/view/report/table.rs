@@ -1,0 +1,204 @@
+//! The rows of `thermo.csv` in the measured stretch, thinned while they are read so that any number of them fits in a plot.
+
+use std::io::{self, BufRead};
+
+use thiserror::Error;
+
+use crate::model::run_plan::MEASUREMENT;
+
+/// Neighbouring points of a trace are merged pairwise when there are this many: some two for each pixel of a plot.
+const MOST_SPANS: usize = 1024;
+
+/// What is wrong with a table. Lines count from 1.
+#[derive(Debug, Error)]
+pub(super) enum TableError {
+    #[error("cannot read it: {0}")]
+    Read(#[from] io::Error),
+    #[error("line 1: expected the names of the columns, `time [time],...`")]
+    Header,
+    #[error("line {line}: expected {expected} cells, found {found}")]
+    Cells { line: usize, expected: usize, found: usize },
+    #[error("line {line}: {column} is `{text}`, expected a finite number")]
+    Number { line: usize, column: String, text: String },
+}
+
+/// A column against the first one.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Trace {
+    pub name: String,
+    pub unit: String,
+    rows_per_span: usize,
+    spans: Vec<Span>,
+    open: Span,
+}
+
+/// The lowest and the highest of some neighbouring points, in the order of the rows.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Span {
+    rows: usize,
+    lowest: Option<[f64; 2]>,
+    highest: Option<[f64; 2]>,
+}
+
+impl Span {
+    fn joined(self, other: Self) -> Self {
+        let pick = |a: Option<[f64; 2]>, b: Option<[f64; 2]>, is_better: fn(f64, f64) -> bool| match (a, b) {
+            (Some(a), Some(b)) => Some(if is_better(b[1], a[1]) { b } else { a }),
+            (a, b) => a.or(b),
+        };
+        Self {
+            rows: self.rows + other.rows,
+            lowest: pick(self.lowest, other.lowest, |new, old| new < old),
+            highest: pick(self.highest, other.highest, |new, old| new > old),
+        }
+    }
+}
+
+impl Trace {
+    pub fn new(name: &str, unit: &str) -> Self {
+        let (name, unit) = (name.to_owned(), unit.to_owned());
+        Self { name, unit, rows_per_span: 1, spans: Vec::new(), open: Span::default() }
+    }
+
+    /// Adds a row; `None` for an empty cell.
+    pub fn push(&mut self, x: f64, y: Option<f64>) {
+        let point = y.map(|y| [x, y]);
+        self.open = self.open.joined(Span { rows: 1, lowest: point, highest: point });
+        if self.open.rows == self.rows_per_span {
+            self.spans.push(std::mem::take(&mut self.open));
+        }
+        if self.spans.len() == MOST_SPANS {
+            self.spans = self.spans.chunks_exact(2).map(|two| two[0].joined(two[1])).collect();
+            self.rows_per_span *= 2;
+        }
+    }
+
+    /// The points of a plot; `None` where there is a gap.
+    pub fn points(&self) -> Vec<Option<[f64; 2]>> {
+        let mut points = Vec::new();
+        for span in self.spans.iter().chain((self.open.rows > 0).then_some(&self.open)) {
+            match (span.lowest, span.highest) {
+                (Some(a), Some(b)) if a == b => points.push(Some(a)),
+                (Some(a), Some(b)) if a[0] < b[0] => points.extend([Some(a), Some(b)]),
+                (Some(a), Some(b)) => points.extend([Some(b), Some(a)]),
+                _ => points.push(None),
+            }
+        }
+        points
+    }
+
+    /// Whether points were merged.
+    pub fn is_thinned(&self) -> bool {
+        self.rows_per_span > 1
+    }
+}
+
+/// Reads a table with named columns; the traces are all columns but the first.
+pub(super) fn read(mut input: impl BufRead) -> Result<Vec<Trace>, TableError> {
+    let mut line = String::new();
+    input.read_line(&mut line)?;
+    let heads: Vec<&str> = line.trim_end().split(',').collect();
+    if heads.len() < 2 || !line.starts_with("time") {
+        return Err(TableError::Header);
+    }
+    let named = |head: &&str| match head.rsplit_once(" [") {
+        Some((name, unit)) => Trace::new(name, unit.trim_end_matches(']')),
+        None => Trace::new(head, "1"),
+    };
+    let columns = heads.len();
+    // The last column, if there is one; its cells are words.
+    let has_stage = heads.last() == Some(&"stage");
+    let mut traces: Vec<Trace> = heads[..columns - usize::from(has_stage)].iter().skip(1).map(named).collect();
+    for number in 2.. {
+        line.clear();
+        if input.read_line(&mut line)? == 0 {
+            break;
+        }
+        if !line.trim().is_empty() {
+            row(line.trim_end(), number, columns, &mut traces)?;
+        }
+    }
+    Ok(traces)
+}
+
+fn row(text: &str, line: usize, columns: usize, traces: &mut [Trace]) -> Result<(), TableError> {
+    let has_stage = columns > traces.len() + 1;
+    // The name of a stage may contain commas.
+    let cells: Vec<&str> = text.splitn(if has_stage { columns } else { usize::MAX }, ',').collect();
+    if cells.len() != columns {
+        return Err(TableError::Cells { line, expected: columns, found: cells.len() });
+    }
+    if has_stage && cells[columns - 1] != MEASUREMENT {
+        return Ok(());
+    }
+    let wrong = |column: &str, text: &str| TableError::Number {
+        line,
+        column: column.to_owned(),
+        text: text.chars().take(60).collect(),
+    };
+    let finite = |text: &str| text.parse::<f64>().ok().filter(|number| number.is_finite());
+    let time = finite(cells[0]).ok_or_else(|| wrong("time", cells[0]))?;
+    for (trace, cell) in traces.iter_mut().zip(&cells[1..]) {
+        let value = match *cell {
+            "" => None,
+            cell => Some(finite(cell).ok_or_else(|| wrong(&trace.name, cell))?),
+        };
+        trace.push(time, value);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_have_names_units_and_gaps() {
+        let traces = read("time [time],p [energy/length^D],in a [1]\n0,,1\n1,2.5,2\n".as_bytes()).unwrap();
+        assert_eq!((traces[0].name.as_str(), traces[0].unit.as_str()), ("p", "energy/length^D"));
+        assert_eq!(traces[1].name, "in a");
+        assert_eq!(traces[0].points(), [None, Some([1.0, 2.5])]);
+    }
+
+    #[test]
+    fn only_the_measured_stretch_is_read() {
+        let text = "time [time],p [1],stage\n0,1,\"first, warm\"\n1,2,equilibration\n1,,measurement\n2,4,measurement\n";
+        let traces = read(text.as_bytes()).unwrap();
+        assert_eq!(traces.len(), 1);
+        assert_eq!(traces[0].points(), [None, Some([2.0, 4.0])]);
+    }
+
+    #[test]
+    fn damage_is_told_with_its_line() {
+        for (text, expected) in [
+            ("", "line 1"),
+            ("a,b\n1,2\n", "line 1"),
+            ("time,b\n1\n", "line 2: expected 2 cells, found 1"),
+            ("time,b\n1,2\n2,x\n", "line 3: b is `x`"),
+            ("time,b\n1,NaN\n", "line 2: b is `NaN`"),
+            ("time,b\ninf,1\n", "line 2: time is `inf`"),
+        ] {
+            let error = read(text.as_bytes()).unwrap_err().to_string();
+            assert!(error.contains(expected), "{text:?}: {error}");
+        }
+        assert!(matches!(read(&[b't', b'i', b'm', b'e', 0xff][..]), Err(TableError::Read(_))));
+    }
+
+    #[test]
+    fn thinning_keeps_every_peak_in_bounded_memory() {
+        let mut trace = Trace::new("y", "1");
+        for k in 0..100_000_i32 {
+            let y = match k {
+                54_321 => 7.0,
+                54_322 => -7.0,
+                k => f64::from(k % 2),
+            };
+            trace.push(f64::from(k), Some(y));
+        }
+        let points = trace.points();
+        assert!(trace.is_thinned() && points.len() <= 2 * MOST_SPANS);
+        assert!(points.contains(&Some([54_321.0, 7.0])) && points.contains(&Some([54_322.0, -7.0])));
+        assert!(points.is_sorted_by(|a, b| a.unwrap()[0] < b.unwrap()[0]));
+        assert_eq!(points[0].unwrap()[0], 0.0);
+    }
+}
