@@ -86,7 +86,7 @@ pub enum Reason {
     /// The number of events was reached.
     Events,
     /// No time limit was given, and it was shown that nothing will ever happen again: all pairs recede where nothing comes back, and
-    /// there is no wall on the way.
+    /// there is no wall on the way. Or nothing is foreseen, though rounding may hide what would happen after a very long way.
     Idle,
 }
 
@@ -240,7 +240,7 @@ impl Simulation {
     #[must_use]
     pub fn event_counts(&self) -> EventCounts {
         if self.choice.has_table {
-            return with_engine!(&self.engine, engine => engine.counts.clone());
+            return with_engine!(&self.engine, engine => engine.counts.of_rows(engine.rules.rows.species()));
         }
         let species = self.scene().particles.first().map_or(0, |particle| particle.species.0 as usize);
         EventCounts::of_one_species(species, self.tally())

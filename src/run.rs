@@ -108,7 +108,7 @@ pub enum Ending {
     Events,
     /// Nothing will happen any more, as can be shown, and there is no time limit.
     Idle,
-    /// There is no time limit, nothing has happened for a million rows, and nothing shows that it never will.
+    /// There is no time limit, nothing has happened for a million rows or an endless time, and nothing shows that it never will.
     GaveUp,
     /// The caller wanted no more.
     Interrupted,
@@ -121,7 +121,7 @@ pub enum Ending {
 impl Ending {
     /// Whether a run ends there, in whatever stage it is.
     fn is_early(&self) -> bool {
-        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_))
+        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_) | Self::GaveUp)
     }
 }
 

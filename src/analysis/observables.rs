@@ -68,14 +68,15 @@ pub const OBSERVABLES: [(&str, &str); 11] = [
 /// | temperature `T` | `2 (K - P^2 / 2M) / (D N - c)`, with the momentum `P` along the `c` axes on which it is conserved |
 /// | pressure | `(N T + W / (D t)) / V`, `W` the sum of `r_ij . J` over the events of a time `t` |
 /// | compressibility factor `Z` | mean pressure over `rho` and the mean of `T` |
-/// | pressure between walls | `sum_s N_s T / V_s + W' / t`, `W'` the mean over the axes `k` between walls of the sum of `x_k J_k / V_s` over the particles of all pair events |
+/// | pressure between walls | the mean over the axes `k` between walls of `<sum m v_k^2 / V_s> + W_k / t`, `W_k` the sum of `x_k J_k / V_s` over the particles of all pair events |
 /// | pressure on a wall | momentum that it gave to each species in a time `t`, divided by `t` and by the area `A_s` that its centres can reach |
 /// | collision rate | `n / (N t)`, where `n` counts the Core events that each particle takes part in: two of them in one, or one and a static one |
 /// | potential energy per particle | energy of the pairs over `N` |
 ///
 /// A wall keeps centres a radius away, so that those of each species `s` have their own volume `V_s` and area `A_s`. In the momentum along an
-/// axis between walls, `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `N_s T + <sum x J> / t` is `V_s / A_s` times its mean
-/// force on the two walls. So both pressures have the same mean, in a slit that across it; along a slit the pressure is another one.
+/// axis between walls, `x` from the middle, the mean of `d/dt sum x m v` is zero for each species: `<sum m v_x^2> + <sum x J> / t` is `V_s / A_s` times its mean
+/// force on the two walls. So both pressures have the same mean, in a slit that across it; along a slit the pressure is another one. In equilibrium
+/// `<sum m v_x^2>` is `N_s T`; what is driven or dissipates has as many temperatures as axes and species. It is constant between events, and its mean is exact.
 ///
 /// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
 /// those of straight lines between looks: at its ends, before and after velocities are scaled, and some times in between where a thermostat
@@ -103,6 +104,8 @@ struct Reading {
     /// Integrals since the measurement began `[energy time]`.
     temperature: Option<f64>,
     pair_energy: f64,
+    /// By axis `[energy time / length^D]`.
+    confined: [f64; 3],
 }
 
 /// The last look, and the integrals up to it.
@@ -113,6 +116,8 @@ struct Piece {
     pair_energy: f64,
     /// `[energy time]`
     integrals: [f64; 2],
+    /// Of `sum m v^2 / V` along each axis between walls, from the time 0 of the simulation on `[energy time / length^D]`.
+    confined: [f64; 3],
 }
 
 impl Observer {
@@ -214,7 +219,9 @@ impl Observer {
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
             integrals = [last.integrals[0] + half * mean, last.integrals[1] + half * (last.pair_energy + energy.pair)];
         }
-        self.piece = Some(Piece { time, temperature, pair_energy: energy.pair, integrals });
+        let heating = &simulation.tally().confined_heating;
+        let confined = std::array::from_fn(|axis| energy.confined[axis] * time - heating[axis].total());
+        self.piece = Some(Piece { time, temperature, pair_energy: energy.pair, integrals, confined });
         temperature
     }
 
@@ -226,6 +233,7 @@ impl Observer {
             tally: *simulation.tally(),
             temperature: has_temperature.then_some(heat),
             pair_energy: pair,
+            confined: self.piece.map_or([0.0; 3], |piece| piece.confined),
         }
     }
 
@@ -238,10 +246,11 @@ impl Observer {
         let moving = meaning.moving as f64;
         let temperature = from.temperature.zip(to.temperature).map(|(a, b)| (b - a) / duration);
         let counted = to.tally.since(&from.tally);
+        let confined = std::array::from_fn(|axis| to.confined[axis] - from.confined[axis]);
         Some(Interval {
             duration,
             temperature,
-            pressure: temperature.and_then(|temperature| meaning.pressure(&counted, duration, temperature)),
+            pressure: temperature.and_then(|temperature| meaning.pressure(&counted, duration, temperature, &confined)),
             collision_rate: meaning.has_core.then(|| counted.core_contacts() as f64 / (moving * duration)),
             potential_energy: meaning.has_wells.then(|| (to.pair_energy - from.pair_energy) / (duration * moving)),
             on_walls: std::array::from_fn(|axis| {

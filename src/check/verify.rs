@@ -28,6 +28,7 @@ mod approach;
 mod barrier;
 mod bounds;
 mod certificate;
+mod clear;
 mod contact;
 mod ending;
 mod flights;

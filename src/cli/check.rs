@@ -4,6 +4,8 @@ use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
+use carom::Vector;
+use carom::analysis::observables::Meaning;
 use carom::base::text::{digits, plural, size};
 use carom::engine::{EngineChoice, Reason, Simulation, Until};
 use carom::io::estimate::{Estimate, allowance, free_disk};
@@ -183,15 +185,25 @@ fn density(scene: &Scene) -> Option<String> {
     };
     let number_density = moving().count() as f64 / volume;
     let packing_fraction = moving().map(|(_, species)| body(species.diameter)).sum::<f64>() / volume;
-    let doubled: f64 = moving().map(|(particle, species)| species.mass * particle.velocity.norm_squared()).sum();
-    let components = (moving().count() * dimensions).max(1) as f64;
-    let temperature = doubled / components;
-    Some(format!(
-        "number density {}, packing fraction {}, temperature {} at the start",
-        digits(number_density),
-        digits(packing_fraction),
-        digits(temperature)
-    ))
+    let temperature =
+        temperature(scene).map_or_else(String::new, |now| format!(", temperature {} at the start", digits(now)));
+    let (number_density, packing_fraction) = (digits(number_density), digits(packing_fraction));
+    Some(format!("number density {number_density}, packing fraction {packing_fraction}{temperature}"))
+}
+
+/// The kinetic temperature at the start, as a run writes it into its first row.
+fn temperature(scene: &Scene) -> Option<f64> {
+    let mut kinetic = 0.0;
+    let mut momentum = Vector::zeros();
+    for particle in &scene.particles {
+        let species = &scene.species[particle.species.0 as usize];
+        if !species.is_static() {
+            let velocity = particle.velocity - scene.streaming_velocity(&particle.position);
+            kinetic += 0.5 * species.mass * velocity.norm_squared();
+            momentum += velocity * species.mass;
+        }
+    }
+    Meaning::of(scene).temperature(kinetic, &momentum)
 }
 
 /// Where coordinates, or the energies of pairs, leave so few digits that overlaps become visible: a millionth of a diameter is the most that

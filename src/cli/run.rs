@@ -192,7 +192,10 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
             Err(Failure::failed(format!("the audit failed: {}", faults.join("; ")), None, Some(help)))
         }
         Ending::GaveUp => Err(Failure::failed(
-            format!("gave up at time {}: nothing has happened for a million rows", finished.simulation.time()),
+            format!(
+                "gave up at time {}: nothing has happened for a million rows, or for very long",
+                finished.simulation.time()
+            ),
             None,
             Some("set run.until_time, or longer intervals in [output]"),
         )),

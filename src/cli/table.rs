@@ -73,7 +73,9 @@ fn ending(finished: &Finished) -> String {
         Ending::Time => format!("at t = {time}, the time asked for"),
         Ending::Events => format!("at t = {time}, after the number of events asked for"),
         Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
-        Ending::GaveUp => format!("GAVE UP at t = {time}: nothing has happened for a million rows"),
+        Ending::GaveUp => {
+            format!("GAVE UP at t = {time}{stage}: nothing has happened for a million rows, or for very long")
+        }
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
         Ending::Jammed(jam) => format!("FAILED at t = {time}{stage}: {jam}"),
         Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),

@@ -2,7 +2,9 @@
 
 use super::event_loop::Engine;
 use crate::Vector;
+use crate::base::sum::Sum;
 use crate::engine::neighbours::grid::Face;
+use crate::engine::pairs::rows::Rows;
 use crate::model::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -12,26 +14,29 @@ pub(super) struct Confinement {
     /// Axes between two walls.
     axes: [bool; 3],
     middle: Vector,
-    /// By species, 1 over the volume that its centres can reach `[length^-D]`.
+    /// By row of the species, 1 over the volume that its centres can reach `[length^-D]`.
     per_volume: Vec<f64>,
-    /// By species and axis, 1 over the area of a wall that they can reach `[length^(1 - D)]`; 0 where the area has no end.
+    /// By row of the species and axis, 1 over the area of a wall that they can reach `[length^(1 - D)]`; 0 where the area has no end.
     per_area: Vec<[f64; 3]>,
 }
 
 impl Confinement {
     /// None where there are no walls.
-    pub fn of(scene: &Scene) -> Option<Self> {
+    pub fn of(scene: &Scene, rows: &Rows) -> Option<Self> {
         let space = &scene.space;
+        let diameters = || rows.species().iter().map(|id| scene.species[id.0 as usize].diameter);
         let is_walled = (0..3).any(|axis| space.walls(axis) > 0);
         is_walled.then(|| Self {
             axes: std::array::from_fn(|axis| space.walls(axis) == 2),
             middle: space.lower + 0.5 * space.size,
-            per_volume: scene.species.iter().map(|species| 1.0 / space.accessible_volume(species.diameter)).collect(),
-            per_area: scene
-                .species
-                .iter()
-                .map(|species| {
-                    std::array::from_fn(|axis| space.accessible_area(axis, species.diameter).map_or(0.0, f64::recip))
+            // 0 where there is no room: no pressure means anything there.
+            per_volume: diameters()
+                .map(|diameter| space.accessible_volume(diameter))
+                .map(|volume| if volume > 0.0 { 1.0 / volume } else { 0.0 })
+                .collect(),
+            per_area: diameters()
+                .map(|diameter| {
+                    std::array::from_fn(|axis| space.accessible_area(axis, diameter).map_or(0.0, f64::recip))
                 })
                 .collect(),
         })
@@ -41,15 +46,12 @@ impl Confinement {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Adds an impulse between two particles, from their velocities before it, to the virial of each wall's axis.
     ///
-    /// Along an axis between walls, the mean of `d/dt sum x m v` over a long time is zero for each species: `N T + <sum x F> = L p A`, where
-    /// `x` is measured from the middle, `L` is the length that the centres reach and `p A` the mean force of the two walls. Divided by the volume
-    /// `L A` of that species and summed over all, it is the pressure.
+    /// Along an axis between walls, the mean of `d/dt sum x m v` over a long time is zero for each species: `<sum m v^2> + <sum x F> = L p A`, with
+    /// the components along the axis, where `x` is measured from the middle, `L` is the length that the centres reach and `p A` the mean force
+    /// of the two walls. Divided by the volume `L A` of that species and summed over all, it is the pressure.
     pub(super) fn note_confined(&mut self, pair: [u32; 2], before: &[Vector; 2]) {
-        let Some(confinement) = &self.confinement else { return };
         for (particle, before) in pair.into_iter().zip(before) {
-            if self.is_static(particle) {
-                continue;
-            }
+            let Some(confinement) = self.confinement.as_ref().filter(|_| !self.is_static(particle)) else { continue };
             let body = &self.bodies[particle as usize];
             let species = usize::from(self.species[particle as usize]);
             let share = confinement.per_volume[species] / self.inverse_mass(particle);
@@ -57,7 +59,40 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 let arm = body.position[axis] - confinement.middle[axis];
                 self.tally.confined_virial[axis] += share * (body.velocity[axis] - before[axis]) * arm;
             }
+            self.note_confined_change(particle, before);
         }
+    }
+
+    /// Takes note of what a change of a particle's velocity does to `sum m v^2` along each axis between walls.
+    ///
+    /// Between two changes the sum is constant, so that its integral up to a time `t` is exactly its value then times `t`, less the sum of all changes
+    /// that there were times their times.
+    pub(super) fn note_confined_change(&mut self, particle: u32, before: &Vector) {
+        let Some(confinement) = &self.confinement else { return };
+        let (after, time) = (self.bodies[particle as usize].velocity, self.time());
+        let species = usize::from(self.species[particle as usize]);
+        let share = confinement.per_volume[species] / self.inverse_mass(particle);
+        for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
+            let change = share * (after[axis] - before[axis]) * (after[axis] + before[axis]);
+            if change != 0.0 {
+                self.tally.confined_heating[axis].add(change * time);
+            }
+        }
+    }
+
+    /// Along each axis between walls `sum m v^2 / V` now, with the volume that the centres of each species can reach `[energy / length^D]`.
+    pub(super) fn confined_kinetic(&self) -> Vector {
+        let Some(confinement) = &self.confinement else { return Vector::zeros() };
+        let mut sums = [Sum::default(); 3];
+        for &particle in self.numbers.iter().filter(|&&particle| !self.is_static(particle)) {
+            let (_, velocity) = self.state_at(particle, self.now);
+            let share =
+                confinement.per_volume[usize::from(self.species[particle as usize])] / self.inverse_mass(particle);
+            for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
+                sums[axis].add(share * velocity[axis] * velocity[axis]);
+            }
+        }
+        Vector::from_fn(|axis, _| sums[axis].total())
     }
 
     /// Adds the momentum that a wall has given a particle to what the wall has taken from all.
@@ -65,5 +100,61 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(confinement) = &self.confinement else { return };
         let (axis, species) = (usize::from(face.axis), usize::from(self.species[particle as usize]));
         self.tally.wall_push[axis][usize::from(face.is_upper)] += impulse * confinement.per_area[species][axis];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::Vector;
+    use crate::engine::event::CountedKind;
+    use crate::engine::{Simulation, Until};
+    use crate::model::Thermostat;
+    use crate::model::potential::Potential;
+    use crate::model::space::{Boundary, Space};
+    use crate::scene::SceneBuilder;
+
+    /// Two species between walls and in a heat bath, after so many that have no particles.
+    fn after(unused: u32) -> Simulation {
+        let space = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(12.0) };
+        let hard = |diameter| Potential::hard_sphere(diameter).unwrap();
+        let empty = (0..unused)
+            .fold(SceneBuilder::new("many").space(space), |scene, k| scene.species(&format!("S{k}"), 1.0, 0.1));
+        let mut scene = empty
+            .species("A", 1.0, 1.0)
+            .species("B", 2.0, 3.0)
+            .interaction("A", "A", hard(1.0), 1.0)
+            .interaction("A", "B", hard(2.0), 1.0)
+            .interaction("B", "B", hard(3.0), 1.0);
+        for k in 0..4 {
+            let x = 2.0 + 2.5 * f64::from(k);
+            scene = scene.particle("A", Vector::new(x, 3.0, 4.0), Vector::new(1.0, 0.3 - x, 0.5)).particle(
+                "B",
+                Vector::new(4.0 + 4.0 * f64::from(k % 2), 7.0, 4.0 + 4.0 * f64::from(k / 2)),
+                Vector::zeros(),
+            );
+        }
+        let mut simulation = Simulation::new(scene.build().unwrap());
+        let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
+        simulation.set_thermostat(Some(&bath), 0);
+        simulation.advance(Until::events(500)).unwrap();
+        simulation
+    }
+
+    #[test]
+    fn species_without_particles_change_neither_the_pressure_nor_the_counts_of_others() {
+        let (few, many) = (after(0), after(300));
+        assert_eq!(few.snapshot(), many.snapshot());
+        assert_eq!(few.tally(), many.tally());
+        let named = |simulation: &Simulation, first: u32| {
+            let entries = simulation.event_counts().entries().into_iter();
+            entries
+                .map(|(kind, ids, n)| (kind, ids.iter().map(|id| id - first).collect(), n))
+                .collect::<Vec<(_, Vec<_>, _)>>()
+        };
+        let counts = named(&few, 0);
+        assert_eq!(counts, named(&many, 300));
+        for kind in [CountedKind::Core, CountedKind::Wall, CountedKind::Thermostat] {
+            assert!(counts.iter().any(|(counted, ids, _)| *counted == kind && ids.contains(&1)), "{kind:?}");
+        }
     }
 }

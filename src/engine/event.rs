@@ -90,6 +90,9 @@ pub struct Tally {
     /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events, with `x` from the middle of the box,
     /// each divided by the volume that the centres of its species can reach `[energy / length^D]`.
     pub confined_virial: [f64; 3],
+    /// Along each axis between two walls, the sum of all changes of `m_i v_i^2` at events, each times the time at which it came and divided by the
+    /// same volume: `t sum m v^2` is so much more than the integral of `sum m v^2` up to the time `t` `[energy time / length^D]`.
+    pub confined_heating: [Sum; 3],
     /// For each axis, momentum that its lower and its upper wall have given, inwards, divided by the area of the wall that centres of the
     /// particle's species can reach `[energy time / length^D]`; 0 where that area has no end.
     pub wall_push: [[f64; 2]; 3],
@@ -136,6 +139,7 @@ impl Tally {
         since.virial -= earlier.virial;
         for axis in 0..3 {
             since.confined_virial[axis] -= earlier.confined_virial[axis];
+            since.confined_heating[axis].add(-earlier.confined_heating[axis].total());
             for side in 0..2 {
                 since.wall_push[axis][side] -= earlier.wall_push[axis][side];
             }

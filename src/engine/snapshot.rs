@@ -34,6 +34,9 @@ pub struct Energy {
     pub potential: f64,
     /// The part of `potential` that comes from pairs.
     pub pair: f64,
+    /// Along each axis between two walls `sum m v^2 / V`, with the volume that the centres of each species can reach; along others 0
+    /// `[energy / length^D]`.
+    pub confined: Vector,
     /// Total momentum `[mass length / time]`.
     pub momentum: Vector,
     /// `sum m (v - u)`, with the velocity `u` of what streams in a sheared box; elsewhere the total momentum.
@@ -98,6 +101,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             thermal: if self.shear.is_some() { thermal.total() } else { kinetic.total() },
             potential: pair + external.total(),
             pair,
+            confined: self.confined_kinetic(),
             momentum: Vector::from_fn(|k, _| momentum[k].total()),
             peculiar_momentum: Vector::from_fn(|k, _| momentum[k].total() - streaming_momentum[k].total()),
         }

@@ -89,6 +89,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         body.velocity = after;
         body.events = body.events.wrapping_add(1);
         let position = body.position;
+        self.note_confined_change(particle, &before);
         let gained = 0.5 / inverse_mass * (after - before).dot(&(after + before));
         self.tally.supplied.add(gained);
         self.tally.kick += 1;
@@ -132,6 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let after = streaming + (body.velocity - streaming) * factor;
             self.tally.supplied.add(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
             self.bodies[particle as usize].velocity = after;
+            self.note_confined_change(particle, &body.velocity);
         }
         self.start_anew();
     }

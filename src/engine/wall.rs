@@ -55,6 +55,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
         let (position, velocity) = (body.position, body.velocity);
         self.tally.dissipated.add(dissipated);
+        self.note_confined_change(i, &before);
         self.count_wall(i, face, (after - vn) / species.inverse_mass);
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
@@ -105,6 +106,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let body = &mut self.bodies[i as usize];
         body.velocity = after;
         body.events = body.events.wrapping_add(1);
+        self.note_confined_change(i, &before);
         Event {
             time: self.time(),
             kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },

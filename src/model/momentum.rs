@@ -59,6 +59,13 @@ impl Scene {
         })
     }
 
+    /// Velocity of what streams at a position of a sheared box: `rate (y - y_middle)` along x; zero in a box at rest `[length / time]`.
+    #[must_use]
+    pub fn streaming_velocity(&self, position: &Vector) -> Vector {
+        let middle = self.space.lower.y + 0.5 * self.space.size.y;
+        self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
+    }
+
     /// The accelerations of all species that move `[length / time^2]`.
     fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
         self.species.iter().filter(|species| !species.is_static()).map(|species| species.acceleration)

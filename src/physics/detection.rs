@@ -16,10 +16,12 @@
 //! | [`inertial`] | no relative acceleration | Algorithms 2 and 3 |
 //! | [`accelerated`] | constant relative acceleration | Algorithms 4, 5 and 6 |
 //! | [`plane`] | a particle and a flat wall, or the side of a cell | the rule in one dimension |
+//! | `never` | proofs that there is no event in all the time to come | |
 //! | [`roots`] | | bracketed roots of polynomials |
 
 pub mod accelerated;
 pub mod inertial;
 pub(crate) mod many;
+pub(crate) mod never;
 pub mod plane;
 pub mod roots;

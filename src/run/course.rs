@@ -48,7 +48,7 @@ pub(super) struct Look {
 impl Look {
     /// Ever later, so that overlaps that stay cost little: the time is known to a tenth.
     pub fn grow(&mut self) {
-        self.events += self.events.div_ceil(10);
+        self.events = self.events.saturating_add(self.events.div_ceil(10));
         self.time *= 1.1;
     }
 }

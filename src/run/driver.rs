@@ -23,6 +23,10 @@ use crate::model::{Limit, Scene};
 /// Physical events between two looks at whether anything happens at all.
 const CHUNK: u64 = 10_000;
 
+/// Times that a typical particle takes to cross the box, in which nothing has happened and no particle has changed its cell: where the end is not
+/// shown then, rounding hides whether there will be any event.
+const LONGEST_WAIT: f64 = 1e12;
+
 /// The engine's steps between two questions whether to go on: the first time, and at most. Steps can be slow, of particles with very many
 /// others near them, so that their number follows the clock. It changes nothing else.
 const STEPS: [u64; 2] = [64, 1 << 16];
@@ -177,20 +181,16 @@ impl<R: Recorder> Driver<'_, R> {
             Ok(reason) => reason,
             Err(ending) => return Ok(Some(ending)),
         };
-        let now = *self.simulation.tally();
-        let is_quiet = now.physical() == aim.done && now.kick == aim.kicks;
+        let ending = self.quiet(&aim, reason);
+        let is_still = self.course.quiet_steps > 0 && self.simulation.tally().transition == aim.transitions;
+        let waited = self.simulation.time() - (aim.time - wait);
         let course = &mut self.course;
-        let is_still = is_quiet && now.transition == aim.transitions;
-        course.wait = if is_still { 2.0 * course.wait } else { course.crossing };
-        if is_quiet {
-            course.quiet_steps += 1;
-        } else {
-            (course.quiet_steps, course.quiet_rows) = (0, 0);
+        course.wait = if is_still { 2.0 * wait } else { course.crossing };
+        if ending.is_some() {
+            return Ok(ending);
         }
-        // Asked after 1, 2, 4, ... steps without an event.
-        let is_asked = is_quiet && course.stage.limit.time.is_none() && course.quiet_steps.is_power_of_two();
-        if reason == Reason::Idle || (is_asked && self.simulation.is_over()) {
-            return Ok(Some(Ending::Idle));
+        if is_still && waited > LONGEST_WAIT * course.crossing && course.stage.limit.time.is_none() {
+            return Ok(Some(Ending::GaveUp));
         }
         Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
     }
@@ -205,15 +205,39 @@ impl<R: Recorder> Driver<'_, R> {
             kicks: tally.kick,
             done: tally.physical(),
         };
-        let until = self.course.aim.get_or_insert(aim).until(time, events);
+        let aim = *self.course.aim.get_or_insert(aim);
+        let until = aim.until(time, events);
         let reason = match self.chunk(until)? {
-            Ok(Reason::Idle) => return Ok(Some(Ending::Idle)),
             Ok(reason) => reason,
             Err(ending) => return Ok(Some(ending)),
         };
         self.course.ledger.see_overlaps(&self.simulation);
         self.course.look.grow();
+        let ending = self.quiet(&aim, reason);
+        if ending.is_some() {
+            return Ok(ending);
+        }
         Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
+    }
+
+    /// Takes note of whether anything has happened since the run set out for `aim`, and says how it ends where nothing will any more.
+    fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
+        let now = self.simulation.tally();
+        let course = &mut self.course;
+        if now.physical() != aim.done || now.kick != aim.kicks {
+            (course.quiet_steps, course.quiet_rows) = (0, 0);
+            return None;
+        }
+        course.quiet_steps += 1;
+        // Asked after 1, 2, 4, ... steps without an event.
+        let is_asked = course.stage.limit.time.is_none() && course.quiet_steps.is_power_of_two();
+        let nothing_is_due = reason == Reason::Idle;
+        if (is_asked || nothing_is_due) && self.simulation.is_over() {
+            return Some(Ending::Idle);
+        }
+        // Spheres at rest that have grown as far as they may are over, too.
+        let nothing = if self.growth().is_some() { Ending::Idle } else { Ending::GaveUp };
+        nothing_is_due.then_some(nothing)
     }
 
     /// Goes on to an end that is not put off by pauses, in which it is asked whether to go on at all.
@@ -305,7 +329,7 @@ mod tests {
     use super::*;
     use crate::Vector;
     use crate::model::potential::Potential;
-    use crate::model::space::Space;
+    use crate::model::space::{Boundary, Space};
     use crate::model::{Limit, OutputPlan, RunPlan};
     use crate::run::Ending;
     use crate::scene::SceneBuilder;
@@ -334,6 +358,55 @@ mod tests {
         let finished = finished.unwrap();
         assert_eq!(finished.ending, Ending::Interrupted);
         assert!(finished.simulation.tally().transition <= 7 * STEPS[1]);
+    }
+
+    /// Two hard disks that overlap at rest, and a third one.
+    fn overlapping(boundary: Boundary, velocity: [f64; 3]) -> SceneBuilder {
+        let space = Space { boundary: [boundary, boundary, Boundary::Flat], ..Space::periodic_cube(10.0) };
+        SceneBuilder::new("overlapping")
+            .allow_invalid_start(true)
+            .space(Space { size: Vector::new(10.0, 10.0, 0.0), ..space })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", Vector::new(2.0, 5.0, 0.0), Vector::zeros())
+            .particle("A", Vector::new(2.5, 5.0, 0.0), Vector::zeros())
+            .particle("A", Vector::new(8.0, 8.5, 0.0), Vector::from(velocity))
+    }
+
+    fn finished(scene: SceneBuilder, run_plan: RunPlan, thermo_interval: Option<f64>) -> crate::run::Finished {
+        let output = OutputPlan { thermo_interval, frame_interval: Some(1e5), ..OutputPlan::default() };
+        let scene = scene.run(run_plan).output(output).build().unwrap();
+        run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap()
+    }
+
+    #[test]
+    fn a_run_with_overlaps_ends_as_others_do() {
+        let limit = |events| RunPlan { limit: Limit::events(events), ..RunPlan::default() };
+        // Many more rows than it would give up after, but some 40 of them between two events.
+        let bounces = finished(overlapping(Boundary::walls(1.0), [1.0, 0.0, 0.0]), limit(100), Some(0.2));
+        assert_eq!((bounces.ending, bounces.stretch.tally.wall), (Ending::Events, 100));
+        let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
+        assert_eq!(leaves.ending, Ending::Idle);
+        // For ever past the other two.
+        let passes = finished(overlapping(Boundary::Periodic, [1.0, 0.0, 0.0]), limit(10), Some(0.01));
+        assert_eq!(passes.ending, Ending::GaveUp);
+    }
+
+    #[test]
+    fn a_run_gives_up_in_any_stage_that_nothing_happens_in() {
+        let pass = |position: [f64; 3], velocity: f64, scene: SceneBuilder| {
+            scene.particle("A", Vector::from(position), Vector::new(velocity, 0.0, 0.0))
+        };
+        let scene = SceneBuilder::new("passing").space(Space::periodic_cube(10.0)).species("A", 1.0, 1.0).interaction(
+            "A",
+            "A",
+            Potential::hard_sphere(1.0).unwrap(),
+            1.0,
+        );
+        let scene = pass([2.0, 7.0, 5.0], -1.0, pass([2.0, 2.0, 5.0], 1.0, scene));
+        let plan = RunPlan { equilibration: Limit::events(10), limit: Limit::time(10.0), ..RunPlan::default() };
+        let finished = finished(scene, plan, Some(1e-3));
+        assert_eq!((finished.ending, finished.stage), (Ending::GaveUp, Stage::Equilibration));
     }
 
     #[test]

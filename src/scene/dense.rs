@@ -219,7 +219,9 @@ impl Dense<'_> {
                 return Ok(());
             }
             let temperature = 2.0 * simulation.energy().kinetic / degrees;
-            let exchanged = (simulation.tally().virial - before.virial) / (degrees * 0.5 * (1.0 + temperature));
+            // All particles count in the virial theorem, though the centre of mass is at rest.
+            let all = dimensions * count as f64;
+            let exchanged = (simulation.tally().virial - before.virial) / (all * 0.5 * (1.0 + temperature));
             let factor = 1.0 + exchanged / (simulation.time() - time);
             let jams_at = part(simulation) / (1.0 - dimensions / factor);
             if factor > JAMMED || (factor > CLOSE && jams_at * TOLERANCE < 1.0) {

@@ -8,7 +8,7 @@ use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
-use carom::model::{Limit, RunPlan};
+use carom::model::{Limit, RunPlan, Thermostat};
 use carom::run::{self, Finished};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
 
@@ -81,6 +81,43 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
         // Energy that goes to and fro between the axes is not in the mean of all walls.
         let mean = sum / number;
         assert!((mean - virial.mean).abs() < 2.0 * virial_error, "{what}: {mean}, {virial:?}");
+    }
+}
+
+#[test]
+fn a_driven_granular_slit_presses_on_its_walls_as_hard_as_its_virial_says() {
+    // A bath drives it along the slit only, so that it is colder across: an isotropic temperature would give a third more.
+    let slit = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat];
+    let scene = SceneBuilder::new("driven")
+        .seed(1)
+        .space(Space { lower: Vector::zeros(), size: Vector::new(20.0, 20.0, 0.0), boundary: slit })
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", hard(1.0), 0.5)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(120))
+        .temperature(1.0)
+        .measure(MeasurementPlan {
+            pressure_tensor: Some(plan::PressureTensor::default()),
+            ..MeasurementPlan::default()
+        })
+        .run(RunPlan {
+            equilibration: Limit::events(20_000),
+            limit: Limit::events(100_000),
+            thermostat: Some(Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [false, true, false] }),
+            ..RunPlan::default()
+        })
+        .build()
+        .unwrap();
+    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    let virial = observed(&finished, "pressure").unwrap();
+    let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure_xx").unwrap();
+    println!("{virial:?} {:?}", tensor.mean);
+    assert!((tensor.mean.unwrap() / virial.mean - 1.0).abs() < 1e-9, "{virial:?} {:?}", tensor.mean);
+    for side in ["lower", "upper"] {
+        let on_wall = observed(&finished, &format!("pressure_on_{side}_x_wall")).unwrap();
+        let error = libm::hypot(virial.standard_error.unwrap(), on_wall.standard_error.unwrap());
+        println!("{on_wall:?}");
+        assert!(error < 0.02 * virial.mean, "{virial:?} {on_wall:?}");
+        assert!((on_wall.mean - virial.mean).abs() < 4.0 * error, "{virial:?} {on_wall:?}");
     }
 }
 

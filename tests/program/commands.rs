@@ -87,6 +87,18 @@ fn check_says_what_will_be_simulated_and_writes_nothing() {
 }
 
 #[test]
+fn check_tells_the_temperature_of_few_particles_relative_to_what_streams() {
+    let scene = "[space]\nsize = [9.0, 9.0, 9.0]\n[[species]]\nname = 'A'\nmass = 1.0\ndiameter = 1.0\n\
+         [[interaction]]\nspecies = ['A', 'A']\npotential = 'hard-sphere'\n\
+         [[fill]]\nspecies = 'A'\narrangement = 'random'\ncount = 4\ntemperature = 1.0\n[run]\nuntil_events = 10\n";
+    let place = Place::with(scene);
+    for set in [&[][..], &["--set", "space.shear_rate=2.0"]] {
+        let text = words(&place.carom(&[&["check", "scene.toml"], set].concat()));
+        assert!(text.contains("temperature 1 at the start"), "{set:?} {text}");
+    }
+}
+
+#[test]
 fn a_picture_of_a_run_is_a_png() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-events", "100"])), 0);

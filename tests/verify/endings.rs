@@ -29,6 +29,16 @@ fn end_of(scene: &Scene) -> Result<(), Fault> {
 const OPEN: &str = "[space]\nsize = [10.0, 10.0, 10.0]\nx = \"open\"\ny = \"open\"\nz = \"open\"";
 
 #[test]
+fn an_end_is_not_shown_where_rounding_decides_between_a_miss_and_a_collision() {
+    // 10^8 diameters away, past at a distance of 1 and some 10^-9.
+    let pair =
+        |miss: f64| spheres(OPEN, HARD, &[([1e8, miss, 0.0], [-1.0, 0.0, 0.0]), ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0])]);
+    assert_eq!(end_of(&pair(1.01)), Ok(()));
+    assert!(matches!(end_of(&pair(1.0 + 1e-9)), Err(Fault::EndNotShown { .. } | Fault::EndedEarly { .. })));
+    assert!(matches!(end_of(&pair(1.0)), Err(Fault::EndNotShown { .. } | Fault::EndedEarly { .. })));
+}
+
+#[test]
 fn two_that_part_in_open_space_have_ended_and_two_that_approach_have_not() {
     let pair = |v: f64| spheres(OPEN, HARD, &[([2.0, 5.0, 5.0], [v, 0.0, 0.0]), ([6.0, 5.0, 5.0], [0.0, 0.0, 0.0])]);
     assert_eq!(end_of(&pair(-1.0)), Ok(()));

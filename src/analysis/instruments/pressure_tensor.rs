@@ -22,8 +22,9 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 /// Measures the pressure tensor from all events.
 ///
 /// `P_ab V = <sum m v_a v_b> N / (N - 1) + (1/t) sum r_a J_b`, with velocities relative to the centre of mass, where momentum along `a` or `b`
-/// is conserved; otherwise without the factor. Between walls each species has the volume `V` that its centres can reach, a radius away from
-/// them, and `r_a` is measured for each particle from the middle. The trace is `D (N T + W / (D t))`, as in [`Observer`](crate::analysis::observables::Observer), which derives
+/// is conserved; otherwise without the factor. Between walls each species has the volume `V_i` that its centres can reach, a radius away from
+/// them, and `r_a` is measured for each particle from the middle; the kinetic part is then `<sum m v_a v_b / V_i>`, and the factor of it that of
+/// [`freed`]. The trace is `D (N T + W / (D t))`, as in [`Observer`](crate::analysis::observables::Observer), which derives
 /// it; `Z` is the mean of the trace over that of its kinetic part, `D rho T`. The kinetic part is exact, but for accelerated
 /// particles, where it is that of a straight line between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -64,9 +65,10 @@ impl PressureTensor {
         let axes = subject.pressed_axes();
         let scale = 1.0 / (subject.space.volume() * duration);
         let mut kinetic = self.flow.kinetic;
+        let factor = freed(subject);
         for (flow, [a, b]) in kinetic.iter_mut().zip(COMPONENTS) {
-            if (subject.conserved_axes[a] || subject.conserved_axes[b]) && moving > 1.0 {
-                *flow *= moving / (moving - 1.0);
+            if subject.conserved_axes[a] || subject.conserved_axes[b] {
+                *flow *= factor;
             }
         }
         let collisional = &self.flow.collisional;
@@ -82,6 +84,28 @@ impl PressureTensor {
         }
         self.counts = [0; 5];
         self.flow.restart();
+    }
+}
+
+/// What the kinetic part is to be multiplied by along axes on which the momentum is conserved, because it misses the motion of the centre of mass.
+///
+/// Relative to that, with the mass `M` of all, a component of a velocity has a mean square of `T / m_i (1 - m_i / M)`: the velocities of all have the
+/// variance `T / m_i` each, the centre of mass that of `T / M`, and the two are independent. With the crowding `c_i = V / V_i`, the sum of
+/// `c_i m_i v_i^2` has the mean `T sum c_i (1 - m_i / M)` instead of `T sum c_i`. Where all are equally crowded that is `N / (N - 1)` for any masses.
+fn freed(subject: &Subject) -> f64 {
+    let mass = subject.moving_mass();
+    let parts = subject.moving.iter().map(|&id| (subject.crowding_of(id), subject.masses[id as usize] / mass));
+    let (mut all, mut free, mut first, mut is_even) = (0.0, 0.0, None, true);
+    for (crowding, part) in parts {
+        all += crowding;
+        free += crowding * (1.0 - part);
+        is_even &= *first.get_or_insert(crowding) == crowding;
+    }
+    let moving = subject.moving.len() as f64;
+    match subject.moving.len() {
+        0 | 1 => 1.0,
+        _ if is_even => moving / (moving - 1.0),
+        _ => all / free,
     }
 }
 
@@ -162,7 +186,7 @@ fn rate(name: &str, title: &str, estimate: Option<Estimate>) -> Number {
 }
 
 const TENSOR: &str = "P_ab V = <sum m v_a v_b> + (1/t) sum r_a J_b over all pair events, with the volume that centres can reach; where momentum is conserved the first sum is in \
-    the frame of the centre of mass, with N / (N - 1); it is exact between events.";
+    the frame of the centre of mass, with N / (N - 1), or between walls sum c_i / sum c_i (1 - m_i / M), where c_i is one over the volume of i; it is exact between events.";
 const TRACE: &str =
     "The mean of the pressure tensor's diagonal over the axes, between walls over those across which there are walls.";
 const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure over that of its kinetic part.";
@@ -281,6 +305,33 @@ mod tests {
             assert_eq!(zz.is_some(), pressure.is_some());
             assert!((zz.unwrap_or(0.0) - pressure.unwrap_or(0.0)).abs() < 0.2e-9, "{zz:?}");
         }
+    }
+
+    #[test]
+    fn few_unlike_particles_in_a_slit_have_the_kinetic_pressure_of_their_temperature() {
+        // Along the slit they move at 5 and - 1 / 2 relative to the centre of mass: the reduced mass 10 / 11 and their relative speed give
+        // T = 10 / 11 (11 / 2)^2, that of the one component that is free.
+        let slit = Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat], ..flat_box() };
+        let slit = Space { size: Vector::new(8.0, 8.0, 0.0), ..slit };
+        let scene = SceneBuilder::new("slit")
+            .space(slit)
+            .species("A", 1.0, 1.0)
+            .species("B", 10.0, 5.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .no_interaction("A", "B")
+            .interaction("B", "B", Potential::hard_sphere(5.0).unwrap(), 1.0)
+            .particle("A", Vector::new(2.0, 2.0, 0.0), Vector::new(1.0, 8.0, 0.0))
+            .particle("B", Vector::new(4.0, 6.0, 0.0), Vector::new(0.0, 2.5, 0.0))
+            .build()
+            .unwrap();
+        let subject = Subject::of(&scene);
+        let mut simulation = Simulation::new(scene);
+        let mut instrument = tensor(&simulation, &subject, 1.0);
+        measure(&mut simulation, &subject, &mut instrument, 1.0);
+        let pressure = number(&report(&instrument, &subject), "pressure_yy").mean.unwrap();
+        // Centres have 7 x 8 and 3 x 8.
+        let expected = 10.0 / 11.0 * 5.5 * 5.5 * (1.0 / 56.0 + 1.0 / 24.0);
+        assert!((pressure / expected - 1.0).abs() < 1e-12, "{pressure} {expected}");
     }
 
     fn flat_box() -> Space {

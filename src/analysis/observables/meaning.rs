@@ -30,8 +30,6 @@ pub struct Meaning {
     /// For each axis, whether its lower and its upper wall have a pressure of their own: an area that has an end, without static particles
     /// in front of it.
     pub pressed_walls: [[bool; 2]; 3],
-    /// Sum over the species of the particles that move per volume that their centres can reach `[length^-D]`: each wall keeps them a radius away.
-    pub accessible_density: f64,
     /// Whether nothing tells one place of the fluid from another: periodic, without gravity and static particles.
     pub is_homogeneous: bool,
     /// Whether some pair has a hard core.
@@ -68,13 +66,12 @@ impl Meaning {
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
         let has_static = moving < scene.particles.len();
-        let densities =
+        let mut reached =
             scene.particles.iter().zip(&is_moving).filter(|(_, is_moving)| **is_moving).map(|(particle, _)| {
-                1.0 / scene.space.accessible_volume(scene.species[particle.species.0 as usize].diameter)
+                scene.space.accessible_volume(scene.species[particle.species.0 as usize].diameter)
             });
-        let accessible_density = densities.sum::<f64>();
-        let is_confined =
-            has_walls && scene.space.is_closed() && has_temperature && !has_static && accessible_density.is_finite();
+        let has_room = reached.all(|volume| volume > 0.0);
+        let is_confined = has_walls && scene.space.is_closed() && has_temperature && !has_static && has_room;
         let walled_axes = std::array::from_fn(|axis| is_confined && scene.space.walls(axis) == 2);
         Self {
             moving,
@@ -85,12 +82,11 @@ impl Meaning {
             has_temperature,
             has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
             walled_axes,
-            pressed_walls: if moving >= 2 && !has_static && accessible_density.is_finite() {
+            pressed_walls: if moving >= 2 && !has_static && has_room {
                 pressed_walls(&scene.space)
             } else {
                 [[false; 2]; 3]
             },
-            accessible_density,
             is_homogeneous,
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
@@ -104,18 +100,25 @@ impl Meaning {
         }
     }
 
-    /// Pressure `[energy / length^D]` from what was counted in a time, and the mean temperature in it.
-    pub(super) fn pressure(&self, counted: &Tally, duration: f64, temperature: f64) -> Option<f64> {
+    /// Pressure `[energy / length^D]` from what was counted in a time, the mean temperature in it, and the integral over it of `sum m v^2 / V` along
+    /// each axis between walls.
+    pub(super) fn pressure(
+        &self,
+        counted: &Tally,
+        duration: f64,
+        temperature: f64,
+        confined: &[f64; 3],
+    ) -> Option<f64> {
         if !self.has_pressure {
             return None;
         }
-        let walled = (0..3).filter(|&axis| self.walled_axes[axis]);
-        let (axes, virial) =
-            walled.fold((0, 0.0), |(axes, virial), axis| (axes + 1, virial + counted.confined_virial[axis]));
-        Some(if axes == 0 {
+        let walled: Vec<usize> = (0..3).filter(|&axis| self.walled_axes[axis]).collect();
+        Some(if walled.is_empty() {
             self.number_density * (temperature + counted.virial / (self.dimensions * self.moving as f64 * duration))
         } else {
-            self.accessible_density * temperature + virial / (f64::from(axes) * duration)
+            // Not by a temperature: driven or dissipating, the axes and the species have their own.
+            let sum: f64 = walled.iter().map(|&axis| confined[axis] + counted.confined_virial[axis]).sum();
+            sum / (walled.len() as f64 * duration)
         })
     }
 
@@ -195,7 +198,8 @@ fn pressed_walls(space: &Space) -> [[bool; 2]; 3] {
 mod tests {
     use super::*;
     use crate::engine::Until;
-    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use crate::model::Thermostat;
+    use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
     fn pair() -> SceneBuilder {
         SceneBuilder::new("pair")
@@ -222,9 +226,7 @@ mod tests {
         let walls = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(10.0) };
         let walled = Meaning::of(&pair().space(walls).build().unwrap());
         assert!(!walled.conserves_momentum && !walled.is_homogeneous && walled.has_temperature);
-        // Centres have a cube of 9 for themselves.
         assert!(walled.has_pressure && walled.pressed_walls == [[true; 2]; 3]);
-        assert!((walled.accessible_density - 2.0 / 729.0).abs() < 1e-17);
         assert_eq!(walled.degrees_of_freedom, 6.0);
         assert_eq!(walled.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(20.0 / 6.0));
         // Walls along x only: what the two move in common along y, K = 2 of it, is conserved, as is that along z.
@@ -276,5 +278,76 @@ mod tests {
         assert!((temperature - 1.5).abs() < 1e-12);
         let density = 0.2 * 6.0 / std::f64::consts::PI;
         assert!((row.pressure.unwrap() / (z.mean * density * temperature) - 1.0).abs() < 1e-12);
+    }
+
+    /// A slit with walls along x.
+    fn slit() -> Space {
+        Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(10.0) }
+    }
+
+    #[test]
+    fn only_what_moves_towards_the_walls_presses_on_them() {
+        // One moves to and fro between the walls in 18, the other one along them: 2 for 100 x 9 on either side.
+        let scene = SceneBuilder::new("slit")
+            .space(slit())
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", Vector::new(3.0, 5.0, 2.0), Vector::new(1.0, 0.0, 0.0))
+            .particle("A", Vector::new(7.0, 5.0, 7.0), Vector::new(0.0, 2.0, 0.0));
+        let scene = scene.build().unwrap();
+        let mut observer = super::super::Observer::new(&scene);
+        let mut simulation = Simulation::new(scene);
+        for time in [0.0, 5.0, 18.0, 90.0] {
+            simulation.advance(Until::time(time)).unwrap();
+            let row = observer.row(&simulation);
+            assert!(time == 0.0 || (row.pressure.unwrap() * 900.0 - 1.0).abs() < 1e-13, "{row:?}");
+        }
+    }
+
+    #[test]
+    fn the_pressure_of_a_driven_granular_slit_is_that_on_its_walls() {
+        // Hot along y only, and of two species that dissipate: each has its own temperature, and that along x is another one.
+        let mut scene = SceneBuilder::new("driven")
+            .space(slit())
+            .wall_temperature(0, 0.2)
+            .species("A", 1.0, 1.0)
+            .species("B", 5.0, 2.0);
+        for (pair, diameter) in [(["A", "A"], 1.0), (["A", "B"], 1.5), (["B", "B"], 2.0)] {
+            scene = scene.interaction(pair[0], pair[1], Potential::hard_sphere(diameter).unwrap(), 0.7);
+        }
+        let scene = scene
+            .add_fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "A").count(40) })
+            .add_fill(Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "B").count(10) })
+            .build()
+            .unwrap();
+        let mut observer = super::super::Observer::new(&scene);
+        let mut simulation = Simulation::new(scene);
+        let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, true, false] };
+        simulation.set_thermostat(Some(&bath), 0);
+        // sum x m v / V, whose change is all that the two pressures differ by in a finite time.
+        let moment = |simulation: &Simulation| {
+            let (scene, snapshot) = (simulation.scene(), simulation.snapshot());
+            let of = |(k, particle): (usize, &crate::model::Particle)| {
+                let species = &scene.species[particle.species.0 as usize];
+                let room = scene.space.accessible_volume(species.diameter);
+                (snapshot.positions[k].x - 5.0) * species.mass * snapshot.velocities[k].x / room
+            };
+            scene.particles.iter().enumerate().map(of).sum::<f64>()
+        };
+        let mut last: Option<(f64, Tally, f64)> = None;
+        for stretch in 0..5_u64 {
+            simulation.advance(Until::events(500 * stretch)).unwrap();
+            let arrived = moment(&simulation);
+            if stretch == 3 {
+                simulation.scale_velocities(1.5, &Vector::zeros());
+            }
+            let (row, tally) = (observer.row(&simulation), *simulation.tally());
+            if let Some((time, earlier, left)) = last {
+                let on_walls: f64 = tally.since(&earlier).wall_push[0].iter().sum();
+                let expected = (0.5 * on_walls + arrived - left) / (row.time - time);
+                assert!((row.pressure.unwrap() / expected - 1.0).abs() < 1e-10, "{row:?} {expected}");
+            }
+            last = Some((row.time, tally, moment(&simulation)));
+        }
     }
 }

@@ -24,6 +24,8 @@ enum Search {
 
 /// A relative flight that never ends.
 struct Flight {
+    /// Magnitude of the coordinates that it is the difference of `[length]`.
+    size: f64,
     position: Vector,
     velocity: Vector,
     acceleration: Vector,
@@ -38,10 +40,10 @@ impl Verifier {
     /// nothing will be.
     pub fn witness_end(&mut self) -> Result<(), Fault> {
         let mut left = MOST_IMAGES;
-        let mut open = None;
+        let mut open: Option<Contact> = None;
         for at in 0..self.world.moving.len() {
             let i = self.world.moving[at];
-            self.search_walls(i)?;
+            open = open.or(self.search_walls(i)?);
             for (j, _) in (0..).zip(&self.states.positions) {
                 if self.world.is_first(i, j) && self.search_pair(i, j, &mut left)? {
                     open = open.or(Some(Contact::pair(ParticleId(i), ParticleId(j))));
@@ -51,15 +53,21 @@ impl Verifier {
         open.map_or(Ok(()), |contact| Err(Fault::EndNotShown { contact }))
     }
 
-    fn search_walls(&self, i: u32) -> Result<(), Fault> {
+    /// A wall that it is not shown to miss.
+    fn search_walls(&self, i: u32) -> Result<Option<Contact>, Fault> {
+        let mut open = None;
         for wall in &self.world.walls {
             let approach = wall_approach(&self.world, &self.before, i, wall, 0.0);
+            let contact = Contact::Wall { particle: ParticleId(i), axis: wall.axis, is_upper: wall.is_upper };
             if let Some(after) = approach.next_event() {
-                let contact = Contact::Wall { particle: ParticleId(i), axis: wall.axis, is_upper: wall.is_upper };
                 return Err(self.ended_early(contact, after));
             }
+            let size = self.before.positions[i as usize].norm() + wall.at.abs() + self.world.radius(i);
+            if !approach.is_clear(size) {
+                open = Some(contact);
+            }
         }
-        Ok(())
+        Ok(open)
     }
 
     /// Whether the search for a pair's next event stays open.
@@ -68,6 +76,7 @@ impl Verifier {
         let state = self.pairs.get(i, j).unwrap_or(0);
         let of = |values: &[Vector]| values[i as usize] - values[j as usize];
         let flight = Flight {
+            size: [i, j].iter().map(|&id| self.before.positions[id as usize].norm()).sum(),
             position: self.world.nearest(&self.before, i, j),
             velocity: of(&self.before.velocities),
             acceleration: of(&self.world.accelerations),
@@ -90,21 +99,30 @@ impl Verifier {
 
     /// The next event of a pair at a discontinuity in all the time to come.
     fn search(&self, flight: &Flight, side: Side, distance: f64, left: &mut f64) -> Search {
-        let due = |position: Vector| {
+        let approach = |position: Vector| {
             let Flight { velocity, acceleration, .. } = *flight;
             let boundary = Boundary::Sphere { distance, side };
-            Approach { since: 0.0, position, velocity, acceleration, boundary }.next_event()
+            Approach { since: 0.0, position, velocity, acceleration, boundary }
         };
         let first = |found: Option<f64>, none: Search| found.map_or(none, Search::Due);
         // A pair inside of a discontinuity only knows its nearest image.
         if side == Side::Negative {
-            return first(due(flight.position), Search::Never);
+            return first(approach(flight.position).next_event(), Search::Never);
         }
         let (within, none) = self.long_enough(flight, distance, *left);
         let reach = reach_along(&flight.velocity, &flight.acceleration, within).add_scalar(distance) * MARGIN;
         let Some(images) = self.world.images(&flight.position, &reach, *left) else { return Search::Open };
         *left -= images.len() as f64;
-        first(images.into_iter().filter_map(due).min_by(f64::total_cmp), none)
+        let mut soonest: Option<f64> = None;
+        let mut none = none;
+        for approach in images.into_iter().map(approach) {
+            match approach.next_event() {
+                Some(after) => soonest = Some(soonest.map_or(after, |soonest| soonest.min(after))),
+                None if matches!(none, Search::Never) && !approach.is_clear(flight.size) => none = Search::Open,
+                None => {}
+            }
+        }
+        first(soonest, none)
     }
 
     /// A time after which a pair's images bring nothing new, and what it means if nothing is due until then.

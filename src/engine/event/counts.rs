@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Tally;
 use crate::base::numbers::id;
+use crate::model::SpeciesId;
 
 /// Kinds of events whose numbers are kept apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -98,6 +99,32 @@ impl EventCounts {
         counts
     }
 
+    /// What an engine has counted by the rows of its tables, which are those of `species`, by species.
+    pub(crate) fn of_rows(&self, species: &[SpeciesId]) -> Self {
+        if species.iter().zip(0..).all(|(id, row)| id.0 == row) {
+            return self.clone();
+        }
+        let named = |row: u32| species.get(row as usize).map_or(row, |id| id.0);
+        let mut pairs = BTreeMap::new();
+        self.for_each_pair(|[a, b], counts| {
+            // Rows are in the order of their species.
+            pairs.insert((named(a), named(b)), *counts);
+        });
+        let singles = self.singles.iter().map(|(row, counts)| (named(*row), *counts)).collect();
+        Self { pairs: Pairs::Sparse(pairs), singles }
+    }
+
+    /// The counts of all pairs of species that are kept.
+    fn for_each_pair(&self, mut visit: impl FnMut([u32; 2], &[u64; 5])) {
+        match &self.pairs {
+            Pairs::Sparse(map) => map.iter().for_each(|((a, b), counts)| visit([*a, *b], counts)),
+            Pairs::Listed(list) => {
+                let pairs = (0..).flat_map(|b| (0..=b).map(move |a| [a, b]));
+                pairs.zip(list).for_each(|(pair, counts)| visit(pair, counts));
+            }
+        }
+    }
+
     /// Counts an event of two species.
     #[inline]
     pub(crate) fn note_pair(&mut self, a: usize, b: usize, kind: CountedKind) {
@@ -133,18 +160,11 @@ impl EventCounts {
     #[must_use]
     pub fn entries(&self) -> Vec<(CountedKind, Vec<u32>, u64)> {
         let mut entries = Vec::new();
-        let mut enter = |a: u32, b: u32, counts: &[u64; 5]| {
+        self.for_each_pair(|pair, counts| {
             for (kind, count) in CountedKind::OF_PAIRS.into_iter().zip(counts).filter(|(_, count)| **count > 0) {
-                entries.push((kind, vec![a, b], *count));
+                entries.push((kind, pair.to_vec(), *count));
             }
-        };
-        match &self.pairs {
-            Pairs::Sparse(map) => map.iter().for_each(|((a, b), counts)| enter(*a, *b, counts)),
-            Pairs::Listed(list) => {
-                let pairs = (0..).flat_map(|b| (0..=b).map(move |a| (a, b)));
-                pairs.zip(list).for_each(|((a, b), counts)| enter(a, b, counts));
-            }
-        }
+        });
         for (species, counts) in &self.singles {
             for (kind, count) in CountedKind::OF_ONE.into_iter().zip(counts).filter(|(_, count)| **count > 0) {
                 entries.push((kind, vec![*species], *count));

@@ -10,8 +10,8 @@ use crate::model::Limit;
 use crate::run::course::Measurement;
 use crate::run::{Ending, Recorder};
 
-/// A run without a limit in time that has written so many rows or frames since its last event fills the disk.
-const MOST_QUIET_ROWS: u64 = 1_000_000;
+/// A stage without a limit in time that has written so many rows or frames since its last event fills the disk.
+const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 /// A tick so close to the end, of the whole stretch, falls on it but for rounding.
 const NEAR: f64 = 1e-9;
@@ -73,6 +73,9 @@ impl<R: Recorder> Driver<'_, R> {
                 None => {}
             }
             self.record(true, false)?;
+            if self.is_too_quiet() {
+                return Ok(Some(Ending::GaveUp));
+            }
             let now = self.simulation.time().max(tick);
             if let Some(rows) = &mut self.course.rows {
                 rows.pass(now);
@@ -109,13 +112,13 @@ impl<R: Recorder> Driver<'_, R> {
             self.record(row <= tick, frame <= tick)?;
             // By the clock of the simulation that may be a rounding too early.
             let now = self.simulation.time().max(tick);
+            let is_too_quiet = self.is_too_quiet();
             let Some(measurement) = &mut self.course.measurement else { return Ok(Ending::Time) };
             if sample <= tick {
                 let snapshot = self.simulation.snapshot();
                 measurement.instruments.sample(&Sample { time: now, ..Sample::of(&snapshot) }, &self.subject);
             }
-            self.course.quiet_rows += 1;
-            if self.course.quiet_rows > MOST_QUIET_ROWS && self.course.stage.limit.time.is_none() {
+            if is_too_quiet {
                 return Ok(Ending::GaveUp);
             }
             if row <= tick {
@@ -125,6 +128,12 @@ impl<R: Recorder> Driver<'_, R> {
                 measurement.frames.pass(now);
             }
         }
+    }
+
+    /// Counts a row or frame, and says whether there were too many of them since the last event.
+    fn is_too_quiet(&mut self) -> bool {
+        self.course.quiet_rows += 1;
+        self.course.quiet_rows > MOST_QUIET_ROWS && self.course.stage.limit.time.is_none()
     }
 
     /// Hands out a row and a frame of now, unless that was done.

@@ -34,6 +34,7 @@ impl<R: Recorder> Driver<'_, R> {
         }
         self.course.stage = Start::of(&self.simulation, stage, limit);
         self.course.has_begun = true;
+        (self.course.quiet_steps, self.course.quiet_rows) = (0, 0);
         self.begin_monitor();
         self.course.observer.begin();
         (self.course.rows, self.course.last_row) = (None, None);

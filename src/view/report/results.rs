@@ -14,7 +14,7 @@ const METHODS: [(&str, &str); 11] = [
     ("temperature", "2 (K - P^2 / 2 M) / (D N - c), with the momentum P along the c axes on which it is conserved"),
     (
         "pressure",
-        "(N T + W / (D t)) / V, where W sums r_ij . J over the events of a time t; between walls V is what centres can reach, and W counts the axes across which there are walls",
+        "(N T + W / (D t)) / V, where W sums r_ij . J over the events of a time t; between walls the mean over their axes of <sum m v_x^2 / V> + (1 / t) sum x J / V, where V is what centres can reach",
     ),
     ("compressibility_factor", "Z = p / (rho T), of the mean pressure and temperature"),
     (

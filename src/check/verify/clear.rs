@@ -1,0 +1,121 @@
+//! That a flight never comes to a discontinuity in all the time to come, shown by distances and not by roots.
+//!
+//! The roots of a polynomial are those of its rounded coefficients. On a very long path that decides whether there are any: a search that finds none is
+//! no proof.
+
+use super::approach::{Approach, Boundary};
+use super::rules::Side;
+
+/// What rounding leaves uncertain of a position, in parts of the lengths that add up to it.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// Pieces of a flight that are looked at before nothing is shown.
+const MOST_PIECES: u32 = 10_000;
+
+/// A little beyond what is far enough.
+const BEYOND: f64 = 1.01;
+
+impl Approach {
+    /// Whether it is shown that nothing is ever due, by a margin for the rounding of coordinates of a magnitude `size` `[length]`.
+    ///
+    /// Only from the outside of a sphere: a pair inside of one always comes to it, unless it is at rest.
+    pub fn is_clear(&self, size: f64) -> bool {
+        match self.boundary {
+            Boundary::Plane => self.is_clear_of_plane(size),
+            Boundary::Sphere { distance, side: Side::Positive } => self.recedes() || self.passes(distance, size),
+            Boundary::Sphere { side: Side::Negative, .. } => true,
+        }
+    }
+
+    fn is_clear_of_plane(&self, size: f64) -> bool {
+        let (height, v, a) = (self.position.x, self.velocity.x, self.acceleration.x);
+        if a <= 0.0 {
+            return a == 0.0 && v >= 0.0;
+        }
+        let deepest = 0.5 * v * v / a;
+        v >= 0.0 || height - deepest > ROUNDING * (size + height.abs() + deepest)
+    }
+
+    /// Whether no power of the time makes the distance smaller.
+    fn recedes(&self) -> bool {
+        let (r, v, a) = (&self.position, &self.velocity, &self.acceleration);
+        v.dot(r) >= 0.0 && a.dot(r) + v.norm_squared() >= 0.0 && a.dot(v) >= 0.0
+    }
+
+    /// Whether it passes a sphere: up to the time from which it is surely beyond it, piece by piece. No piece is longer than the speed in its middle
+    /// and the acceleration allow in half of its time.
+    fn passes(&self, distance: f64, size: f64) -> bool {
+        let [length, speed, push] = [&self.position, &self.velocity, &self.acceleration].map(|vector| vector.norm());
+        let from_rest = (length + distance) * BEYOND;
+        let end = if push > 0.0 {
+            (speed + (speed * speed + 2.0 * push * from_rest).sqrt()) / push
+        } else {
+            from_rest / speed
+        };
+        let mut pieces = vec![(0.5 * end * BEYOND, 0.5 * end * BEYOND)];
+        for _ in 0..MOST_PIECES {
+            let Some((middle, half)) = pieces.pop() else { return true };
+            let Self { position, velocity, .. } = self.streamed(self.since + middle);
+            let until = middle + half;
+            let path = (speed + 0.5 * push * until) * until;
+            let above = position.norm() - distance - ROUNDING * (size + length + distance + path);
+            if !above.is_finite() || above <= 0.0 {
+                return false;
+            }
+            if above <= (velocity.norm() + 0.5 * push * half) * half {
+                let half = 0.5 * half;
+                pieces.extend([(middle - half, half), (middle + half, half)]);
+            }
+        }
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+
+    fn flight(position: [f64; 3], velocity: [f64; 3], gravity: f64, boundary: Boundary) -> Approach {
+        let acceleration = Vector::new(0.0, 0.0, -gravity);
+        Approach { since: 2.0, position: position.into(), velocity: velocity.into(), acceleration, boundary }
+    }
+
+    #[test]
+    fn a_pass_is_shown_unless_rounding_could_make_it_a_collision() {
+        let outside = Boundary::Sphere { distance: 1.0, side: Side::Positive };
+        for (position, velocity, gravity, expected) in [
+            ([3.0, 1.1, 0.0], [-1.0, 0.0, 0.0], 0.0, true),
+            ([3.0, 0.9, 0.0], [-1.0, 0.0, 0.0], 0.0, false),
+            ([1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 0.0, true),
+            ([0.5, 0.0, 0.0], [0.0, 0.0, 0.0], 0.0, true),
+            ([1e7, 1.0 + 1e-5, 0.0], [-1.0, 0.0, 0.0], 0.0, true),
+            ([1e7, 1.0 + 1e-9, 0.0], [-1.0, 0.0, 0.0], 0.0, false),
+            ([2.0, 0.0, 3.0], [0.0, 0.0, 0.0], 1.0, true),
+            ([0.9, 0.0, 3.0], [0.0, 0.0, 0.0], 1.0, false),
+            ([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], 1.0, true),
+            ([0.0, 0.0, 6.0], [0.0, 0.0, 1.0], 1e-9, false),
+            ([0.0, 3.0, 6.0], [0.0, 0.0, 1.0], 1e-9, true),
+        ] {
+            let flight = flight(position, velocity, gravity, outside);
+            assert_eq!(flight.is_clear(20.0), expected, "{flight:?}");
+        }
+        let close = flight([3.0, 1.1, 0.0], [-1.0, 0.0, 0.0], 0.0, outside);
+        assert!(!close.is_clear(1e15), "not so far away from the origin");
+    }
+
+    #[test]
+    fn a_plane_is_passed_by_what_leaves_it_or_turns_above_it() {
+        for (height, velocity, gravity, expected) in [
+            (1.0, 0.0, 0.0, true),
+            (1.0, -1e-9, 0.0, false),
+            (1.0, 1.0, 1e-9, false),
+            (3.0, -2.0, -1.0, true),
+            (2.0, -2.0, -1.0, false),
+        ] {
+            let mut flight = flight([height, 0.0, 0.0], [velocity, 0.0, 0.0], 0.0, Boundary::Plane);
+            flight.acceleration.x = -gravity;
+            assert_eq!(flight.is_clear(10.0), expected, "{flight:?}");
+        }
+    }
+}

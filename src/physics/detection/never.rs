@@ -1,0 +1,199 @@
+//! That two never meet: what rounding cannot undo.
+//!
+//! Where detection finds no event, exact arithmetic finds none with coefficients that differ from those of the scene by their rounding. For a
+//! next event that is enough. For all the time to come it is not: on a path of ten million diameters, rounding decides between a
+//! miss and a collision. Here `true` is a proof, with all states within a [`Doubt`] of those given, and `false` is no answer.
+
+use crate::Vector;
+use crate::physics::motion::RelativeState;
+
+/// What some operations leave uncertain of a number, in parts of it.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Rounding that 50 bisections of a polynomial can add up to, in parts of its coefficients.
+const BISECTED: f64 = 64.0 * f64::EPSILON;
+
+/// Pieces of a flight that are looked at before there is no answer.
+const MOST_PIECES: u32 = 200;
+
+/// How far from a state the exact one may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Doubt {
+    /// `[length]`
+    pub position: f64,
+    /// `[length / time]`
+    pub velocity: f64,
+}
+
+impl Doubt {
+    /// That of a difference between numbers whose magnitudes add up to these.
+    #[must_use]
+    pub fn of(lengths: f64, speeds: f64) -> Self {
+        Self { position: ROUNDING * lengths, velocity: ROUNDING * speeds }
+    }
+}
+
+/// Whether a pair without relative acceleration, and with exact velocities, is shown never to come nearer than `distance`, or to recede for ever.
+///
+/// The shortest distance on a straight path is `|r x v| / |v|`, which does not cancel as the discriminant of the overlap function does.
+#[must_use]
+pub fn inertial(state: &RelativeState, doubt: &Doubt, distance: f64) -> bool {
+    let RelativeState { position, velocity } = state;
+    let doubt = doubt.position + ROUNDING * position.norm();
+    let (speed, kept) = (velocity.norm(), distance * (1.0 + ROUNDING) + doubt);
+    if *velocity == Vector::zeros() {
+        return position.norm() > kept;
+    }
+    velocity.dot(position) > speed * doubt || position.cross(velocity).norm() > speed * kept
+}
+
+/// The same of a pair with a relative acceleration.
+#[must_use]
+pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, distance: f64) -> bool {
+    let RelativeState { position: r, velocity: v } = state;
+    let (length, speed, push) = (r.norm(), v.norm(), acceleration.norm());
+    let squared = distance * distance;
+    let (dr, dv) = (doubt.position + ROUNDING * length, doubt.velocity + ROUNDING * speed);
+    // The overlap function from below: no coefficient of the exact one is smaller.
+    let lowest = [
+        r.norm_squared() - squared - 2.0 * dr * (length + dr) - ROUNDING * squared,
+        2.0 * (v.dot(r) - speed * dr - length * dv - dr * dv),
+        acceleration.dot(r) + v.norm_squared() - push * dr - 2.0 * dv * (speed + dv) - ROUNDING * push * length,
+        acceleration.dot(v) - push * dv - ROUNDING * push * speed,
+        0.25 * push * push * (1.0 - ROUNDING),
+    ];
+    let recedes = lowest[1..].iter().all(|&c| c >= 0.0) && lowest[4] > 0.0;
+    recedes || is_always_positive(&lowest, speed / push + (length / push).sqrt())
+}
+
+/// Whether a particle is shown never to come to a plane: the signed distance and its first two derivatives.
+#[must_use]
+pub fn plane(height: f64, velocity: f64, acceleration: f64, doubt: &Doubt) -> bool {
+    if acceleration == 0.0 {
+        // Velocities change at events only.
+        return velocity >= 0.0;
+    }
+    let (lowest, fastest) = (height - doubt.position, doubt.velocity - velocity);
+    let turns_above = lowest > 0.0 && 2.0 * acceleration * lowest > fastest * fastest * (1.0 + ROUNDING);
+    acceleration > 0.0 && (fastest <= 0.0 || turns_above)
+}
+
+/// Whether a quartic, given by its coefficients with the constant first, is shown to be positive from 0 on. `scale` is a time on which it changes.
+///
+/// In units of it, up to 1 and, with the coefficients reversed, from there on to infinity. On each of the two it lies within the hull of its Bernstein
+/// coefficients; where they are not all positive, those of its halves are closer to it.
+fn is_always_positive(coefficients: &[f64; 5], scale: f64) -> bool {
+    let mut power = 1.0;
+    let near = coefficients.map(|c| {
+        let scaled = c * power;
+        power *= scale;
+        scaled
+    });
+    let least = BISECTED * near.iter().map(|c| c.abs()).sum::<f64>();
+    let [c0, c1, c2, c3, c4] = near;
+    least.is_finite() && [near, [c4, c3, c2, c1, c0]].iter().all(|c| is_positive_up_to_one(c, least))
+}
+
+fn is_positive_up_to_one(c: &[f64; 5], least: f64) -> bool {
+    let [c0, c1, c2, c3, c4] = *c;
+    let whole =
+        [c0, c0 + c1 / 4.0, c0 + c1 / 2.0 + c2 / 6.0, c0 + 0.75 * c1 + c2 / 2.0 + c3 / 4.0, c0 + c1 + c2 + c3 + c4];
+    let mut pieces = vec![whole];
+    for _ in 0..MOST_PIECES {
+        let Some(mut piece) = pieces.pop() else { return true };
+        if piece.iter().all(|&b| b > least) {
+            continue;
+        }
+        if piece[0] <= least || piece[4] <= least {
+            return false;
+        }
+        // The halves by de Casteljau: the first ends of all rounds, and the last ones.
+        let mut first = [piece[0]; 5];
+        for round in 1..5 {
+            for k in 0..5 - round {
+                piece[k] = 0.5 * (piece[k] + piece[k + 1]);
+            }
+            first[round] = piece[0];
+        }
+        pieces.extend([first, piece]);
+    }
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXACT: Doubt = Doubt { position: 0.0, velocity: 0.0 };
+
+    fn state(position: [f64; 3], velocity: [f64; 3]) -> RelativeState {
+        RelativeState { position: position.into(), velocity: velocity.into() }
+    }
+
+    #[test]
+    fn a_miss_on_a_straight_path_is_shown_unless_rounding_could_undo_it() {
+        for (position, velocity, expected) in [
+            ([3.0, 0.0, 0.0], [1.0, 0.0, 0.0], true),
+            ([1.0, 0.0, 0.0], [1e-9, 1.0, 0.0], true),
+            ([3.0, 0.0, 0.0], [-1.0, 0.0, 0.0], false),
+            ([3.0, 1.1, 0.0], [-1.0, 0.0, 0.0], true),
+            ([3.0, 0.9, 0.0], [-1.0, 0.0, 0.0], false),
+            ([1e7, 1.0 + 1e-7, 0.0], [-1.0, 0.0, 0.0], true),
+            ([1e7, 1.0 + 1e-8, 0.0], [-1.0, 0.0, 0.0], false),
+            ([1e7, 1.0 + 1e-7, 0.0], [-1e-170, 0.0, 0.0], false),
+            ([1.1, 0.0, 0.0], [0.0, 0.0, 0.0], true),
+            ([0.9, 0.0, 0.0], [0.0, 0.0, 0.0], false),
+        ] {
+            assert_eq!(inertial(&state(position, velocity), &EXACT, 1.0), expected, "{position:?} {velocity:?}");
+        }
+        let close = state([3.0, 1.1, 0.0], [-1.0, 0.0, 0.0]);
+        assert!(inertial(&close, &Doubt { position: 0.09, velocity: 0.0 }, 1.0));
+        assert!(
+            !inertial(&close, &Doubt { position: 0.11, velocity: 0.0 }, 1.0),
+            "not from so far away from the origin"
+        );
+    }
+
+    #[test]
+    fn a_fall_past_a_sphere_is_shown() {
+        let down = Vector::new(0.0, 0.0, -1.0);
+        for (position, velocity, expected) in [
+            ([2.0, 0.0, 3.0], [0.0, 0.0, 0.0], true),
+            ([0.9, 0.0, 3.0], [0.0, 0.0, 0.0], false),
+            ([0.0, 0.0, -2.0], [0.0, 0.0, 0.0], true),
+            ([0.0, 0.0, -1.0], [0.0, 0.0, -0.1], true),
+            ([0.0, 0.0, -2.0], [0.0, 0.0, 1.0], true),
+            ([0.0, 0.0, -2.0], [0.0, 0.0, 1.5], false),
+            // Over it and down behind it: 1.5 above at the same time as it is at its side.
+            ([-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], true),
+            ([-1.0, 0.0, 1.0], [0.5, 0.0, 0.5], false),
+        ] {
+            assert_eq!(
+                accelerated(&state(position, velocity), &down, &EXACT, 1.0),
+                expected,
+                "{position:?} {velocity:?}"
+            );
+        }
+        // Up for 10^9, and back: the last digit of the square of that is larger than the sphere.
+        let slow = Vector::new(0.0, 0.0, -1e-9);
+        assert!(!accelerated(&state([0.0, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));
+        assert!(!accelerated(&state([1e-3, 0.0, 6.0], [0.0, 0.0, 1.0]), &slow, &EXACT, 1.0));
+    }
+
+    #[test]
+    fn a_plane_is_missed_by_what_leaves_it_or_turns_above_it() {
+        for (height, velocity, acceleration, expected) in [
+            (0.0, 0.0, 0.0, true),
+            (-1e-20, 1.0, 0.0, true),
+            (3.0, -1e-9, 0.0, false),
+            (3.0, 1.0, -1e-9, false),
+            (0.0, 1.0, 1.0, true),
+            (3.0, -2.0, 1.0, true),
+            (2.0, -2.0, 1.0, false),
+        ] {
+            assert_eq!(plane(height, velocity, acceleration, &EXACT), expected, "{height} {velocity} {acceleration}");
+        }
+        assert!(!plane(2.1, -2.0, 1.0, &Doubt { position: 0.2, velocity: 0.0 }));
+        assert!(!plane(2.1, -2.0, 1.0, &Doubt { position: 0.0, velocity: 0.1 }));
+    }
+}
