@@ -290,7 +290,7 @@ impl Simulation {
     /// Executes the next event of a pair or a wall and stops at its time, if there is one up to a simulated time; otherwise goes on to
     /// that time.
     ///
-    /// `None` with an infinite limit means that nothing will ever happen again. Where that is so but cannot be shown, as of two particles that
+    /// `None` with an infinite limit means that nothing will ever happen again, as [`Reason::Idle`] does. Where that is so but cannot be shown, as of two particles that
     /// pass each other for ever in a periodic box, an infinite limit is never reached.
     ///
     /// # Errors

@@ -109,11 +109,11 @@ fn is_positive_up_to_one(c: &[f64; 5], least: f64) -> bool {
         }
         // The halves by de Casteljau: the first ends of all rounds, and the last ones.
         let mut first = [piece[0]; 5];
-        for round in 1..5 {
+        for (round, end) in first.iter_mut().enumerate().skip(1) {
             for k in 0..5 - round {
                 piece[k] = 0.5 * (piece[k] + piece[k + 1]);
             }
-            first[round] = piece[0];
+            *end = piece[0];
         }
         pieces.extend([first, piece]);
     }
