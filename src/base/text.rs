@@ -50,6 +50,12 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
+/// All digits of a number, and no more zeros than a reader counts at a glance.
+#[must_use]
+pub fn shortest(number: f64) -> String {
+    if number == 0.0 || (1e-5..1e16).contains(&number.abs()) { number.to_string() } else { format!("{number:e}") }
+}
+
 /// Six digits, as many as a reader compares.
 #[must_use]
 pub fn digits(number: f64) -> String {

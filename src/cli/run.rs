@@ -62,13 +62,14 @@ pub struct Run {
 fn seconds(text: &str) -> Result<Duration, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (1e-3..=1e9).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
-        _ => Err("expected a time of at least 0.001 seconds".to_owned()),
+        _ => Err("expected a time from 0.001 to 1e9 seconds".to_owned()),
     }
 }
 
 fn duration(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(time) if (1e-50..=1e50).contains(&time) => Ok(time),
+        Ok(time) if time > 0.0 && time.is_finite() => Err("expected a time from 1e-50 to 1e50".to_owned()),
         _ => Err("expected a positive finite time".to_owned()),
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::Vector;
 use crate::base::memory;
+use crate::base::text::shortest;
 use crate::model::space::{Boundary, Space};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::place::Place;
@@ -58,22 +59,32 @@ pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
 }
 
 fn check(value: f64, is_good: bool, expected: &str, place: Place) -> Result<f64, SceneError> {
-    if is_good { Ok(value) } else { Err(SceneError::new(place, SceneErrorKind::value(value, expected))) }
+    if is_good { Ok(value) } else { Err(SceneError::new(place, SceneErrorKind::value(shortest(value), expected))) }
+}
+
+/// What is expected instead of a number: one of this kind, or if it is of this kind, one in this range.
+fn instead(is_of_kind: bool, kind: &'static str, range: &'static str) -> &'static str {
+    if is_of_kind { range } else { kind }
 }
 
 /// A number, neither NaN nor infinite.
 pub(crate) fn finite(value: f64, place: Place) -> Result<f64, SceneError> {
-    check(value, value.abs() <= LARGEST, "a finite number", place)
+    let expected = instead(value.is_finite(), "a finite number", "a number from -1e50 to 1e50");
+    check(value, value.abs() <= LARGEST, expected, place)
 }
 
 /// A number above zero.
 pub(crate) fn positive(value: f64, place: Place) -> Result<f64, SceneError> {
-    check(value, (1.0 / LARGEST..=LARGEST).contains(&value), "a positive finite number", place)
+    let is_of_kind = value > 0.0 && value.is_finite();
+    let expected = instead(is_of_kind, "a positive finite number", "a number from 1e-50 to 1e50");
+    check(value, (1.0 / LARGEST..=LARGEST).contains(&value), expected, place)
 }
 
 /// Zero or a number above it.
 pub(crate) fn not_negative(value: f64, place: Place) -> Result<f64, SceneError> {
-    check(value, (0.0..=LARGEST).contains(&value), "zero or a positive finite number", place)
+    let is_of_kind = value > 0.0 && value.is_finite();
+    let expected = instead(is_of_kind, "zero or a positive finite number", "zero or a number up to 1e50");
+    check(value, (0.0..=LARGEST).contains(&value), expected, place)
 }
 
 /// A ratio of speeds.
@@ -83,7 +94,9 @@ pub(crate) fn restitution(value: f64, place: Place) -> Result<f64, SceneError> {
 
 /// A ratio above one.
 pub(crate) fn above_one(value: f64, place: Place) -> Result<f64, SceneError> {
-    check(value, value > 1.0 && value <= LARGEST, "a finite number above 1", place)
+    let is_of_kind = value > 1.0 && value.is_finite();
+    let expected = instead(is_of_kind, "a finite number above 1", "a number above 1, up to 1e50");
+    check(value, value > 1.0 && value <= LARGEST, expected, place)
 }
 
 /// Three finite numbers.
@@ -122,6 +135,23 @@ mod tests {
         assert!(positive(0.0, place()).is_err() && positive(f64::INFINITY, place()).is_err());
         assert!(not_negative(0.0, place()).is_ok() && not_negative(f64::NAN, place()).is_err());
         assert!(finite(f64::NEG_INFINITY, place()).is_err() && finite(-1.0, place()).is_ok());
+    }
+
+    #[test]
+    fn numbers_beyond_the_limits_are_told_what_these_are() {
+        assert_eq!((LARGEST, 1.0 / LARGEST), (1e50, 1e-50));
+        for (result, expected) in [
+            (positive(1e300, Place::root()), "is 1e300, expected a number from 1e-50 to 1e50"),
+            (positive(1e-300, Place::root()), "is 1e-300, expected a number from 1e-50 to 1e50"),
+            (positive(-1e300, Place::root()), "is -1e300, expected a positive finite number"),
+            (positive(f64::INFINITY, Place::root()), "is inf, expected a positive finite number"),
+            (finite(-1e51, Place::root()), "is -1e51, expected a number from -1e50 to 1e50"),
+            (not_negative(2.5e60, Place::root()), "is 2.5e60, expected zero or a number up to 1e50"),
+            (above_one(1e60, Place::root()), "is 1e60, expected a number above 1, up to 1e50"),
+            (above_one(0.25, Place::root()), "is 0.25, expected a finite number above 1"),
+        ] {
+            assert_eq!(result.unwrap_err().kind().to_string(), expected);
+        }
     }
 
     #[test]

@@ -221,6 +221,8 @@ fn bad_input_is_told_before_anything_is_written() {
         (vec!["run", "scene.toml", "--set", "nonsense"], "KEY=VALUE"),
         (vec!["run", "scene.toml", "--set", "fill.0.packing_fraction=0.9"], "0.74"),
         (vec!["run", "scene.toml", "--until-time", "nan"], "positive finite"),
+        (vec!["run", "scene.toml", "--until-time", "1e300"], "from 1e-50 to 1e50"),
+        (vec!["run", "scene.toml", "--set", "run.until_time=1e300"], "is 1e300, expected a number from 1e-50 to 1e50"),
         (vec!["run", "scene.toml", "--until-events", "0"], "at least 1"),
         (vec!["run", "scene.toml", "--seed", "-1"], "--seed"),
         (vec!["run"], "SCENE"),
