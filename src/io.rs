@@ -26,7 +26,7 @@ mod thermo;
 mod vtk;
 
 pub use error::OutputError;
-pub use folder::Folder;
+pub use folder::{Completed, Folder};
 pub use inputs::refuse_input;
 pub(crate) use owned::note;
 pub use place::Existing;

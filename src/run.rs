@@ -73,6 +73,11 @@ pub trait Recorder {
         Ok(())
     }
 
+    /// Whether no more can be kept: the run is interrupted, after a checkpoint.
+    fn is_full(&self) -> bool {
+        false
+    }
+
     /// Whether it is time for a checkpoint.
     fn is_checkpoint_due(&self) -> bool {
         false
@@ -184,4 +189,18 @@ pub struct Finished {
     pub measured: Measured,
     /// What the run found out about its own correctness.
     pub audit: Audit,
+}
+
+impl Finished {
+    /// Whether it came to an end that the scene asks for, or to that of all events, and its audit has nothing to object to.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        matches!(self.ending, Ending::Time | Ending::Events | Ending::Idle) && self.audit.faults().is_empty()
+    }
+
+    /// Whether going on with it may lead to such an end.
+    #[must_use]
+    pub fn can_go_on(&self) -> bool {
+        !matches!(self.ending, Ending::Arrested(_) | Ending::Jammed(_)) && self.audit.faults().is_empty()
+    }
 }

@@ -278,6 +278,8 @@ fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
     refused("its end is");
     fs::write(&checkpoint, "").unwrap();
     refused("damaged");
+    // The one before is gone on from where there is no last one.
+    let _ = fs::remove_file(folder.join("checkpoint.previous"));
     fs::remove_file(&checkpoint).unwrap();
     refused("no checkpoint");
     fs::write(&checkpoint, &good).unwrap();
@@ -286,6 +288,18 @@ fn what_cannot_be_resumed_is_refused_and_left_as_it_is() {
     refused("has 100 bytes");
     fs::write(folder.join("thermo.csv"), &thermo).unwrap();
     finish(resume(&folder));
+}
+
+#[test]
+fn the_checkpoint_before_is_gone_on_from_where_the_last_one_is_lost() {
+    let directory = tempfile::tempdir().unwrap();
+    let folder = directory.path().join("run");
+    finish(start("pendulum", "20000", &folder));
+    let results = ["thermo.csv", "trajectory.xyz", "contacts.csv"].map(|name| folder.join(name));
+    let before = results.clone().map(|path| fs::read(path).unwrap());
+    fs::rename(folder.join("checkpoint"), folder.join("checkpoint.previous")).unwrap();
+    finish(resume(&folder));
+    assert!(before == results.map(|path| fs::read(path).unwrap()));
 }
 
 /// All files of a folder.

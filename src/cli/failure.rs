@@ -80,6 +80,9 @@ impl From<OutputError> for Failure {
             | OutputError::Busy(_)
             | OutputError::Unfinished(_)
             | OutputError::Finished(_)
+            | OutputError::Replacing(_)
+            | OutputError::NotReplacement(_)
+            | OutputError::WithinRun { .. }
             | OutputError::Foreign(_)
             | OutputError::Checkpoint(_) => BAD_INPUT,
             _ => FAILED,
@@ -112,7 +115,7 @@ impl From<ReportError> for Failure {
 }
 
 /// The message of an error and those of what caused it.
-fn with_causes(error: &dyn Error) -> String {
+pub fn with_causes(error: &dyn Error) -> String {
     let mut message = error.to_string();
     let mut source = error.source();
     while let Some(cause) = source {

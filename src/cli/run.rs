@@ -6,14 +6,14 @@ use std::time::Duration;
 use carom::base::text::size;
 use carom::engine::Arrest;
 use carom::io::estimate::{Estimate, allowance, free_disk};
-use carom::io::{Folder, Summary, refuse_input};
+use carom::io::{Completed, Folder, refuse_input};
 use carom::model::{Limit, Scene};
 use carom::run::checkpoint::Checkpoint;
 use carom::run::{self, Ending, Finished, Jam, Recorder};
 use clap::Args;
 
 use super::Changes;
-use super::failure::Failure;
+use super::failure::{Failure, with_causes};
 use super::progress::Display;
 use super::{signals, table};
 
@@ -22,7 +22,8 @@ use super::{signals, table};
 #[command(after_help = "\
 Ctrl-C or SIGTERM end the run early, with complete files up to there; a second one ends it at once. Either way, and after a
 crash or a power cut, it can be resumed from its last checkpoint, to the same bits. A folder that holds a run is refused, unless --force
-is given: that run stays as it is until the new one is complete.
+is given: that run stays as it is until the new one is complete. One that is interrupted or fails stays beside it, in the folder
+replacement within: --resume goes on with it.
 
 Examples:
   carom run configs/hopper.toml
@@ -124,16 +125,15 @@ impl Run {
             signals::flow()
         });
         display.clear();
-        end(&result?, folder, &path)
+        end(&result?, folder)
     }
 
     /// A run from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<(), Failure> {
-        let (folder, mut checkpoint) = Folder::resume(path)?;
+        let (folder, checkpoint) = Folder::resume(path, self.limit())?;
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
         let mut folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
-        if let Some(limit) = self.limit() {
-            checkpoint.extend(limit);
+        if self.limit().is_some() {
             // Whatever happens next, the new end holds.
             folder.checkpoint(&checkpoint.simulation, &checkpoint.course)?;
         }
@@ -147,7 +147,7 @@ impl Run {
             signals::flow()
         });
         display.clear();
-        end(&result?, folder, path)
+        end(&result?, folder)
     }
 
     /// What the files may take; a run that will write more is begun only if that is wanted.
@@ -174,11 +174,38 @@ impl Run {
 }
 
 /// Files, table and verdict.
-fn end(finished: &Finished, folder: Folder, path: &Path) -> Result<(), Failure> {
+fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
     let report = table::text(finished);
-    folder.complete(&Summary::of(finished), &finished.measured, &report)?;
-    super::print(&format!("{report}\nThe files are in {}\n", path.display()))?;
-    verdict(finished)
+    let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
+    let done = folder.complete(finished, &report)?;
+    super::print(&format!("{report}\nThe files are in {}\n{}", done.folder.display(), stay(finished, &done)))?;
+    let failures: Vec<String> = done.failures.iter().map(|failure| with_causes(failure)).collect();
+    let unconverted = format!("the trajectory was not converted: {}", failures.join("; "));
+    if let Err(failure) = excess.map_or_else(|| verdict(finished), |excess| Err(excess.into())) {
+        if !failures.is_empty() {
+            super::warn(&unconverted);
+        }
+        return Err(failure);
+    }
+    let cure = match &done.kept {
+        _ if failures.is_empty() => return Ok(()),
+        None => "the rest is complete; `carom convert` does it when nothing is in the way any more".to_owned(),
+        Some(run) => format!("`carom run --resume {}` does it when nothing is in the way any more", run.display()),
+    };
+    Err(Failure::failed(unconverted, None, Some(&cure)))
+}
+
+/// What became of a run that was to be replaced and was not.
+fn stay(finished: &Finished, done: &Completed) -> String {
+    let Some(run) = done.kept.as_ref().map(|run| run.display()) else { return String::new() };
+    let new = done.folder.display();
+    let why = if done.failures.is_empty() { "has not come to a good end" } else { "is not complete" };
+    let next = if finished.can_go_on() {
+        format!("`carom run --resume {run}` finishes the new one, which then replaces it; ")
+    } else {
+        format!("To keep the new one, move {new} elsewhere; ")
+    };
+    format!("The run in {run} is as it was: the new one {why}\n{next}`--force` begins another\n")
 }
 
 /// Whether the run did what it was asked to, and stands its own audit.

@@ -29,6 +29,12 @@ pub(super) fn last(folder: &Path) -> PathBuf {
     folder.join(LAST)
 }
 
+/// The one to go on from: the last one, or where that is gone the one before.
+pub(super) fn newest(folder: &Path) -> PathBuf {
+    let [last, previous] = NAMES.map(|name| folder.join(name));
+    if !last.exists() && previous.exists() { previous } else { last }
+}
+
 /// Whether a folder has one to go on from.
 pub(super) fn has_any(folder: &Path) -> bool {
     NAMES.iter().any(|name| folder.join(name).exists())

@@ -25,8 +25,11 @@ use std::path::{Path, PathBuf};
 pub use error::{ConvertError, FrameError};
 
 pub(super) use bonds::bond_ends;
-pub(super) use target::{Draft, remove_converted};
+pub(super) use target::{Draft, foreign_in, remove_converted};
 
+use super::folder::TRAJECTORY;
+use super::owned::note;
+use super::place::folder_of;
 use super::{csv, gsd, lammps, npy, vtk};
 use crate::model::Format;
 use crate::trajectory::Frame;
@@ -54,6 +57,17 @@ impl Format {
     #[must_use]
     pub fn is_folder(self) -> bool {
         self.folder_of().is_some()
+    }
+
+    /// The name of a conversion of a run's trajectory in the list of the run's files, where nobody gave it another one.
+    pub(super) fn listed(self) -> String {
+        let name = self.target_beside(Path::new(TRAJECTORY));
+        format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
+    }
+
+    /// The format that fills a folder of such a name in that list.
+    pub(super) fn filling(listed: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.is_folder() && format.listed() == listed)
     }
 
     /// The endings of the files of a format that fills a folder.
@@ -107,7 +121,8 @@ pub(super) trait Writer {
 /// Converts a trajectory in extended XYZ, frame by frame.
 ///
 /// Nothing that exists, finished or not, is replaced unless the options say so, and then only a file, or a folder that holds
-/// nothing but files of the format. If a conversion fails, what it wrote is removed.
+/// nothing but files of the format. If a conversion fails, what it wrote is removed. One of the trajectory of a run, at
+/// [`Format::target_beside`] it, is one of the run's files: a run that replaces that run removes it.
 ///
 /// # Errors
 /// - [`ConvertError::Read`] if the source cannot be read, is malformed or holds no frame;
@@ -131,6 +146,7 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
     if next.is_none() {
         return Err(reading.ended_early(source, options.first));
     }
+    let place = target;
     let target = Target::claim(target, format, source, options.replace)?;
     let mut writer = open(format, &target)?;
     let mut frames = 0;
@@ -146,7 +162,18 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
     }
     writer.finish().map_err(|error| error.at(source, reading.index.saturating_sub(1), target.path()))?;
     target.complete()?;
+    if is_listed(source, format, place) {
+        note(place);
+    }
     Ok(Converted { frames, is_truncated: reading.is_truncated })
+}
+
+/// Whether a conversion of the trajectory of a run has the name that it gets where nobody says otherwise.
+fn is_listed(source: &Path, format: Format, target: &Path) -> bool {
+    let expected = format.target_beside(source);
+    let [one, other] = [source, target].map(|path| std::fs::canonicalize(folder_of(path)).ok());
+    let is_beside = one.is_some() && one == other;
+    source.file_name() == Some(TRAJECTORY.as_ref()) && expected.file_name() == target.file_name() && is_beside
 }
 
 /// How far the source was read.

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use thiserror::Error;
 
 use super::convert::ConvertError;
+use crate::base::text::size;
 use crate::run::checkpoint::CheckpointError;
 use crate::trajectory::extended_xyz::WriteError;
 
@@ -55,7 +56,7 @@ pub enum OutputError {
     #[error("another run writes to {}", .0.display())]
     Busy(PathBuf),
     /// The files of a run take more than they may.
-    #[error("the files in {} take {:.1} GB, more than the {:.1} GB that a run writes unasked", path.display(), bytes / 1e9, most / 1e9)]
+    #[error("the files in {} take {}, more than the {} that a run writes unasked", path.display(), size(*bytes), size(*most))]
     TooMuch {
         /// The folder.
         path: PathBuf,
@@ -73,6 +74,20 @@ pub enum OutputError {
     /// The folder holds a run that was not finished, and can be.
     #[error("{} holds a run that has not ended", .0.display())]
     Unfinished(PathBuf),
+    /// The folder holds a run, and one that was to replace it and has not come to a good end.
+    #[error("{} holds a run, and in it one that was to replace it and has not come to its end", .0.display())]
+    Replacing(PathBuf),
+    /// Something else is where a run is written that replaces another one.
+    #[error("{} is where the new run would be written, and holds something else", .0.display())]
+    NotReplacement(PathBuf),
+    /// The folder is in that of a run.
+    #[error("{} is within {}, the folder of a run", target.display(), run.display())]
+    WithinRun {
+        /// The folder.
+        target: PathBuf,
+        /// That of the run.
+        run: PathBuf,
+    },
     /// The trajectory cannot be converted into a format that the scene asks for.
     #[error(transparent)]
     Convert(#[from] ConvertError),
@@ -94,7 +109,11 @@ impl OutputError {
                 "choose another folder with --out, or replace it with --force; `carom run --resume DIR --until-time T` makes it longer"
             }
             Self::TooMuch { .. } => "if that is wanted, go on with `carom run --force --resume DIR`",
-            Self::Foreign(_) => "move it away, or choose another folder with --out",
+            Self::Replacing(_) => {
+                "go on with the new one, `carom run --resume DIR`; or choose another folder with --out, or begin again with --force"
+            }
+            Self::WithinRun { .. } => "choose another folder with --out",
+            Self::Foreign(_) | Self::NotReplacement(_) => "move it away, or choose another folder with --out",
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
             Self::Convert(error) => return error.cure(),

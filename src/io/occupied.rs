@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
 use super::folder::{SUMMARY, THERMO};
-use super::owned::{self, is_run};
+use super::owned::{self, Replacement, is_run};
 use super::partial::partial_of;
 use super::place::Existing;
 use super::{checkpoints, replacement};
@@ -19,6 +19,8 @@ enum Contents {
     Finished,
     /// A run that can be resumed.
     Unfinished,
+    /// A run, and one that was to replace it and can be resumed.
+    Replacing,
     /// Files that are not those of a run.
     Foreign,
 }
@@ -27,22 +29,41 @@ enum Contents {
 /// the run there is to be replaced.
 ///
 /// # Errors
-/// [`OutputError::Occupied`] if it holds something else, [`OutputError::Finished`] or [`OutputError::Unfinished`] if it holds a run that is to
-/// be kept, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
+/// [`OutputError::Occupied`] if it holds something else, [`OutputError::Finished`], [`OutputError::Unfinished`] or [`OutputError::Replacing`] if
+/// it holds a run that is to be kept, [`OutputError::NotReplacement`] if something else is where the new one would be written,
+/// [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
 pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputError> {
     match (contents(path)?, existing) {
         (Contents::Nothing, _) => Ok(path.to_owned()),
         (Contents::Foreign, _) => Err(OutputError::Occupied(path.to_owned())),
         (Contents::Finished, Existing::Keep) => Err(OutputError::Finished(path.to_owned())),
         (Contents::Unfinished, Existing::Keep) => Err(OutputError::Unfinished(path.to_owned())),
-        (Contents::Finished | Contents::Unfinished, Existing::Replace) => spot(&replacement::within(path), existing),
+        (Contents::Replacing, Existing::Keep) => Err(OutputError::Replacing(path.to_owned())),
+        (_, Existing::Replace) => {
+            let inner = replacement::within(path);
+            // What the run itself does not know of is none of its own.
+            if owned::replacement_of(path) == Replacement::None && contents(&inner)? != Contents::Nothing {
+                return Err(OutputError::NotReplacement(inner));
+            }
+            spot(&inner, existing)
+        }
     }
 }
 
 /// The folder of the run that was begun last: this one, or the one within it that was to replace it.
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
-    if is_run(&inner) && checkpoints::has_any(&inner) { active(&inner) } else { path.to_owned() }
+    let is_known = owned::replacement_of(path) != Replacement::None;
+    if is_known && is_run(&inner) && checkpoints::has_any(&inner) { active(&inner) } else { path.to_owned() }
+}
+
+/// The run in whose folder a folder is, or would be.
+pub(super) fn run_around(path: &Path) -> Option<PathBuf> {
+    let path = std::path::absolute(path).ok()?;
+    // By the names that links stand for, as far as there are any.
+    let (depth, real) =
+        path.ancestors().enumerate().find_map(|(depth, it)| Some((depth, fs::canonicalize(it).ok()?)))?;
+    real.ancestors().skip(usize::from(depth == 0)).find(|folder| is_run(folder)).map(Path::to_owned)
 }
 
 fn contents(path: &Path) -> Result<Contents, OutputError> {
@@ -67,9 +88,11 @@ fn contents(path: &Path) -> Result<Contents, OutputError> {
         return Ok(Contents::Nothing);
     }
     let is_under_way = partial_of(&path.join(THERMO)).exists();
-    Ok(if path.join(SUMMARY).exists() && !is_under_way {
+    Ok(if active(path) != path {
+        Contents::Replacing
+    } else if path.join(SUMMARY).exists() && !is_under_way {
         Contents::Finished
-    } else if checkpoints::has_any(path) || active(path) != path {
+    } else if checkpoints::has_any(path) {
         Contents::Unfinished
     } else {
         Contents::Nothing

@@ -1,14 +1,17 @@
-//! What Carom wrote in the folder of a run: by this list a run is known, and nothing else in its folder is replaced or removed.
+//! What Carom wrote in the folder of a run: by this list a run is known, and nothing else in its folder is replaced or removed. It also
+//! notes how far a run has come that is to replace this one: no other folder is ever taken for such a run.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Component, Path, PathBuf};
 
+use super::convert;
 use super::error::OutputError;
 use super::folder::{CONTACTS, PAGE, PICTURE, REPORT, SCENE, SUMMARY, THERMO, TRAJECTORY, remove};
 use super::partial::partial_of;
 use super::{checkpoints, measurements};
+use crate::model::Format;
 use crate::run::checkpoint::Checkpoint;
 
 /// The list, in the folder. It is locked as long as a run writes there.
@@ -17,18 +20,54 @@ pub(super) const FILE: &str = ".carom";
 /// Its first line.
 const HEADER: &str = "carom lists here what it wrote in this folder; nothing else will be replaced or removed\n";
 
+/// What follows on a line that tells how far a run has come that is to replace this one.
+const REPLACEMENT: &str = "replacement ";
+
+/// How far a run has come that is to replace the one in a folder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) enum Replacement {
+    /// There is none.
+    #[default]
+    None,
+    /// It has been begun, and can be gone on with.
+    Begun,
+    /// It came to an end that it cannot be led away from.
+    Failed,
+    /// It is complete, and takes the place of the other one.
+    Complete,
+}
+
+impl Replacement {
+    const WORDS: [(Self, &'static str); 4] =
+        [(Self::None, "over"), (Self::Begun, "begun"), (Self::Failed, "failed"), (Self::Complete, "complete")];
+
+    fn from_word(word: &str) -> Option<Self> {
+        Self::WORDS.into_iter().find(|(_, known)| *known == word).map(|(state, _)| state)
+    }
+
+    fn word(self) -> &'static str {
+        Self::WORDS.into_iter().find(|(state, _)| *state == self).map_or("", |(_, word)| word)
+    }
+}
+
 /// Names of files in the folder of a run; of folders with all files of a format, with `/` at the end.
 #[derive(Debug)]
 pub(super) struct Owned {
     folder: PathBuf,
     file: File,
     names: BTreeSet<String>,
+    replacement: Replacement,
 }
 
 /// Whether a folder is that of a run: by its list, or by a checkpoint where the list was left behind.
 pub(super) fn is_run(folder: &Path) -> bool {
     let has_list = fs::read(folder.join(FILE)).is_ok_and(|bytes| bytes.starts_with(HEADER.as_bytes()));
-    has_list || Checkpoint::is_one(&checkpoints::last(folder))
+    has_list || Checkpoint::is_one(&checkpoints::newest(folder))
+}
+
+/// How far a run has come that is to replace the one in a folder, by the list of that one.
+pub(super) fn replacement_of(folder: &Path) -> Replacement {
+    read(folder).map(|list| list.replacement).unwrap_or_default()
 }
 
 /// Whether a list is all that a run has made that was killed while it began.
@@ -51,7 +90,8 @@ impl Owned {
             // Where the system has no locks, nothing keeps two runs apart.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
-        let mut owned = Self { folder: folder.to_owned(), file, names: BTreeSet::new() };
+        let mut owned =
+            Self { folder: folder.to_owned(), file, names: BTreeSet::new(), replacement: Replacement::None };
         let mut text = Vec::new();
         owned.file.read_to_end(&mut text).map_err(OutputError::write(&path))?;
         // A last line that was cut off is none.
@@ -61,7 +101,7 @@ impl Owned {
         }
         let text = String::from_utf8_lossy(&text[..whole]);
         match text.strip_prefix(HEADER) {
-            Some(lines) => owned.names = names_of(lines),
+            Some(lines) => List { names: owned.names, replacement: owned.replacement } = List::of(lines),
             // Of a run whose list is lost, or of none yet.
             None => {
                 owned.file.set_len(0).map_err(OutputError::write(&path))?;
@@ -80,6 +120,19 @@ impl Owned {
         &self.names
     }
 
+    pub fn replacement(&self) -> Replacement {
+        self.replacement
+    }
+
+    /// Notes how far a run has come that is to replace this one.
+    pub fn set_replacement(&mut self, state: Replacement) -> Result<(), OutputError> {
+        if self.replacement != state {
+            self.append(&format!("{REPLACEMENT}{}\n", state.word()))?;
+            self.replacement = state;
+        }
+        Ok(())
+    }
+
     /// Puts names on the list, before their files are made.
     ///
     /// # Errors
@@ -89,16 +142,21 @@ impl Owned {
         self.list(names)
     }
 
-    /// Whether there is nothing under some names that Carom did not write.
+    /// Whether there is nothing under some names that Carom did not write; nor in the folders among them.
     ///
     /// # Errors
     /// [`OutputError::Foreign`] if there is.
     pub fn allow(&self, names: &[String]) -> Result<(), OutputError> {
-        for name in names.iter().filter(|name| !self.names.contains(*name)) {
+        for name in names {
             let path = self.folder.join(name.trim_end_matches('/'));
             for path in [partial_of(&path), path] {
-                if fs::symlink_metadata(&path).is_ok() {
-                    return Err(OutputError::Foreign(path));
+                let foreign = match Format::filling(name) {
+                    _ if !self.names.contains(name) => fs::symlink_metadata(&path).is_ok().then_some(path),
+                    Some(format) => convert::foreign_in(&path, format).map_err(OutputError::write(&path))?,
+                    None => None,
+                };
+                if let Some(foreign) = foreign {
+                    return Err(OutputError::Foreign(foreign));
                 }
             }
         }
@@ -119,11 +177,11 @@ impl Owned {
         for name in names {
             let path = self.folder.join(name.trim_end_matches('/'));
             if name.ends_with('/') {
-                super::convert::remove_converted(&path)?;
+                convert::remove_converted(&path)?;
             } else {
                 remove(&path)?;
-                remove(&partial_of(&path))?;
             }
+            self.remove_partial(name)?;
             // A folder that is empty now has no use.
             if let Some(parent) = path.parent().filter(|parent| *parent != self.folder) {
                 let _ = fs::remove_dir(parent);
@@ -132,6 +190,12 @@ impl Owned {
         self.append(&names.iter().map(|name| format!("- {name}\n")).collect::<String>())?;
         self.names.retain(|name| !names.contains(name));
         Ok(())
+    }
+
+    /// Removes what there is of a file, or of a folder, before it is complete.
+    pub fn remove_partial(&self, name: &str) -> Result<(), OutputError> {
+        let partial = partial_of(&self.folder.join(name.trim_end_matches('/')));
+        if name.ends_with('/') { convert::remove_converted(&partial) } else { remove(&partial) }
     }
 
     fn append(&mut self, text: &str) -> Result<(), OutputError> {
@@ -143,29 +207,50 @@ impl Owned {
 /// What commands write beside the files of a run where nobody says otherwise.
 const ABOUT: [&str; 2] = [PAGE, PICTURE];
 
-/// Notes that Carom has written a page or a picture in the folder of a run, where nobody gave it another name: a run that replaces
-/// this one removes it.
+/// Notes that Carom has written a page or a picture in the folder of a run, or has converted its trajectory, where nobody gave that another
+/// name: a run that replaces this one removes it.
 pub(crate) fn note(path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };
-    if ABOUT.contains(&name) && is_run(folder) {
+    let conversions = Format::ALL.map(Format::listed);
+    let is_it = |listed: &&str| listed.trim_end_matches('/') == name;
+    let Some(listed) = ABOUT.into_iter().chain(conversions.iter().map(String::as_str)).find(is_it) else { return };
+    if read(folder).is_some_and(|list| !list.names.contains(listed)) {
         // Without the note the file only outlives the run.
         if let Ok(mut file) = OpenOptions::new().append(true).open(folder.join(FILE)) {
-            let _ = file.write_all(format!("+ {name}\n").as_bytes());
+            let _ = file.write_all(format!("+ {listed}\n").as_bytes());
         }
     }
 }
 
-/// The names that were added and not taken off.
-fn names_of(lines: &str) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    for line in lines.lines() {
-        if let Some(name) = line.strip_prefix("+ ").filter(|name| is_inside(name)) {
-            names.insert(name.to_owned());
-        } else if let Some(name) = line.strip_prefix("- ") {
-            names.remove(name);
+/// What a list says.
+#[derive(Debug, Default)]
+struct List {
+    /// The names that were added and not taken off.
+    names: BTreeSet<String>,
+    replacement: Replacement,
+}
+
+impl List {
+    fn of(lines: &str) -> Self {
+        let mut list = Self::default();
+        for line in lines.lines() {
+            if let Some(name) = line.strip_prefix("+ ").filter(|name| is_inside(name)) {
+                list.names.insert(name.to_owned());
+            } else if let Some(name) = line.strip_prefix("- ") {
+                list.names.remove(name);
+            } else if let Some(state) = line.strip_prefix(REPLACEMENT).and_then(Replacement::from_word) {
+                list.replacement = state;
+            }
         }
+        list
     }
-    names
+}
+
+/// The list in a folder, if there is one; a last line that was cut off is none.
+fn read(folder: &Path) -> Option<List> {
+    let text = fs::read(folder.join(FILE)).ok()?;
+    let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+    String::from_utf8_lossy(&text[..whole]).strip_prefix(HEADER).map(List::of)
 }
 
 /// Whether a name leads to somewhere in the folder.
@@ -199,6 +284,6 @@ mod tests {
 
     #[test]
     fn no_list_leads_out_of_its_folder() {
-        assert_eq!(names_of("+ ../x\n+ /etc/x\n+ events/time.npy\n+ \n+ ./y\n").len(), 1);
+        assert_eq!(List::of("+ ../x\n+ /etc/x\n+ events/time.npy\n+ \n+ ./y\n").names.len(), 1);
     }
 }

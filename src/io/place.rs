@@ -153,7 +153,8 @@ pub(crate) fn sync_folder(folder: &Path) {
     }
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder in which a file is.
+pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

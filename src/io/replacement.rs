@@ -1,13 +1,15 @@
 //! A run that replaces another one: it is written in a folder within the other's, which stays as it is until all of the new one is
-//! complete. Its files then take their places; what was killed meanwhile is finished by whoever opens the folder next.
+//! complete and sound. Its files then take their places; what was killed meanwhile is finished by whoever opens the folder next. The list of
+//! the other run says how far that has come: what else is in such a folder is left alone.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::checkpoints;
+use super::convert::remove_converted;
 use super::error::OutputError;
 use super::folder::{SUMMARY, remove};
-use super::owned::{self, Owned};
+use super::owned::{self, Owned, Replacement};
 use super::place::sync_folder;
 
 /// The folder of the run that is to replace the one in a folder.
@@ -18,22 +20,27 @@ pub(super) fn within(run: &Path) -> PathBuf {
 /// Finishes what a killed program began: puts a complete run in the place of the one that it replaces, and removes one that came to nothing.
 /// The folder is locked.
 pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> {
+    if owned.replacement() == Replacement::None {
+        return Ok(());
+    }
     let inner = within(run);
     if !inner.join(owned::FILE).exists() {
-        return Ok(());
+        // It was moved away, or removed.
+        return owned.set_replacement(Replacement::None);
     }
     let mut new = Owned::lock(&inner)?;
     recover(&inner, &mut new)?;
-    if inner.join(SUMMARY).exists() {
+    let has_ended = inner.join(SUMMARY).exists();
+    if has_ended && owned.replacement() == Replacement::Complete {
         return take_place(&inner, new, run, owned);
     }
-    if checkpoints::has_any(&inner) {
+    if has_ended || checkpoints::has_any(&inner) {
         return Ok(());
     }
     let names: Vec<String> = new.names().iter().cloned().collect();
     new.remove(&names)?;
     clear(&inner, new);
-    Ok(())
+    owned.set_replacement(Replacement::None)
 }
 
 /// Puts all files of a complete run into the place of those of the run that it replaces.
@@ -43,6 +50,7 @@ pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> 
 pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) -> Result<(), OutputError> {
     let names: Vec<String> = new.names().iter().cloned().collect();
     old.claim(&names)?;
+    old.set_replacement(Replacement::Complete)?;
     // From here on the old files are replaced; all new ones are complete and safe.
     remove(&run.join(SUMMARY))?;
     sync_folder(run);
@@ -53,16 +61,16 @@ pub(super) fn take_place(inner: &Path, new: Owned, run: &Path, old: &mut Owned) 
     old.remove(&stale)?;
     for name in &names {
         // Of a replaced run that had not ended.
-        remove(&super::partial::partial_of(&run.join(name)))?;
+        old.remove_partial(name)?;
     }
     sync_folder(run);
     move_into(&inner.join(SUMMARY), &run.join(SUMMARY))?;
     sync_folder(run);
     clear(inner, new);
-    Ok(())
+    old.set_replacement(Replacement::None)
 }
 
-/// Renames a file, or all files of a folder; what is not there any more has been moved before.
+/// Renames a file, or a folder with all files of a format; what is not there any more has been moved before.
 fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
     let Ok(metadata) = fs::symlink_metadata(from) else { return Ok(()) };
     let write = |source| OutputError::Write { path: to.to_owned(), source };
@@ -72,15 +80,9 @@ fn move_into(from: &Path, to: &Path) -> Result<(), OutputError> {
         }
         return fs::rename(from, to).map_err(write);
     }
-    fs::create_dir_all(to).map_err(write)?;
-    let mut new = Vec::new();
-    for entry in fs::read_dir(from).map_err(write)? {
-        new.push(entry.map_err(write)?.file_name());
-    }
-    for name in new {
-        fs::rename(from.join(&name), to.join(&name)).map_err(write)?;
-    }
-    fs::remove_dir(from).map_err(write)
+    // None of the old files stays among the new ones, also where a kill comes between: all new ones arrive at once.
+    remove_converted(to)?;
+    fs::rename(from, to).map_err(write)
 }
 
 /// Removes the folder of a run of which nothing is left but its list.

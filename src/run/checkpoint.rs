@@ -44,6 +44,9 @@ const VERSION: usize = 12;
 const HEAD: usize = MAGIC.len() + VERSION + FINGERPRINT.len() / 2;
 const TAIL: usize = 12;
 
+/// Of a time: as much is what rounding makes of it.
+const NEAR: f64 = 1e-9;
+
 /// A run to go on with.
 #[derive(Debug, Deserialize)]
 pub struct Checkpoint {
@@ -167,6 +170,22 @@ impl Checkpoint {
     pub(crate) fn is_one(path: &Path) -> bool {
         let mut magic = [0; MAGIC.len()];
         File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
+    }
+
+    /// Refuses an end of the measured stretch that it is beyond, so that no scene tells of an end that was none.
+    ///
+    /// # Errors
+    /// [`CheckpointError::Passed`].
+    pub(crate) fn refuse_passed(&self, limit: Limit) -> Result<(), CheckpointError> {
+        let Some((time, events)) = self.course.measured_so_far(&self.simulation) else { return Ok(()) };
+        let is_later = |asked: &f64| time - asked > NEAR * asked + f64::EPSILON * self.simulation.time();
+        let passed = match (limit.time.filter(is_later), limit.events.filter(|asked| events > *asked)) {
+            (Some(asked), _) => Some((format!("a time of {time}"), format!("a time of {asked}"))),
+            (None, Some(asked)) => Some((format!("{events} events"), format!("{asked} events"))),
+            (None, None) => None,
+        };
+        let Some((measured, asked)) = passed else { return Ok(()) };
+        Err(CheckpointError::Passed { time: self.simulation.time(), measured, asked })
     }
 
     /// Gives the measured stretch another end; one that was reached before ends it at once.

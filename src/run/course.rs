@@ -162,6 +162,13 @@ impl Course {
         }
     }
 
+    /// Simulated time and physical events of the measured stretch so far; `None` before it.
+    pub(crate) fn measured_so_far(&self, simulation: &Simulation) -> Option<(f64, u64)> {
+        let is_measured = self.stage.stage == Stage::Measurement;
+        let events = simulation.tally().physical().saturating_sub(self.stage.events);
+        is_measured.then(|| (simulation.time() - self.stage.time, events))
+    }
+
     /// What was measured so far.
     pub(super) fn measured(&self, subject: &Subject) -> crate::analysis::instruments::Measured {
         self.measurement.as_ref().map(|measurement| measurement.instruments.report(subject)).unwrap_or_default()

@@ -127,8 +127,7 @@ impl<R: Recorder> Driver<'_, R> {
             if !self.is_ahead && self.recorder.is_checkpoint_due() {
                 self.keep()?;
             }
-            let progress = self.progress();
-            if (self.watch)(&progress).is_break() {
+            if self.is_stopped() {
                 return Ok(Some(Ending::Interrupted));
             }
             let scaling = self.course.next_scaling;
@@ -260,8 +259,7 @@ impl<R: Recorder> Driver<'_, R> {
             if !self.is_ahead && self.recorder.is_checkpoint_due() {
                 self.keep()?;
             }
-            let progress = self.progress();
-            if (self.watch)(&progress).is_break() {
+            if self.is_stopped() {
                 return Ok(Err(Ending::Interrupted));
             }
         }
@@ -303,6 +301,12 @@ impl<R: Recorder> Driver<'_, R> {
         let mut course = self.course.clone();
         course.earlier_seconds += seconds;
         self.recorder.checkpoint(&self.simulation, &course)
+    }
+
+    /// Whether the caller wants no more, or no more can be kept.
+    fn is_stopped(&mut self) -> bool {
+        let progress = self.progress();
+        (self.watch)(&progress).is_break() || self.recorder.is_full()
     }
 
     fn progress(&self) -> Progress {

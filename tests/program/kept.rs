@@ -1,56 +1,13 @@
 //! What is there already: nothing is replaced unasked, and nothing is lost on the way.
 
-use std::collections::BTreeMap;
 use std::fs;
-use std::path::Path;
-use std::process::{Child, Stdio};
-use std::time::Duration;
+use std::ops::ControlFlow;
 
-use super::place::{FLUID, Place, code, errors, words};
+use carom::io::{Existing, Folder};
+use carom::model::Scene;
+use carom::run::{Ending, Progress, resume, run};
 
-/// All files of a folder but for the list that Carom keeps.
-fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut contents = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() {
-            contents.extend(self::contents(&path).into_iter().map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
-        } else if name != ".carom" {
-            contents.insert(name, fs::read(path).unwrap());
-        }
-    }
-    contents
-}
-
-/// A message as one line, without the frame that it has in a terminal.
-fn line(output: &std::process::Output) -> String {
-    errors(output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-/// A run that goes on for long, with a checkpoint at least.
-fn begun(place: &Place, more: &[&str]) -> Child {
-    begun_in(place, more, if more.contains(&"--force") { "runs/scene/replacement" } else { "runs/scene" })
-}
-
-fn begun_in(place: &Place, more: &[&str], folder: &str) -> Child {
-    let mut arguments = vec!["run", "scene.toml", "-q", "--until-time", "1e6", "--checkpoint-every", "0.01"];
-    arguments.extend(["--set", "output.thermo_interval=10.0"]);
-    arguments.extend(more);
-    let child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    for _ in 0..600 {
-        if place.path().join(folder).join("checkpoint").exists() {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    child
-}
-
-fn killed(mut child: Child) {
-    child.kill().unwrap();
-    child.wait().unwrap();
-}
+use super::place::{FLUID, Place, begun, begun_in, code, contents, ended, errors, killed, line, words};
 
 #[test]
 fn no_command_replaces_anything_unasked() {
@@ -88,9 +45,9 @@ fn no_command_replaces_anything_unasked() {
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-events", "200"])), 0);
     let mut names: Vec<String> = contents(&place.path().join("runs/scene")).into_keys().collect();
     names.sort();
-    // The page, the picture and the contacts are those of the other run; the conversion could be anybody's.
-    let left = ["checkpoint", "notes.txt", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.csv"];
-    assert_eq!(names, [&left[..], &["trajectory.xyz"]].concat());
+    // The page, the picture, the contacts and the conversion are those of the other run.
+    let left = ["checkpoint", "notes.txt", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.xyz"];
+    assert_eq!(names, left);
     assert_eq!(place.summary("runs/scene")["events"]["total"], 200);
 }
 
@@ -132,19 +89,19 @@ fn a_run_is_as_it_was_until_another_one_has_replaced_it() {
     assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
     let output = place.carom(&["report", "runs/scene"]);
     assert!(code(&output) == 0 && is_as_before(), "{}", errors(&output));
-    // A file of the user's own in the way is kept: told at the start, and at the end what was simulated is not lost.
+    // A file of the user's own in the way is kept: told at the start, and what was simulated is not lost.
     let arguments = ["run", "scene.toml", "--force", "--set", "output.contacts=true"];
     for is_late in [false, true] {
         let child = is_late.then(|| begun_in(&place, &arguments[2..], "runs/scene/replacement/replacement"));
         fs::write(folder.join("contacts.csv"), "mine").unwrap();
         child.into_iter().for_each(killed);
-        let resume = ["run", "--resume", "runs/scene", "--until-time", "1e-3"];
+        let resume = ["run", "--resume", "runs/scene", "--until-time", "1e9"];
         let output = place.carom(if is_late { &resume } else { &arguments });
         assert_eq!(code(&output), 2, "{}", errors(&output));
         assert!(is_as_before() && line(&output).contains("not written by carom"), "{}", errors(&output));
         fs::remove_file(folder.join("contacts.csv")).unwrap();
     }
-    let output = place.carom(&["run", "--resume", "runs/scene", "--until-time", "1e-3"]);
+    let output = ended(&place, "runs/scene");
     assert_eq!(code(&output), 0, "{}", errors(&output));
     assert!(words(&output).ends_with("The files are in runs/scene\n"), "{}", words(&output));
     assert_eq!(place.summary("runs/scene")["seed"], 1);
@@ -180,7 +137,7 @@ fn two_runs_in_one_folder_exclude_each_other() {
         assert!(line(&output).contains("another run writes to runs/scene"), "{arguments:?}: {}", errors(&output));
     }
     killed(child);
-    assert_eq!(code(&place.carom(&["run", "--resume", "runs/scene", "--until-time", "1"])), 0);
+    assert_eq!(code(&ended(&place, "runs/scene")), 0);
 }
 
 #[test]
@@ -227,14 +184,27 @@ fn a_run_asks_before_it_fills_the_disk() {
 }
 
 #[test]
-fn what_no_estimate_can_know_is_counted_and_the_run_can_go_on() {
+fn what_no_estimate_can_know_is_counted_and_the_run_goes_on_to_the_same_bits() {
     let place = Place::with(FLUID);
-    let scene = carom::model::Scene::from_file(place.path().join("scene.toml")).unwrap();
-    let folder = place.path().join("run");
-    let create = || carom::io::Folder::create(&folder, &scene, carom::io::Existing::Keep).unwrap();
-    let mut limited = create().at_most(60_000.0);
-    let result = carom::run::run(scene.clone(), &mut limited, &mut |_| std::ops::ControlFlow::Continue(()));
-    assert!(matches!(result, Err(carom::io::OutputError::TooMuch { most: 60_000.0, .. })), "{result:?}");
-    let written = fs::metadata(folder.join("trajectory.xyz.partial")).unwrap().len();
+    let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
+    let [limited, whole] = ["limited", "whole"].map(|name| place.path().join(name));
+    let go_on = |_: &Progress| ControlFlow::Continue(());
+    let mut folder = Folder::create(&limited, &scene, Existing::Keep).unwrap().at_most(60_000.0);
+    let finished = run(scene.clone(), &mut folder, &mut go_on.clone()).unwrap();
+    assert_eq!(finished.ending, Ending::Interrupted);
+    let excess = folder.excess().unwrap();
+    assert!(excess.to_string().contains("more than the 60 kB that"), "{excess}");
+    folder.complete(&finished, "").unwrap();
+    let written = fs::metadata(limited.join("trajectory.xyz")).unwrap().len();
     assert!((30_000..120_000).contains(&written), "{written}");
+    let (mut folder, checkpoint) = Folder::resume(&limited, None).unwrap();
+    let finished = resume(checkpoint.simulation, checkpoint.course, &mut folder, &mut go_on.clone()).unwrap();
+    assert!(finished.is_sound());
+    folder.complete(&finished, "").unwrap();
+    let mut folder = Folder::create(&whole, &scene, Existing::Keep).unwrap();
+    let finished = run(scene, &mut folder, &mut go_on.clone()).unwrap();
+    folder.complete(&finished, "").unwrap();
+    for name in ["thermo.csv", "trajectory.xyz"] {
+        assert_eq!(fs::read(limited.join(name)).unwrap(), fs::read(whole.join(name)).unwrap(), "{name}");
+    }
 }

@@ -7,4 +7,5 @@ mod kept;
 mod memory;
 mod names;
 mod place;
+mod replaced;
 mod run;

@@ -1,8 +1,10 @@
 //! A folder of its own in which the program is called.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::Duration;
 
 use serde_json::Value;
 
@@ -114,4 +116,57 @@ pub fn keys(value: &Value) -> Vec<&str> {
 pub fn sorted(mut words: Vec<&str>) -> Vec<&str> {
     words.sort_unstable();
     words
+}
+
+/// All files of a folder but for the list that Carom keeps.
+pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut contents = BTreeMap::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        if path.is_dir() {
+            contents.extend(self::contents(&path).into_iter().map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
+        } else if name != ".carom" {
+            contents.insert(name, fs::read(path).unwrap());
+        }
+    }
+    contents
+}
+
+/// A message as one line, without the frame that it has in a terminal.
+pub fn line(output: &Output) -> String {
+    errors(output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// A run that goes on for long, with a checkpoint at least.
+pub fn begun(place: &Place, more: &[&str]) -> Child {
+    begun_in(place, more, if more.contains(&"--force") { "runs/scene/replacement" } else { "runs/scene" })
+}
+
+pub fn begun_in(place: &Place, more: &[&str], folder: &str) -> Child {
+    let mut arguments = vec!["run", "scene.toml", "-q", "--until-time", "1e6", "--checkpoint-every", "0.01"];
+    arguments.extend(["--set", "output.thermo_interval=10.0"]);
+    arguments.extend(more);
+    let child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    for _ in 0..600 {
+        if place.path().join(folder).join("checkpoint").exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    child
+}
+
+pub fn killed(mut child: Child) {
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+/// A run that was stopped goes on for an event from its last checkpoint, to an end that it was asked for.
+pub fn ended(place: &Place, folder: &str) -> Output {
+    let to = |events: u64| place.carom(&["run", "--resume", folder, "--until-events", &events.to_string()]);
+    let output = to(1);
+    let message = line(&output);
+    let measured = message.split_once("has measured ").and_then(|(_, rest)| rest.split(' ').next()?.parse().ok());
+    measured.map_or(output, |events: u64| to(events + 1))
 }

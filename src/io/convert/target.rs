@@ -125,23 +125,31 @@ fn is_same(a: &Path, b: &Path) -> bool {
 
 /// Refuses a folder where a file belongs, the reverse, and a folder with anything but files of the format.
 fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
-    let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(()) };
-    let is_former = match format.folder_of() {
-        None => metadata.is_file(),
-        Some(endings) => metadata.is_dir() && holds_only(path, endings).map_err(ConvertError::write(path))?,
-    };
-    if is_former { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
+    let foreign = foreign_in(path, format).map_err(ConvertError::write(path))?;
+    if foreign.is_none() { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
 }
 
-fn holds_only(folder: &Path, endings: &[&str]) -> io::Result<bool> {
-    for entry in fs::read_dir(folder)? {
+/// What stands where a conversion is to go and is none into that format: a folder where a file belongs, the reverse, or something in a
+/// folder besides files of the format.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub(in crate::io) fn foreign_in(path: &Path, format: Format) -> io::Result<Option<PathBuf>> {
+    let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(None) };
+    let Some(endings) = format.folder_of() else {
+        return Ok((!metadata.is_file()).then(|| path.to_owned()));
+    };
+    if !metadata.is_dir() {
+        return Ok(Some(path.to_owned()));
+    }
+    for entry in fs::read_dir(path)? {
         let entry = entry?;
         let is_known = entry.path().extension().is_some_and(|ending| endings.iter().any(|known| ending == *known));
         if !(is_known && entry.file_type()?.is_file()) {
-            return Ok(false);
+            return Ok(Some(entry.path()));
         }
     }
-    Ok(true)
+    Ok(None)
 }
 
 /// Removes a file, or a folder of files; nothing is fine as well.

@@ -82,6 +82,16 @@ pub enum CheckpointError {
         /// That of what was read.
         expected: String,
     },
+    /// The run is asked for an end that it is beyond.
+    #[error("the run is at t = {time} already and has measured {measured}, expected a later end than {asked}")]
+    Passed {
+        /// Simulated time `[time]`.
+        time: f64,
+        /// How far the measured stretch has come.
+        measured: String,
+        /// The end that was asked for.
+        asked: String,
+    },
     /// The text of the scene is not that of the run.
     #[error("{} is not the scene of the checkpoint: without its limit its checksum is {found:08x}, expected {expected:08x}",
         path.display())]
@@ -114,6 +124,9 @@ impl CheckpointError {
             }
             Self::OtherVersion { .. } => "resume with the version that wrote it, or start the run again",
             Self::File { .. } | Self::FileUnreadable { .. } => "bring the file back, or start the run again",
+            Self::Passed { .. } => {
+                "give --until-time or --until-events at least what is measured; a shorter run is a new one, with --out"
+            }
             Self::Input { .. } => "bring the file back, or remove it: the checkpoint does not need it",
             Self::Content { .. } | Self::Scene { .. } => {
                 "is it the file, or the checkpoint, of another run? bring back what belongs together, or start the run again"

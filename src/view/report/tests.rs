@@ -3,7 +3,7 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::instruments::{Curve, Measured, Number, Published, Series, Variable};
-use crate::io::{Existing, Folder, Summary};
+use crate::io::{Existing, Folder};
 use crate::model::Scene;
 use crate::run;
 
@@ -68,7 +68,7 @@ fn folder_of(text: &str) -> tempfile::TempDir {
     let mut folder = Folder::create(place.path(), &scene, Existing::Keep).unwrap();
     folder.keep_scene(text).unwrap();
     let finished = run::run(scene, &mut folder, &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
-    folder.complete(&Summary::of(&finished), &finished.measured, "").unwrap();
+    folder.complete(&finished, "").unwrap();
     place
 }
 

@@ -1,0 +1,118 @@
+//! The end of a run in its folder.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use super::{BEFORE, Folder, PAGE, REPORT, SUMMARY, TRAJECTORY};
+use crate::io::convert::{ConvertError, Options, convert};
+use crate::io::error::OutputError;
+use crate::io::event_log::EventLog;
+use crate::io::kept_scene::KeptScene;
+use crate::io::owned::{Owned, Replacement};
+use crate::io::partial::PartialFile;
+use crate::io::place::sync_folder;
+use crate::io::summary::Summary;
+use crate::io::{measurements, replacement};
+use crate::run::Finished;
+
+/// Where the files of a run are when it has ended.
+#[derive(Debug)]
+pub struct Completed {
+    /// The files.
+    pub files: Vec<PathBuf>,
+    /// Their folder.
+    pub folder: PathBuf,
+    /// The folder of the run that was to be replaced and was not, because this one has not come to its end, or is not sound.
+    pub kept: Option<PathBuf>,
+    /// Why the trajectory could not be converted.
+    pub failures: Vec<ConvertError>,
+}
+
+impl Folder {
+    /// Gives the files their names, and adds the measurements, the summary and a report for people; then takes the place of the run that is to be
+    /// replaced, if there is one and this one [is sound](Finished::is_sound) and complete.
+    ///
+    /// # Errors
+    /// [`OutputError::Write`] if a file cannot be written; there is no `summary.json` then, or that of the run that was to be replaced. A
+    /// conversion that fails is no error here.
+    pub fn complete(mut self, finished: &Finished, report: &str) -> Result<Completed, OutputError> {
+        let Some(mut owned) = self.owned.pop() else { return Err(OutputError::NotFolder(self.path)) };
+        let measured = &finished.measured;
+        owned.claim(&measurements::names(measured))?;
+        let mut report_file = PartialFile::create(self.path.join(REPORT))?;
+        report_file.write(report)?;
+        let summary_file = summary(&self.path, finished)?;
+        let measurements = measurements::prepare(&self.path, measured)?;
+        let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
+        let trajectory = self.path.join(TRAJECTORY);
+        let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
+        let files = [self.scene.map(KeptScene::into_file)]
+            .into_iter()
+            .chain(tables)
+            .flatten()
+            .chain(measurements)
+            .chain(events);
+        let mut files: Vec<PartialFile> = files.chain([report_file]).collect();
+        // All are safe before the first of them gets its name.
+        files.iter_mut().try_for_each(PartialFile::sync)?;
+        let mut files: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
+        let mut failures = Vec::new();
+        for format in self.formats {
+            let target = format.target_beside(&trajectory);
+            match convert(&trajectory, format, &target, &Options { replace: true, ..Options::default() }) {
+                Ok(_) => files.push(target),
+                Err(error) => failures.push(error),
+            }
+        }
+        sync_folder(&self.path);
+        files.push(summary_file.complete()?);
+        sync_folder(&self.path);
+        remove_stale(&mut owned, &measurements::names(measured))?;
+        let is_whole = finished.is_sound() && failures.is_empty();
+        let folder = take_places(&self.path, owned, self.owned, is_whole, finished.can_go_on())?;
+        let place = |file: PathBuf| file.strip_prefix(&self.path).map_or(file.clone(), |name| folder.join(name));
+        let files = files.into_iter().map(place).collect();
+        let kept = (folder != self.target).then_some(self.target);
+        Ok(Completed { files, folder, kept, failures })
+    }
+}
+
+/// The summary, safe on the disk under the name of a file that is not complete.
+fn summary(folder: &Path, finished: &Finished) -> Result<PartialFile, OutputError> {
+    let mut file = PartialFile::create(folder.join(SUMMARY))?;
+    let text = serde_json::to_string_pretty(&Summary::of(finished))
+        .map_err(|error| OutputError::write(file.path())(io::Error::other(error)))?;
+    file.write(&(text + "\n"))?;
+    file.sync()?;
+    Ok(file)
+}
+
+/// Removes what is not true any more when a run has gone on.
+fn remove_stale(owned: &mut Owned, new: &[String]) -> Result<(), OutputError> {
+    let is_stale =
+        |name: &&String| [PAGE, BEFORE].contains(&name.as_str()) || measurements::is_table(name) && !new.contains(name);
+    let stale: Vec<String> = owned.names().iter().filter(is_stale).cloned().collect();
+    owned.remove(&stale)
+}
+
+/// Lets a run take the places of those that it is to replace, whose lists are `outer`, and says where it is then. One that is not whole takes
+/// that of a failed one at most, so that it does not matter how often a run fails.
+fn take_places(
+    path: &Path,
+    mut inner: Owned,
+    mut outer: Vec<Owned>,
+    is_whole: bool,
+    can_go_on: bool,
+) -> Result<PathBuf, OutputError> {
+    let mut path = path;
+    while let Some(mut old) = outer.pop() {
+        let is_over_failed = outer.last().is_some_and(|before| before.replacement() == Replacement::Failed);
+        let Some(parent) = path.parent().filter(|_| is_whole || is_over_failed) else {
+            old.set_replacement(if can_go_on { Replacement::Begun } else { Replacement::Failed })?;
+            break;
+        };
+        replacement::take_place(path, inner, parent, &mut old)?;
+        (path, inner) = (parent, old);
+    }
+    Ok(path.to_owned())
+}

@@ -1,0 +1,105 @@
+//! Going on with a run in its folder.
+
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use super::{BEFORE, CONTACTS, Folder, SCENE, SUMMARY, THERMO, TRAJECTORY, levels, names_of};
+use crate::io::checkpoints::{self, Checkpoints};
+use crate::io::error::OutputError;
+use crate::io::event_log::EventLog;
+use crate::io::kept_scene::KeptScene;
+use crate::io::occupied::active;
+use crate::io::owned::{Owned, Replacement, is_run};
+use crate::io::partial::PartialFile;
+use crate::io::thermo::Columns;
+use crate::io::{inputs, replacement};
+use crate::model::Limit;
+use crate::run::checkpoint::{Checkpoint, CheckpointError};
+use crate::trajectory::frame::Frame;
+
+impl Folder {
+    /// Goes on with a run from its last checkpoint, or from the one before if that is gone: what its files gained later is cut off. A run that
+    /// was to replace the one in the folder, and has not come to its end, comes first. `limit` gives the measured stretch another end.
+    ///
+    /// # Errors
+    /// [`OutputError::Busy`] if another run writes there; [`OutputError::Checkpoint`] if there is none, if a file is missing, too short, or not
+    /// that of the checkpoint, or if the run is beyond the limit; [`OutputError::Foreign`] if a file that is not Carom's is in the way:
+    /// nothing is changed then. [`OutputError::Write`] if one cannot be changed.
+    pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
+        // Nothing is made where there is no run.
+        if !is_run(target) {
+            let last = checkpoints::last(target);
+            return Err(Checkpoint::read(&last).err().unwrap_or(CheckpointError::Missing(target.to_owned())).into());
+        }
+        if !checkpoints::has_any(&active(target)) {
+            return Err(CheckpointError::Missing(target.to_owned()).into());
+        }
+        let mut owned = vec![Owned::lock(target)?];
+        replacement::recover(target, &mut owned[0])?;
+        let path = &active(target);
+        for level in levels(target, path).iter().skip(1) {
+            owned.push(Owned::lock(level)?);
+        }
+        let mut checkpoint = Checkpoint::read(&checkpoints::newest(path))?;
+        if let Some(limit) = limit {
+            checkpoint.refuse_passed(limit)?;
+            checkpoint.extend(limit);
+        }
+        let scene = checkpoint.simulation.scene();
+        inputs::refuse_changed(&scene.inputs)?;
+        let names = names_of(scene);
+        if let Some((inner, outer)) = owned.split_last() {
+            outer.iter().try_for_each(|outer| outer.allow(&names))?;
+            // The list may have been lost; the files are known by their checksums.
+            inner.allow(&names.into_iter().filter(|name| inner.names().contains(name)).collect::<Vec<_>>())?;
+        }
+        let kept = &checkpoint.kept;
+        if let Some(checksum) = kept.scene {
+            KeptScene::check(&path.join(SCENE), checksum)?;
+        }
+        for file in &kept.files {
+            PartialFile::check(&path.join(&file.name), file)?;
+        }
+        if let [.., outer, _] = owned.as_mut_slice() {
+            outer.set_replacement(Replacement::Begun)?;
+        }
+        // Without a summary the folder is that of a run under way.
+        let summary = path.join(SUMMARY);
+        if summary.exists() {
+            if let Some(owned) = owned.last_mut() {
+                owned.claim(&[BEFORE.to_owned()])?;
+            }
+            fs::rename(&summary, path.join(BEFORE)).map_err(OutputError::write(&summary))?;
+        }
+        let file = |name: &str| {
+            let kept = kept.files.iter().find(|kept| kept.name == name);
+            kept.map(|kept| PartialFile::resume(path.join(name), kept)).transpose()
+        };
+        let need = |name: &str| {
+            let missing = || CheckpointError::File { path: path.join(name), found: 0, expected: 0 };
+            file(name)?.ok_or_else(|| OutputError::from(missing()))
+        };
+        let frame = Frame::start_of(scene);
+        let radii = frame.particles.iter().map(|particle| particle.radius / checkpoint.simulation.grown()).collect();
+        let folder = Self {
+            // A program of the library need not have kept it.
+            scene: kept.scene.map(|checksum| KeptScene::resume(&path.join(SCENE), checksum)).transpose()?,
+            columns: Columns::of(scene),
+            thermo: need(THERMO)?,
+            trajectory: need(TRAJECTORY)?,
+            contacts: file(CONTACTS)?,
+            events: scene.output.has_event_log.then(|| EventLog::resume(path, kept)).transpose()?,
+            radii,
+            frame,
+            formats: scene.output.formats.clone(),
+            flushed: Instant::now(),
+            most_bytes: f64::INFINITY,
+            checkpoints: Checkpoints::go_on(path),
+            target: target.to_owned(),
+            path: path.to_owned(),
+            owned,
+        };
+        Ok((folder, checkpoint))
+    }
+}

@@ -1,0 +1,227 @@
+//! Runs that replace others: with all that they have, when they have come to their end, and nothing else.
+
+use std::fs;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::process::Command;
+
+use carom::io::{Existing, Folder};
+use carom::model::Scene;
+use carom::run::{resume, run};
+
+use super::place::{COLLAPSE, FLUID, Place, begun_in, code, contents, ended, errors, line, words};
+
+/// Whether all files of a run are what they were.
+fn is_as_before(before: &std::collections::BTreeMap<String, Vec<u8>>, folder: &Path) -> bool {
+    let now = contents(folder);
+    before.iter().all(|(name, bytes)| now.get(name) == Some(bytes))
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_replaces_nothing_until_it_is_finished() {
+    let place = Place::with(FLUID);
+    let folder = place.path().join("runs/scene");
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "7"])), 0);
+    let before = contents(&folder);
+    for again in [false, true] {
+        let inner = if again { "replacement/replacement" } else { "replacement" };
+        let child = begun_in(&place, &["--force"], &format!("runs/scene/{inner}"));
+        let _ = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(code(&output), 1, "{}", errors(&output));
+        assert!(is_as_before(&before, &folder), "{}", errors(&output));
+        let text = words(&output);
+        assert!(text.contains(&format!("The files are in runs/scene/{inner}\n")), "{text}");
+        assert!(text.contains("carom run --resume runs/scene`") && text.contains("--force"), "{text}");
+        assert!(folder.join(inner).join("summary.json").exists());
+        let output = place.carom(&["run", "scene.toml"]);
+        assert!(code(&output) == 2 && line(&output).contains("--resume"), "{}", errors(&output));
+        assert!(is_as_before(&before, &folder));
+    }
+    let output = ended(&place, "runs/scene");
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(place.summary("runs/scene")["seed"], 1);
+    assert!(!folder.join("replacement").exists());
+}
+
+#[test]
+fn a_run_that_fails_replaces_none_that_did_not() {
+    let place = Place::with(COLLAPSE);
+    let folder = place.path().join("runs/scene");
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-time", "1"])), 0);
+    let before = contents(&folder);
+    for _ in 0..3 {
+        let output = place.carom(&["run", "scene.toml", "--force"]);
+        assert_eq!(code(&output), 1, "{}", errors(&output));
+        assert!(errors(&output).contains("dynamical arrest") && is_as_before(&before, &folder), "{}", errors(&output));
+        assert!(words(&output).contains("move runs/scene/replacement elsewhere"), "{}", words(&output));
+        // However often it fails, there is one of them.
+        assert!(!folder.join("replacement/replacement").exists());
+    }
+    assert!(place.read("runs/scene/replacement/report.txt").contains("FAILED"));
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--force", "--until-time", "2"])), 0);
+    assert_eq!(place.summary("runs/scene")["time"], 2.0);
+    assert!(!folder.join("replacement").exists());
+
+    let place = Place::with(FLUID);
+    let folder = place.path().join("runs/scene");
+    assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
+    let before = contents(&folder);
+    let output = place.carom(&["run", "scene.toml", "--force", "--set", "audit.overlap=1e-17"]);
+    assert!(code(&output) == 1 && is_as_before(&before, &folder), "{}", errors(&output));
+    // As the user is told to.
+    fs::rename(folder.join("replacement"), place.path().join("elsewhere")).unwrap();
+    assert_eq!(place.summary("elsewhere")["faults"].as_array().unwrap().len(), 1);
+    assert_eq!(code(&place.carom(&["run", "--resume", "runs/scene", "--until-events", "4100"])), 0);
+    assert_eq!(place.summary("runs/scene")["events"]["total"], 4100);
+}
+
+#[test]
+fn no_file_of_a_replaced_run_stays_in_a_converted_folder() {
+    let large = "[measure]\nbond_order = true\n[output]\nframe_interval = 0.005\nformats = [\"npy\", \"vtk\"]\n";
+    let small = "[output]\nframe_interval = 0.05\nformats = [\"vtk\", \"npy\"]\n";
+    let fluid = FLUID.replace("4000", "60").replace("500", "10");
+    let place = Place::with(&format!("{fluid}{large}"));
+    fs::write(place.path().join("small.toml"), format!("{fluid}{small}").replace("108", "32")).unwrap();
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "replaced"])), 0);
+    assert!(place.path().join("replaced/trajectory-npy/q6.npy").exists());
+    assert_eq!(code(&place.carom(&["run", "small.toml", "--out", "replaced", "--force"])), 0);
+    assert_eq!(code(&place.carom(&["run", "small.toml", "--out", "new"])), 0);
+    for name in ["trajectory-npy", "trajectory-vtk"] {
+        let [replaced, new] = ["replaced", "new"].map(|run| contents(&place.path().join(run).join(name)));
+        assert_eq!(replaced.keys().collect::<Vec<_>>(), new.keys().collect::<Vec<_>>(), "{name}");
+        assert!(replaced == new, "{name}");
+    }
+}
+
+#[test]
+fn what_no_run_has_begun_there_is_no_replacement() {
+    let place = Place::with(FLUID);
+    let folder = place.path().join("runs/scene");
+    for (seed, out) in [("1", "runs/scene"), ("2", "other")] {
+        assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", seed, "--out", out])), 0);
+    }
+    for inside in ["runs/scene/replacement", "runs/scene/a/b"] {
+        let output = place.carom(&["run", "scene.toml", "--out", inside]);
+        assert_eq!(code(&output), 2, "{}", errors(&output));
+        assert!(line(&output).contains("the folder of a run"), "{}", errors(&output));
+        assert!(!place.path().join(inside).exists());
+    }
+    fs::rename(place.path().join("other"), folder.join("replacement")).unwrap();
+    let before = contents(&folder);
+    for (force, cure) in [(&[][..], "--force"), (&["--force"], "runs/scene/replacement")] {
+        let output = place.carom(&[&["run", "scene.toml"], force].concat());
+        assert_eq!(code(&output), 2, "{}", errors(&output));
+        assert!(line(&output).contains(cure), "{}", errors(&output));
+        assert!(contents(&folder) == before, "{force:?}");
+    }
+    let output = place.carom(&["run", "--resume", "runs/scene", "--until-events", "4100"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(place.summary("runs/scene")["seed"], 1);
+    assert_eq!(place.summary("runs/scene/replacement")["events"]["total"], 4000);
+}
+
+#[test]
+fn conversions_of_a_run_are_replaced_with_it() {
+    let place = Place::with(FLUID);
+    let folder = place.path().join("runs/scene");
+    assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
+    let all = ["lammps", "gsd", "vtk", "npy", "csv", "xyz"];
+    for format in all {
+        assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", format])), 0);
+    }
+    assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", "csv", "--out", "runs/scene/mine.csv"])), 0);
+    let gsd = ["run", "scene.toml", "--force", "--seed", "2", "--set", "output.formats=[\"gsd\"]"];
+    let output = place.carom(&gsd);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(code(&place.carom(&["convert", "runs/scene", "--to", "gsd", "--out", "new.gsd"])), 0);
+    let mut now = contents(&folder);
+    // Whether there is one depends on the clock.
+    now.remove("checkpoint.previous");
+    assert!(now["trajectory.gsd"] == fs::read(place.path().join("new.gsd")).unwrap());
+    let names = ["checkpoint", "mine.csv", "report.txt", "scene.toml", "summary.json", "thermo.csv", "trajectory.gsd"];
+    assert_eq!(now.keys().collect::<Vec<_>>(), [&names[..], &["trajectory.xyz"]].concat());
+    // What is the user's own is in the way, and a run that is refused leaves nothing behind.
+    fs::write(folder.join("trajectory.csv"), "mine").unwrap();
+    let before = contents(&folder);
+    let output = place.carom(&["run", "scene.toml", "--force", "--set", "output.formats=[\"csv\"]"]);
+    assert!(code(&output) == 2 && contents(&folder) == before, "{}", errors(&output));
+    assert!(!folder.join("replacement").exists());
+}
+
+#[test]
+fn a_file_of_the_users_in_a_converted_folder_is_told_before_the_run() {
+    let place = Place::with(&format!("{FLUID}[output]\nformats = [\"npy\"]\n"));
+    let folder = place.path().join("runs/scene");
+    assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
+    fs::write(folder.join("trajectory-npy/notes.txt"), "mine").unwrap();
+    let before = contents(&folder);
+    for arguments in
+        [&["run", "scene.toml", "--force"][..], &["run", "--resume", "runs/scene", "--until-events", "4100"]]
+    {
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 2, "{}", errors(&output));
+        assert!(line(&output).contains("notes.txt"), "{}", errors(&output));
+        assert!(contents(&folder) == before, "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
+    let place = Place::with(&format!("{FLUID}[output]\nformats = [\"npy\", \"gsd\"]\n"));
+    let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
+    let target = place.path().join("run");
+    // First where there is nothing, then where there is that run.
+    for (path, kept) in [(target.clone(), None), (target.join("replacement"), Some(target.clone()))] {
+        let mut folder = Folder::create(&target, &scene, Existing::Replace).unwrap();
+        fs::create_dir(path.join("trajectory-npy")).unwrap();
+        fs::write(path.join("trajectory-npy/notes.txt"), "mine").unwrap();
+        let finished = run(scene.clone(), &mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
+        let done = folder.complete(&finished, "").unwrap();
+        assert_eq!((&done.folder, &done.kept, done.failures.len()), (&path, &kept, 1), "{:?}", done.failures);
+        assert!(path.join("summary.json").exists() && path.join("trajectory.gsd").exists());
+        assert_eq!(fs::read_to_string(path.join("trajectory-npy/notes.txt")).unwrap(), "mine");
+        // When it is out of the way, going on makes up for it.
+        fs::remove_file(path.join("trajectory-npy/notes.txt")).unwrap();
+        let (mut folder, checkpoint) = Folder::resume(&target, None).unwrap();
+        let result = resume(checkpoint.simulation, checkpoint.course, &mut folder, &mut |_| ControlFlow::Continue(()));
+        let done = folder.complete(&result.unwrap(), "").unwrap();
+        assert_eq!((&done.folder, &done.kept, done.failures.len()), (&target, &None, 0), "{:?}", done.failures);
+        assert!(target.join("trajectory-npy/positions.npy").exists() && !target.join("replacement").exists());
+    }
+}
+
+#[test]
+fn an_end_that_has_passed_is_refused_and_nothing_is_changed() {
+    let place = Place::with(FLUID);
+    let scene = ["run", "scene.toml", "--until-time", "2", "--set", "run.equilibration_events=100"];
+    assert_eq!(code(&place.carom(&scene)), 0);
+    let folder = place.path().join("runs/scene");
+    let before = contents(&folder);
+    for end in [["--until-time", "1.5"], ["--until-events", "5"]] {
+        let output = place.carom(&[&["run", "--resume", "runs/scene"], &end[..]].concat());
+        assert_eq!(code(&output), 2, "{}", errors(&output));
+        assert!(line(&output).contains("expected a later end than"), "{}", errors(&output));
+        assert!(contents(&folder) == before, "{end:?}");
+    }
+    // The end where it is is none that has passed.
+    for end in ["2", "2.5"] {
+        let output = place.carom(&["run", "--resume", "runs/scene", "--until-time", end]);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        assert!(place.read("runs/scene/scene.toml").contains(&format!("until_time = {end}")));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_into_a_run_leads_into_a_run() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml"])), 0);
+    std::os::unix::fs::symlink("runs/scene", place.path().join("link")).unwrap();
+    let output = place.carom(&["run", "scene.toml", "--out", "link/new"]);
+    assert!(code(&output) == 2 && line(&output).contains("the folder of a run"), "{}", errors(&output));
+    // The folder itself is one that can be replaced.
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--out", "link", "--force", "--seed", "2"])), 0);
+    assert_eq!(place.summary("runs/scene")["seed"], 2);
+}
