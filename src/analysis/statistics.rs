@@ -88,18 +88,23 @@ impl BlockAverage {
         }
     }
 
+    /// The mean of all values; `None` if there are none. An [`Self::estimate`] costs thousands of times as much.
+    #[must_use]
+    pub fn mean(&self) -> Option<f64> {
+        (self.weight > 0.0).then(|| self.sum / self.weight)
+    }
+
     /// The mean of all values and its standard error; `None` if there are no values.
     #[must_use]
     pub fn estimate(&self) -> Option<Estimate> {
-        (self.weight > 0.0)
-            .then(|| Estimate { mean: self.sum / self.weight, standard_error: standard_error(&self.bins) })
+        self.mean().map(|mean| Estimate { mean, standard_error: standard_error(&self.bins) })
     }
 
     /// The mean of `self` over that of another average of the same times, and the error of this ratio `R = a / b`: that of `(a - R b) / b`.
     /// `None` if either has no values or the other's mean is zero.
     #[must_use]
     pub fn ratio(&self, other: &Self) -> Option<Estimate> {
-        let (a, b) = (self.estimate()?.mean, other.estimate()?.mean);
+        let (a, b) = (self.mean()?, other.mean()?);
         if b == 0.0 {
             return None;
         }
@@ -124,7 +129,7 @@ impl BlockAverage {
         Self { bins, sum, weight, open_sum: 0.0, open_weight: 0.0, ..*self }
     }
 
-    /// Whether the ratio to another average of the same times is stationary.
+    /// Whether the ratio to another average of the same times is stationary; unknown where the other is zero at any time.
     #[must_use]
     pub fn stationarity_of_ratio(&self, other: &Self) -> Stationarity {
         let ratios: Vec<f64> = self.bins.iter().zip(&other.bins).map(|(a, b)| a / b).collect();
@@ -156,7 +161,8 @@ fn halved(blocks: &[f64]) -> Vec<f64> {
 /// It has no window that has to be chosen, and it follows slow motion under fast noise, as that of a fluid in a heat bath.
 ///
 /// `None` for fewer than eight values, for values that are so correlated that they are worth fewer than five independent ones, or where most of
-/// the variance is slower than a twelfth of the series.
+/// the variance is slower than a twelfth of the series. Where most of the spectral density is as slow as that, and noise hides it in the variance, the error is larger by up
+/// to `sqrt(3)`.
 #[must_use]
 pub fn standard_error(series: &[f64]) -> Option<f64> {
     let n = series.len() as f64;
@@ -171,7 +177,7 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
         return Some((variance / n).sqrt());
     }
     let density = spectrum::density_at_zero(&deviations, variance)?;
-    (n >= density * FEWEST_INDEPENDENT).then(|| (density * variance / n).sqrt())
+    (n >= density.at_zero * FEWEST_INDEPENDENT).then(|| (density.at_zero * density.doubt * variance / n).sqrt())
 }
 
 #[cfg(test)]
@@ -234,6 +240,71 @@ pub(crate) mod tests {
         let mean = (4000..4000 + count).map(error).sum::<f64>() / count as f64;
         let exact = ((100.0 + 49.0) / 12.0 / n as f64).sqrt();
         assert!((0.85..1.15).contains(&(mean / exact)), "{mean} but {exact}");
+    }
+
+    /// Fits of a spectrum so far, in this thread.
+    pub fn fits() -> u64 {
+        spectrum::FITS.get()
+    }
+
+    #[test]
+    fn a_mean_alone_costs_no_fit() {
+        let mut average = BlockAverage::new(1.0);
+        assert_eq!(average.mean(), None);
+        correlated(0.5, 100, 1).iter().for_each(|&x| average.add(x, 1.0));
+        let before = fits();
+        let mean = average.mean().unwrap();
+        assert_eq!(fits(), before);
+        assert_eq!(average.estimate().unwrap().mean, mean);
+        assert_eq!(fits(), before + 1);
+        average.ratio(&average).unwrap();
+        assert_eq!(fits(), before + 1, "what is constant, one over one, has no spectrum");
+    }
+
+    #[test]
+    fn a_ratio_to_zero_is_unknown_and_not_stationary() {
+        let (mut zero, mut some) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
+        for x in correlated(0.0, 100, 3) {
+            zero.add(0.0, 1.0);
+            some.add(1.0 + x, 1.0);
+        }
+        for average in [&zero, &some] {
+            assert_eq!(average.stationarity_of_ratio(&zero), Stationarity::Unknown);
+            assert_eq!(average.ratio(&zero), None);
+        }
+        assert_eq!(zero.stationarity_of_ratio(&some), Stationarity::Constant);
+    }
+
+    /// A relaxation under white noise of an amplitude relative to what drives it.
+    pub fn under_noise(rho: f64, length: usize, noise: f64, seed: u64) -> Vec<f64> {
+        let slow = correlated(rho, length, seed);
+        slow.iter().zip(correlated(0.0, length, 500_000 + seed)).map(|(slow, fast)| slow + noise * fast).collect()
+    }
+
+    #[test]
+    fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
+        // 3 to 15 independent values of the slow part, which has 2 to 70 % of the variance.
+        for (rho, n, noise) in [
+            (0.98, 300, 6.0),
+            (0.98, 400, 12.0),
+            (0.97, 200, 2.0),
+            (0.98, 512, 12.0),
+            (0.95, 300, 4.0),
+            (0.95, 600, 4.0),
+        ] {
+            let count = 200;
+            let of = |seed: u64| {
+                let series = under_noise(rho, n, noise, 700_000 + seed);
+                let mean = series.iter().sum::<f64>() / n as f64;
+                standard_error(&series).map(|error| [mean * mean, error * error])
+            };
+            let told: Vec<[f64; 2]> = (0..count).filter_map(of).collect();
+            let [scatter, claimed] = [0, 1].map(|k| told.iter().map(|both| both[k]).sum::<f64>());
+            let ratio = (scatter / claimed).sqrt();
+            println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, told {} of {count}", told.len());
+            // Up to 1.85 where the slow part is taken for known as well as the noise. The scatter is known to 5 %.
+            assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
+        }
     }
 
     #[test]

@@ -190,7 +190,7 @@ impl Profile {
         let dimensions = subject.space.dimensions() as f64;
         let conserved = subject.conserved_axes.iter().filter(|is_conserved| **is_conserved).count() as f64;
         let first = cell * ELEMENTS;
-        let mean = |element: usize| self.curve.estimate(first + element).map(|estimate| estimate.mean);
+        let mean = |element: usize| self.curve.mean(first + element);
         let (Some(number), Some(mass)) = (mean(0), mean(1)) else { return Cell::default() };
         if number <= 0.0 {
             // How rare "never" is, is not known.

@@ -53,10 +53,16 @@ impl CurveAverage {
         self.elements.get(element)?.estimate()
     }
 
+    /// The mean of one element; `None` if it has no values.
+    #[must_use]
+    pub fn mean(&self, element: usize) -> Option<f64> {
+        self.elements.get(element)?.mean()
+    }
+
     /// The means of all elements; `None` for those without values.
     #[must_use]
     pub fn means(&self) -> Vec<Option<f64>> {
-        self.elements.iter().map(|average| Some(average.estimate()?.mean)).collect()
+        self.elements.iter().map(BlockAverage::mean).collect()
     }
 
     /// The standard errors of all means; `None` for those with too few values.
@@ -78,7 +84,7 @@ impl CurveAverage {
         let mut parts = Vec::with_capacity(terms.len());
         for &(element, coefficient) in terms {
             let average = self.elements.get(element)?;
-            mean += coefficient * average.estimate()?.mean;
+            mean += coefficient * average.mean()?;
             parts.push((average, coefficient));
         }
         let (first, _) = parts.first()?;

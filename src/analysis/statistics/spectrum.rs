@@ -24,6 +24,15 @@ const PRIOR: f64 = 0.5;
 /// Part of the variance that may relax in the slowest time. With more, there is one that is slower still, and the series is too short to tell.
 const MOST_IN_SLOWEST: f64 = 0.6;
 
+/// Parts of the density at frequency zero that the slowest relaxation may have: with the first, nothing is doubtful, with the second, the density is as much
+/// as [`MOST_DOUBT`] times what it seems.
+const DOUBTFUL: [f64; 2] = [0.5, 0.7];
+
+/// What is as slow as that may be slower still, so that the density at frequency zero is above what can be seen, and the lowest frequencies are
+/// too few to tell. So the errors of autoregressive series under white noise, of three independent values and more, are those of theory (measured: see
+/// `claimed_errors_are_honest_where_noise_hides_slow_motion`).
+const MOST_DOUBT: f64 = 3.0;
+
 /// Of the frequencies, so many are taken one by one, those above in groups of a part of their number: the models are smooth, and a group of them costs no
 /// more than one.
 const ONE_BY_ONE: usize = 32;
@@ -39,6 +48,21 @@ const MOST_IN_ONE_SWING: f64 = 0.5;
 /// What counts as nothing beside the variance.
 const NOTHING: f64 = 1e-12;
 
+#[cfg(test)]
+thread_local! {
+    /// Fits so far, which cost thousands of times as much as a mean.
+    pub(super) static FITS: std::cell::Cell<u64> = const { std::cell::Cell::new(0) };
+}
+
+/// The spectral density at frequency zero, in units of the variance of the series.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Density {
+    /// The most likely one. For independent values it is one.
+    pub at_zero: f64,
+    /// By what factor it has to be taken larger where it is to be on the safe side, because most of it is as slow as can be seen: 1 to [`MOST_DOUBT`].
+    pub doubt: f64,
+}
+
 /// A kind of motion that a series may contain.
 struct Part {
     /// Its mean spectral density in each group of frequencies, for a weight of one.
@@ -48,8 +72,7 @@ struct Part {
     weight: f64,
 }
 
-/// The spectral density at frequency zero of a series of deviations from its mean, in units of its variance; `None` if what is in it is too slow for
-/// its length. For independent values it is one.
+/// The spectral density at frequency zero of a series of deviations from its mean; `None` if what is in it is too slow for its length.
 ///
 /// The periodogram at the lower half of the frequencies is taken for a sum of
 /// - white noise, `1`;
@@ -60,7 +83,9 @@ struct Part {
 /// with weights that are not negative, the most likely ones (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a periodogram are independent
 /// and exponentially distributed about the spectral density. Each step multiplies the weights by the square root of a ratio of gradients, and raises the likelihood: C. Févotte and
 /// J. Idier, Neural Comput. 23, 2421 (2011), [doi:10.1162/NECO_a_00168](https://doi.org/10.1162/NECO_a_00168).
-pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<f64> {
+pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Density> {
+    #[cfg(test)]
+    FITS.set(FITS.get() + 1);
     let n = deviations.len();
     let count = (n / 4).max(8.min(n / 2));
     let (cosines, periodogram) = periodogram(deviations, variance, count);
@@ -93,9 +118,18 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<f64> 
             part.weight *= (dot(&part.density, &excess) / down).sqrt();
         }
     }
-    let is_too_slow = slowest(n).is_some_and(|(index, variance)| parts[index].weight * variance > MOST_IN_SLOWEST);
+    let mut doubt = 1.0;
+    if let Some((index, variance)) = slowest(n) {
+        let weight = parts[index].weight;
+        if weight * variance > MOST_IN_SLOWEST {
+            return None;
+        }
+        // Fast noise hides slow motion in the variance, not in this part.
+        let part = (weight / at_zero(&parts) - DOUBTFUL[0]) / (DOUBTFUL[1] - DOUBTFUL[0]);
+        doubt += (MOST_DOUBT - 1.0) * part.clamp(0.0, 1.0);
+    }
     let lowest = periodogram.iter().take(LOWEST).sum::<f64>() / LOWEST as f64;
-    (!is_too_slow).then(|| at_zero(&parts).max(LEAST * lowest))
+    Some(Density { at_zero: at_zero(&parts).max(LEAST * lowest), doubt })
 }
 
 /// Frequencies whose powers are added up: their likelihood is that of the sum.

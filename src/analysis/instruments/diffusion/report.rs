@@ -62,7 +62,7 @@ fn einstein(diffusion: &Diffusion, subject: &Subject, group: usize) -> Option<Es
 /// An end that the noise chooses, such as where the autocorrelation vanishes in it, would cut off the tail and tell an error without it.
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     let first = offset(diffusion, group, VACF);
-    let at = |step: usize| Some(diffusion.linear.estimate(first + step)?.mean);
+    let at = |step: usize| diffusion.linear.mean(first + step);
     let steps = diffusion.lags.steps;
     let is_smooth = at(1)? > SMOOTH * at(0)?;
     diffusion.linear.estimate(offset(diffusion, group, INTEGRAL) + steps).filter(|_| is_smooth)
@@ -92,7 +92,7 @@ fn linear(diffusion: &Diffusion, subject: &Subject, kind: usize) -> Curve {
 
 fn logarithmic(diffusion: &Diffusion, subject: &Subject) -> Curve {
     let average = &diffusion.logarithmic;
-    let numbers: Vec<usize> = (0..LOGARITHMIC).filter(|&number| average.estimate(number).is_some()).collect();
+    let numbers: Vec<usize> = (0..LOGARITHMIC).filter(|&number| average.mean(number).is_some()).collect();
     let times = numbers.iter().map(|&number| diffusion.lags.duration(logarithmic_ticks(number))).collect();
     let elements = |group| numbers.iter().map(|number| group * LOGARITHMIC + number).collect();
     Curve {

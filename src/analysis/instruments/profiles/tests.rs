@@ -1,4 +1,5 @@
 use super::*;
+use crate::analysis::statistics::tests::fits;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
@@ -72,6 +73,22 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
     }
     assert_eq!((density.values[3], density.standard_errors[3]), (Some(0.0), None));
     assert!(curve.series[1..].iter().all(|series| series.values[3].is_none() && series.standard_errors[3].is_none()));
+}
+
+#[test]
+fn a_report_fits_no_more_spectra_than_it_has_errors() {
+    let subject = Subject::of_points(Space::periodic_cube(4.0), 60);
+    let mut random = ChaCha8Rng::seed_from_u64(12);
+    let frame = || {
+        let mut vectors = || (0..60).map(|_| Vector::from_fn(|_, _| 4.0 * uniform(&mut random))).collect();
+        (vectors(), vectors())
+    };
+    let (profile, _) = measure(&subject, &plan([2, 2, 2]), frame);
+    let before = fits();
+    let mut measured = Measured::default();
+    profile.report(&subject, &mut measured);
+    // Density, velocity and temperature. Of all the means that they come from, no errors are asked for.
+    assert_eq!(fits() - before, 5 * 8);
 }
 
 #[test]

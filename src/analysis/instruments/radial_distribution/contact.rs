@@ -30,8 +30,7 @@ pub(super) fn bin(distance: f64, core: f64) -> Option<usize> {
 ///
 /// The error follows from those of the bins and their correlations, by `d ln g = dg / g`.
 pub(super) fn extrapolate(curve: &CurveAverage, ideal: &[f64], first: usize) -> Option<Estimate> {
-    let values: Vec<f64> =
-        (first..first + CONTACT_BINS).map(|k| curve.estimate(k).map(|e| e.mean)).collect::<Option<_>>()?;
+    let values: Vec<f64> = (first..first + CONTACT_BINS).map(|k| curve.mean(k)).collect::<Option<_>>()?;
     if values[1] < 0.5 * values[0] {
         return None;
     }

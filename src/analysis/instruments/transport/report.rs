@@ -62,7 +62,7 @@ fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Op
     let mut square = 0.0;
     for (lag, c) in terms {
         let element = BULK_MEAN * lags + lag - 1;
-        let mean = average.estimate(element)?.mean;
+        let mean = average.mean(element)?;
         square += c * mean * mean;
         // The derivative of -<x>^2.
         elements.push((element, -2.0 * c * mean));
