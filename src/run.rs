@@ -29,7 +29,7 @@ mod forecast;
 mod progress;
 
 pub use course::Course;
-pub use driver::{resume, run};
+pub use driver::{MOST_EVENTS_PER_PARTICLE, resume, run};
 pub use forecast::{Burden, burdens};
 pub use progress::{Progress, Stage};
 
@@ -115,6 +115,8 @@ pub enum Ending {
     Idle,
     /// There is no time limit, nothing has happened for a million rows or an endless time, and nothing shows that it never will.
     GaveUp,
+    /// An equilibration was to end by itself and has no limit, and after very many events something still drifts, or is not known.
+    Unsettled,
     /// The caller wanted no more.
     Interrupted,
     /// The simulation could not go on.
@@ -126,7 +128,7 @@ pub enum Ending {
 impl Ending {
     /// Whether a run ends there, in whatever stage it is.
     fn is_early(&self) -> bool {
-        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_) | Self::GaveUp)
+        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_) | Self::GaveUp | Self::Unsettled)
     }
 }
 

@@ -5,6 +5,7 @@
 mod equilibrium;
 mod meaning;
 
+pub(crate) use equilibrium::is_settled;
 pub use equilibrium::{Answer, Equilibrium};
 pub use meaning::Meaning;
 
@@ -184,14 +185,17 @@ impl Observer {
         estimates.filter_map(|((name, _), average)| Some((*name, estimate(name, average)?))).collect()
     }
 
-    /// Whether each of them was stationary.
+    /// Whether each of them was stationary. Of a system at rest there is no compressibility factor.
     #[must_use]
     pub fn stationarity(&self) -> Vec<(&'static str, Stationarity)> {
         let of = |name: &str, average: &BlockAverage| match name {
             COMPRESSIBILITY => average.stationarity_of_ratio(&self.averages[0]),
             _ => average.stationarity(),
         };
-        let all = OBSERVABLES.iter().zip(&self.averages).filter(|(_, average)| average.estimate().is_some());
+        let is_at_rest = self.averages.first().and_then(BlockAverage::mean) == Some(0.0);
+        let means =
+            |name: &str, average: &BlockAverage| average.mean().is_some() && !(is_at_rest && name == COMPRESSIBILITY);
+        let all = OBSERVABLES.iter().zip(&self.averages).filter(|((name, _), average)| means(name, average));
         all.map(|((name, _), average)| (*name, of(name, average))).collect()
     }
 

@@ -270,6 +270,14 @@ fn warnings(scene: &Scene) -> Vec<String> {
     if !moving {
         warnings.push("nothing in the scene moves".to_owned());
     }
+    let is_endless = scene.run.until_stationary && scene.run.equilibration == Limit::default();
+    if is_endless && scene.cools_for_ever() {
+        warnings.push(
+            "contacts lose energy and nothing supplies any, so that the system cools for ever and equilibration = \"auto\" gives up: set run.equilibration_time or \
+             run.equilibration_events"
+                .to_owned(),
+        );
+    }
     if scene.run.limit == Limit::default() {
         warnings.push("nothing says how long to measure".to_owned());
     }

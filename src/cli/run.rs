@@ -227,6 +227,18 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
             None,
             Some("set run.until_time, or longer intervals in [output]"),
         )),
+        Ending::Unsettled => Err(Failure::failed(
+            format!(
+                "gave up at time {}: the equilibration was to end by itself, and after {} events per particle something still drifts, \
+                 or cannot be told",
+                finished.simulation.time(),
+                run::MOST_EVENTS_PER_PARTICLE
+            ),
+            None,
+            Some(
+                "set run.equilibration_time or run.equilibration_events; what loses energy needs something that supplies it",
+            ),
+        )),
         Ending::Interrupted => Err(Failure::failed(
             "interrupted; the files are complete up to there",
             None,

@@ -76,6 +76,11 @@ fn ending(finished: &Finished) -> String {
         Ending::GaveUp => {
             format!("GAVE UP at t = {time}{stage}: nothing has happened for a million rows, or for very long")
         }
+        Ending::Unsettled => {
+            format!(
+                "GAVE UP at t = {time}{stage}: the equilibration was to end by itself, and something never became stationary"
+            )
+        }
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
         Ending::Jammed(jam) => format!("FAILED at t = {time}{stage}: {jam}"),
         Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),

@@ -80,7 +80,8 @@ impl Estimate {
             .map(|stage| &stage.limit)
             .chain([&scene.run.equilibration])
             .map(|limit| if *limit == Limit::default() { Some(0.0) } else { lengths(limit, rate).1 })
-            .sum();
+            .sum::<Option<f64>>()
+            .filter(|_| !is_endless(scene));
         let particles = scene.particles.len() as f64;
         let per_event =
             if output.has_event_log { LOGGED } else { 0.0 } + if output.has_contacts { CONTACT } else { 0.0 };
@@ -102,8 +103,16 @@ impl Estimate {
     }
 }
 
+/// Whether only what is measured ends the equilibration.
+fn is_endless(scene: &Scene) -> bool {
+    scene.run.until_stationary && scene.run.equilibration == Limit::default()
+}
+
 /// Rows of the stages before the measured stretch; `None` where the scene does not tell.
 fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
+    if is_endless(scene) {
+        return None;
+    }
     let run = &scene.run;
     let has_end = |limit: &Limit| *limit != Limit::default();
     let stages = run.stages.iter().map(|stage| (&stage.limit, true));
@@ -229,6 +238,10 @@ mod tests {
         assert!(it.bytes > 1e13 && !it.is_complete && it.rows.is_none(), "what is known is enough: {it:?}");
         let both = "[run]\nuntil_events = 1000\nuntil_time = 1e9\n[output]\nthermo_interval = 1e-3";
         assert_eq!((estimate(both, None).rows, estimate(both, Some(1e3)).rows), (None, Some(1002.0)));
+        let automatic = estimate("[run]\nuntil_time = 10.0\nequilibration = \"auto\"", Some(10.0));
+        assert_eq!((automatic.rows, automatic.events, automatic.is_complete), (None, None, false));
+        let limited = "[run]\nuntil_events = 500\nequilibration = \"auto\"\nequilibration_events = 500";
+        assert_eq!(estimate(limited, None).events, Some(1000.0), "at most");
         let plain = estimate("[run]\nuntil_time = 10.0", None);
         assert!(plain.bytes < 1e7 && plain.rows == Some(ROWS) && plain.memory < 2e7);
     }

@@ -2,7 +2,7 @@
 
 use crate::Vector;
 use crate::model::space::{Boundary, Face};
-use crate::model::{Scene, Thermostat};
+use crate::model::{InteractionId, Scene, Thermostat};
 
 /// Something outside of the particles that move, which changes their total momentum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,6 +66,28 @@ impl Scene {
         self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
     }
 
+    /// Whether contacts that are possible lose energy in the measured stretch, and nothing supplies any: a thermostat, a sheared box, a thermal wall, gravity.
+    /// Such a system cools for ever.
+    #[must_use]
+    pub fn cools_for_ever(&self) -> bool {
+        let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
+        let loses_at_walls = self.space.boundary.iter().any(|boundary| match boundary {
+            Boundary::Bounded { lower, upper } => is_soft(lower) || is_soft(upper),
+            Boundary::Periodic | Boundary::Flat => false,
+        });
+        let mut is_there = vec![false; self.species.len()];
+        self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
+        let moves = |species: usize| is_there[species] && !self.species[species].is_static();
+        let loses = |id: InteractionId| self.interactions[id.0 as usize].restitution < 1.0;
+        let loses_in_pairs =
+            self.table.iter().any(|([a, b], id)| loses(id) && is_there[a] && is_there[b] && (moves(a) || moves(b)));
+        let loses_in_bonds = self.bonds.iter().any(|bond| loses(bond.interaction));
+        let is_supplied = self.run.thermostat.is_some()
+            || self.shear_rate.is_some()
+            || self.influences().iter().any(|(what, _)| matches!(what, Influence::ThermalWalls | Influence::Gravity));
+        (loses_at_walls || loses_in_pairs || loses_in_bonds) && !is_supplied
+    }
+
     /// The accelerations of all species that move `[length / time^2]`.
     fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
         self.species.iter().filter(|species| !species.is_static()).map(|species| species.acceleration)
@@ -123,6 +145,32 @@ mod tests {
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
             .particle("A", Vector::new(4.0, 4.0, 0.0), Vector::zeros());
         assert_eq!(conserved(&flat), [true, false, false]);
+    }
+
+    #[test]
+    fn what_loses_energy_cools_for_ever_unless_something_supplies_it() {
+        let (periodic, walls) = (Boundary::Periodic, Boundary::walls(0.9));
+        let soft = |first: &str, second: &str, scene: SceneBuilder| {
+            scene.interaction(first, second, Potential::hard_sphere(1.0).unwrap(), 0.9)
+        };
+        let cools = |scene: &SceneBuilder| scene.build().unwrap().cools_for_ever();
+        let hard = || Potential::hard_sphere(1.0).unwrap();
+        let two = || pair().species("B", 1.0, 1.0).interaction("A", "B", hard(), 1.0);
+        assert!(!cools(&pair()));
+        assert!(!cools(&soft("B", "B", two())), "there are none of them");
+        let grains = soft("B", "B", two()).particle("B", Vector::repeat(5.0), Vector::zeros());
+        assert!(cools(&grains));
+        assert!(cools(&pair().boundary([walls, periodic, periodic])));
+        assert!(!cools(&pair().boundary([walls, periodic, periodic]).wall_temperature(1, 1.0).boundary([
+            walls,
+            Boundary::walls(1.0),
+            periodic
+        ])));
+        assert!(!cools(
+            &soft("B", "B", two()).particle("B", Vector::repeat(5.0), Vector::zeros()).gravity(-Vector::x())
+        ));
+        let thermostat = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] });
+        assert!(!cools(&grains.run(RunPlan { thermostat, ..RunPlan::default() })));
     }
 
     #[test]

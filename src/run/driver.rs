@@ -7,6 +7,7 @@ mod measure;
 mod pace;
 mod stages;
 
+pub use equilibrate::MOST_EVENTS_PER_PARTICLE;
 pub(super) use equilibrate::Monitor;
 pub(super) use growth::PressureLook;
 
@@ -156,7 +157,12 @@ impl<R: Recorder> Driver<'_, R> {
                 ControlFlow::Break(None) => true,
                 ControlFlow::Continue(()) => false,
             };
-            if is_grown || self.is_stationary() {
+            let is_settled = match self.look_at_equilibrium() {
+                ControlFlow::Break(Some(unsettled)) => return Ok(Some(unsettled)),
+                ControlFlow::Break(None) => true,
+                ControlFlow::Continue(()) => false,
+            };
+            if is_grown || is_settled {
                 self.is_over = true;
                 return Ok(None);
             }

@@ -169,7 +169,10 @@ pub fn limit(limit: &Limit) -> String {
 #[must_use]
 pub fn equilibration(run: &RunPlan) -> String {
     match (run.until_stationary, run.equilibration == Limit::default()) {
-        (true, true) => "until nothing drifts".to_owned(),
+        (true, true) => {
+            let most = crate::run::MOST_EVENTS_PER_PARTICLE;
+            format!("until nothing drifts, and gives up after {most} events per particle")
+        }
         (true, false) => format!("until nothing drifts, at most {}", limit(&run.equilibration)),
         (false, _) => limit(&run.equilibration),
     }

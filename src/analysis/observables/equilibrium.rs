@@ -68,6 +68,13 @@ impl Equilibrium {
     }
 }
 
+/// Whether no observable can change any more than it does: all are stationary or constant. Unlike [`Equilibrium::verdict`], that is so for what does not
+/// fluctuate at all, as of particles without interactions.
+pub(crate) fn is_settled(observables: &[(&'static str, Stationarity)]) -> bool {
+    let is_settled = |stationarity| matches!(stationarity, Stationarity::Stationary | Stationarity::Constant);
+    observables.iter().all(|(_, stationarity)| is_settled(*stationarity))
+}
+
 impl fmt::Display for Equilibrium {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.verdict)?;
@@ -97,5 +104,13 @@ mod tests {
         assert_eq!(text(&[("temperature", unknown), ("pressure", unknown)]), expected);
         assert_eq!(text(&[("temperature", constant)]), "unknown (nothing that fluctuates was measured)");
         assert_eq!(Equilibrium::of(&[]).verdict, Answer::Unknown);
+    }
+
+    #[test]
+    fn what_is_constant_is_settled_and_what_is_not_known_is_not() {
+        let of = |all: &[Stationarity]| is_settled(&all.iter().map(|it| ("temperature", *it)).collect::<Vec<_>>());
+        let (stationary, constant) = (Stationarity::Stationary, Stationarity::Constant);
+        assert!(of(&[]) && of(&[constant]) && of(&[constant, stationary]));
+        assert!(!of(&[constant, Stationarity::Unknown]) && !of(&[stationary, Stationarity::Drifting(1.0)]));
     }
 }

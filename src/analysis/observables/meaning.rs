@@ -254,6 +254,24 @@ mod tests {
     }
 
     #[test]
+    fn a_system_at_rest_is_not_in_equilibrium() {
+        let scene = SceneBuilder::new("rest")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 32, Amount::PackingFraction(0.2))
+            .build()
+            .unwrap();
+        let mut observer = super::super::Observer::new(&scene);
+        let mut simulation = Simulation::new(scene);
+        for row in 0..100 {
+            simulation.advance(Until::time(f64::from(row))).unwrap();
+            observer.row(&simulation);
+        }
+        let verdict = super::super::Equilibrium::of(&observer.stationarity()).to_string();
+        assert_eq!(verdict, "unknown (nothing that fluctuates was measured)");
+    }
+
+    #[test]
     fn the_virial_of_an_ideal_like_fluid_is_positive_and_its_rate_that_of_the_counts() {
         let scene = SceneBuilder::new("fluid")
             .species("A", 1.0, 1.0)

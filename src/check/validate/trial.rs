@@ -49,8 +49,8 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, Fault> 
     match finished.ending {
         Ending::Interrupted => return Err(Fault::Interrupted),
         Ending::Arrested(arrest) => return Err(Fault::Arrested(arrest)),
-        // No state point has spheres that grow.
-        Ending::Time | Ending::Events | Ending::Idle | Ending::GaveUp | Ending::Jammed(_) => {}
+        // No state point has spheres that grow, or an equilibration that ends by itself.
+        Ending::Time | Ending::Events | Ending::Idle | Ending::GaveUp | Ending::Unsettled | Ending::Jammed(_) => {}
     }
     match finished.audit.faults().first() {
         Some(fault) => Err(Fault::Unsound(*fault)),
