@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn numbers_beyond_the_limits_are_told_what_these_are() {
-        assert_eq!((LARGEST, 1.0 / LARGEST), (1e50, 1e-50));
+        assert!(LARGEST == 1e50 && positive(1e-50, Place::root()).is_ok());
         for (result, expected) in [
             (positive(1e300, Place::root()), "is 1e300, expected a number from 1e-50 to 1e50"),
             (positive(1e-300, Place::root()), "is 1e-300, expected a number from 1e-50 to 1e50"),
