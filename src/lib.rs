@@ -37,23 +37,26 @@
 //!
 //! | question | module | paper |
 //! |---|---|---|
-//! | What is simulated? | [`scene`], [`space`], [`potential`] | figure 1 |
-//! | How does a particle fly? | [`motion`] | equations 1, 2 |
-//! | When is a state invalid? | [`overlap`] | equations 5 to 9 |
-//! | When is the next event of a pair? | [`detection`] | Algorithms 2 to 6 |
-//! | What happens then? | [`response`], [`event`] | section 1 |
-//! | Who could meet whom, and in which pair state? | [`neighbours`], [`interaction`] | |
-//! | Which event is next? | [`queue`] | |
-//! | The loop itself | [`simulation`] | |
-//! | The paper, word for word, for checking | [`mod@reference`] | Algorithm 1 |
-//! | What is measured, and how well did it go? | [`observe`], [`statistics`], [`audit`] | |
-//! | What is known from theory and other simulations? | [`published`] | |
-//! | Does what is measured agree with it? | [`validate`] | |
-//! | Is a run right, event by event? | [`mod@verify`] | Algorithm 1 |
-//! | What does a scene ask to be measured? | [`measure`] | |
-//! | A whole run, its files, its picture, its page | [`run`], [`output`], [`picture`], [`report`] | figure 6 |
-//! | Stopping and going on | [`checkpoint`] | |
-//! | All of that in words | [`describe`] | |
+//! | How does a particle fly? | [`physics::motion`] | equations 1, 2 |
+//! | When is a state invalid? | [`physics::overlap`] | equations 5 to 9 |
+//! | When is the next event of a pair? | [`physics::detection`] | Algorithms 2 to 6 |
+//! | What happens then? | [`physics::response`], [`engine::event`] | section 1 |
+//! | What is simulated, as data? | [`model`] | figure 1 |
+//! | The event loop | [`engine`] | |
+//! | Which particles are close, and in which pair state? | [`engine::neighbours`], [`engine::pairs`] | |
+//! | Which event is next? | [`engine::schedule`] | |
+//! | What is measured, and how well is it known? | [`analysis::instruments`], [`analysis::observables`], [`analysis::statistics`] | |
+//! | What is known from theory and other simulations? | [`analysis::published`] | |
+//! | Frames and their file | [`trajectory`] | |
+//! | How is a scene made, from a file or in code? | [`scene`] | |
+//! | A whole run, its audit, its checkpoint | [`run`], [`run::audit`], [`run::checkpoint`] | |
+//! | The folder of a run, and formats of other programs | [`io`] | |
+//! | The paper, word for word, for checking | [`mod@check::reference`] | Algorithm 1 |
+//! | Is a run right, event by event? | [`mod@check::verify`] | Algorithm 1 |
+//! | Does what is measured agree with published results? | [`check::validate`] | |
+#![cfg_attr(feature = "view", doc = "| Pictures, pages, a scene in words | [`view`] | figure 6 |")]
+//!
+//! Each of these modules is a layer or part of one, and uses only those above it in this table: `docs/architecture.md`.
 //!
 //! # Notation and units
 //!
@@ -65,6 +68,11 @@
 //! A run is a function of its scene and seed: the same bits every time, on every processor, however it is cut into stretches, and
 //! whoever looks on.
 
+// The same bits on every processor; unit tests may be careless.
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+// Some of what writes files safely serves pictures and pages only.
+#![cfg_attr(not(feature = "view"), allow(dead_code, unused_imports))]
+
 pub mod analysis;
 pub mod base;
 pub mod check;
@@ -75,6 +83,7 @@ pub mod physics;
 pub mod run;
 pub mod scene;
 pub mod trajectory;
+#[cfg(feature = "view")]
 pub mod view;
 
 /// A vector in space; the components along flat axes are exactly zero.

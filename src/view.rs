@@ -1,5 +1,8 @@
 //! What people look at: pictures, pages, and a scene in words.
 
+// No bit of a run comes from here.
+#![allow(clippy::disallowed_methods)]
+
 pub mod describe;
 pub mod render;
 pub mod report;

@@ -60,7 +60,7 @@ pub fn shortest(number: f64) -> String {
 #[must_use]
 pub fn digits(number: f64) -> String {
     if number == 0.0 || (1e-4..1e7).contains(&number.abs()) {
-        let whole = trunc_to_usize(number.abs().log10());
+        let whole = trunc_to_usize(libm::log10(number.abs()));
         let text = format!("{number:.*}", 5_usize.saturating_sub(whole));
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
     } else {

@@ -152,7 +152,7 @@ impl Search {
         let dimensions = space.dimensions();
         let per_volume = LISTED[dimensions - 1] / local_density(space, range, positions);
         let reach = match dimensions {
-            3 => libm::cbrt(range.powi(3) + per_volume / (4.0 / 3.0 * std::f64::consts::PI)),
+            3 => libm::cbrt(range * range * range + per_volume / (4.0 / 3.0 * std::f64::consts::PI)),
             2 => (range * range + per_volume / std::f64::consts::PI).sqrt(),
             _ => range + 0.5 * per_volume,
         };
@@ -184,7 +184,7 @@ fn local_density(space: &Space, range: f64, positions: &[Vector]) -> f64 {
     let mut density = positions.len() as f64 / volume;
     // Cells that are fair for the mean density are too large for that of the part that is filled.
     for _ in 0..3 {
-        let fair = (MANY / density).powf(1.0 / space.dimensions() as f64).max(2.0 * range);
+        let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
         density = density_in_cells(space, fair, positions);
     }
     density

@@ -85,7 +85,7 @@ pub struct Particle {
     pub velocity: Vector,
 }
 
-/// A validated scene. The fields are public to read; [`SceneBuilder`] makes one.
+/// A validated scene. The fields are public to read; [`SceneBuilder`](crate::scene::SceneBuilder) makes one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
     /// Name: the folder of a run.

@@ -140,7 +140,7 @@ impl Dense<'_> {
         let largest = libm::pow(share, 1.0 / self.space.dimensions() as f64).min(FRAC_1_SQRT_2);
         let mut tried = None;
         for halvings in 0..LOOSER {
-            let factor = largest * 0.5_f64.powi(halvings);
+            let factor = largest * libm::scalbn(1.0, -halvings);
             let contacts = self.contacts.scaled(factor);
             let mut occupancy = Occupancy::new(self.space, &contacts, self.kinds.len());
             // In a periodic box the radius does not matter.

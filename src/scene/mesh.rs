@@ -125,7 +125,7 @@ impl Scene {
         }
         let along = rim.windows(2).map(|pair| (position(pair[0].0) - position(pair[1].0)).norm());
         let spacing = along.fold(0.0, f64::max);
-        joint.filter(|(_, width)| 0.5 * spacing.hypot(*width) > contact)
+        joint.filter(|(_, width)| 0.5 * libm::hypot(spacing, *width) > contact)
     }
 
     /// The distances that cores keep.

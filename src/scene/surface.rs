@@ -107,7 +107,7 @@ impl Surface {
                 let size = upper - lower;
                 2.0 * (patch(size.x, size.y) + patch(size.y, size.z) + patch(size.z, size.x))
             }
-            Self::Cone { radii: [a, b], length, .. } => patch(TAU * a.max(*b), length.hypot(b - a)),
+            Self::Cone { radii: [a, b], length, .. } => patch(TAU * a.max(*b), libm::hypot(*length, b - a)),
             Self::Sphere { radius, .. } => patch(TAU * radius, 0.5 * TAU * radius),
             Self::Points(points) => points.len() as f64,
         }
@@ -156,11 +156,11 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
     let diagonal = a - b;
     let circumradius = a.norm() * b.norm() * diagonal.norm() / (2.0 * a.cross(&b).norm());
     let longest = a.norm().max(b.norm());
-    if diagonal.norm_squared() + a.norm().min(b.norm()).powi(2) >= longest * longest {
+    if diagonal.norm_squared() + a.norm_squared().min(b.norm_squared()) >= longest * longest {
         circumradius
     } else {
         // Slanted rows: `h` between rows is less than the edge, so the bound for rows of any shift holds with it.
-        0.5 * a.norm().hypot(b.norm())
+        0.5 * libm::hypot(a.norm(), b.norm())
     }
 }
 
@@ -195,7 +195,7 @@ fn sides(lower: &Vector, upper: &Vector, open: &[Side], spacing: f64) -> Layout 
     layout.hole = Side::NAMES
         .iter()
         .filter(|(_, side)| !open.contains(side))
-        .map(|(_, side)| 0.5 * edge((side.axis + 1) % 3).hypot(edge((side.axis + 2) % 3)))
+        .map(|(_, side)| 0.5 * libm::hypot(edge((side.axis + 1) % 3), edge((side.axis + 2) % 3)))
         .reduce(f64::max);
     layout
 }
@@ -228,7 +228,7 @@ fn across(axis: &Vector) -> [Vector; 2] {
 fn cone(base: &Vector, axis: &Vector, radii: [f64; 2], length: f64, spacing: f64) -> Layout {
     let axis = axis.normalize();
     let directions = across(&axis);
-    let slant = length.hypot(radii[1] - radii[0]);
+    let slant = libm::hypot(length, radii[1] - radii[0]);
     let rows = intervals(slant, spacing);
     let mut layout = Layout::default();
     let mut widest: f64 = 0.0;
@@ -243,7 +243,7 @@ fn cone(base: &Vector, axis: &Vector, radii: [f64; 2], length: f64, spacing: f64
         layout.points.extend(points);
         widest = widest.max(step);
     }
-    layout.hole = Some(0.5 * widest.hypot(slant / rows as f64));
+    layout.hole = Some(0.5 * libm::hypot(widest, slant / rows as f64));
     layout
 }
 
@@ -261,7 +261,7 @@ fn sphere(centre: &Vector, radius: f64, spacing: f64) -> Layout {
         layout.points.extend(points);
         widest = widest.max(step);
     }
-    layout.hole = Some(0.5 * widest.hypot(0.5 * TAU * radius / rows as f64));
+    layout.hole = Some(0.5 * libm::hypot(widest, 0.5 * TAU * radius / rows as f64));
     layout
 }
 

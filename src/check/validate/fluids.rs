@@ -92,7 +92,7 @@ pub(super) fn spheres(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     if has_diffusion {
         let theory = HardSphereFluid::reduced(packing_fraction);
         // With Enskog's viscosity. The fit is one to simulations in boxes, too, so that the sign is not known.
-        let edge = (count as f64 / theory.number_density()).cbrt();
+        let edge = libm::cbrt(count as f64 / theory.number_density());
         let slower = published::finite_size_of_diffusion(1.0, theory.shear_viscosity(), edge);
         let measured = number(&finished.measured, "diffusion_coefficient");
         let expected = theory.simulated_diffusion_coefficient();

@@ -78,7 +78,7 @@ fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>
 /// Lennard-Jones in steps, raised by what the smooth potential has at the cut-off.
 fn shifted(steps: usize) -> Result<Potential, PotentialError> {
     let cut = Potential::stepped_lennard_jones(1.0, 1.0, CUTOFF, steps, 50.0)?;
-    let s6 = CUTOFF.powi(-6);
+    let s6 = (CUTOFF * CUTOFF * CUTOFF * CUTOFF * CUTOFF * CUTOFF).recip();
     let at_cutoff = 4.0 * (s6 * s6 - s6);
     let energies = cut.energies().iter().enumerate();
     let raised = energies.map(|(state, energy)| if state == 0 { 0.0 } else { energy - at_cutoff });

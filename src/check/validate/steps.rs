@@ -81,11 +81,11 @@ fn law(blocks: &[Block], freedom: f64) -> Vec<Comparison> {
     };
     let height = DEPTH / temperature;
     // d/dT of exp(eps / T).
-    let slope = -height / temperature * height.exp();
+    let slope = -height / temperature * libm::exp(height);
     let bounces = ratio(|block| block.bounces, slope);
     // Of velocities with f free components and a fixed energy, those above eps are (1 - 2 eps / (f T))^((f - 1) / 2); and a
     // temperature that fluctuates by T^2 2 / f, at most, moves the mean of exp(eps / T) by half of that times its curvature.
-    let allowance = height.exp() * height * ((1.0 - height).abs() + height + 2.0) / freedom;
+    let allowance = libm::exp(height) * height * ((1.0 - height).abs() + height + 2.0) / freedom;
     vec![
         Comparison::statistical(
             QUANTITIES[0],

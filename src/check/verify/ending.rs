@@ -145,7 +145,7 @@ impl Verifier {
             return (self.world.periods[axis] / flight.velocity[axis].abs() * MARGIN, Search::Never);
         }
         // As far as a tenth of the images that are left allows, in a cube of them.
-        let along = (0.1 * most_images).cbrt();
+        let along = libm::cbrt(0.1 * most_images);
         let time = |&k: &usize| 0.5 * along * self.world.periods[k] / flight.velocity[k].abs().max(f64::MIN_POSITIVE);
         (round.iter().map(time).fold(f64::INFINITY, f64::min), Search::Open)
     }

@@ -59,6 +59,7 @@ impl Width {
     #[must_use]
     pub fn at_most_four(self) -> Self {
         match self.0 {
+            // SAFETY: the same.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512 => Self(Instructions::Avx2),
             _ => self,
@@ -73,6 +74,7 @@ impl Width {
             // SAFETY: [`Self::all`] has asked the processor for these instructions.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx2 => unsafe { in_fours(work) },
+            // SAFETY: the same.
             #[cfg(target_arch = "x86_64")]
             Instructions::Avx512 => unsafe { in_eights(work) },
         }

@@ -65,14 +65,16 @@ impl Rooms {
                 for u in (0..ANGLES).map(middle) {
                     let (along, across) = (r * u, r * (1.0 - u * u).sqrt());
                     let around = (0..ANGLES).map(|k| 0.5 * PI * middle(k));
-                    let plane = around.map(|angle| x.density(across * angle.cos()) * y.density(across * angle.sin()));
+                    let plane =
+                        around.map(|angle| x.density(across * libm::cos(angle)) * y.density(across * libm::sin(angle)));
                     sum += z.density(along) * plane.sum::<f64>();
                 }
                 sum / (ANGLES * ANGLES) as f64
             }
             [x, y] => {
                 let angles = (0..ANGLES).map(|k| 0.5 * PI * middle(k));
-                angles.map(|angle| x.density(r * angle.cos()) * y.density(r * angle.sin())).sum::<f64>() / ANGLES as f64
+                angles.map(|angle| x.density(r * libm::cos(angle)) * y.density(r * libm::sin(angle))).sum::<f64>()
+                    / ANGLES as f64
             }
             [x] => x.density(r),
             _ => 0.0,

@@ -9,6 +9,7 @@ pub struct Wide(__m256d);
 
 // SAFETY, of all that follows: only functions compiled for AVX2 call these, because nothing else can name the type; loads and stores
 // are of 4 numbers within slices of at least as many.
+#[allow(clippy::undocumented_unsafe_blocks, reason = "said once, above")]
 impl Many for Wide {
     const COUNT: usize = 4;
     #[inline(always)]

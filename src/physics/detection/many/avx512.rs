@@ -9,6 +9,7 @@ pub struct Widest(__m512d);
 
 // SAFETY, of all that follows: only functions compiled for AVX-512 call these, because nothing else can name the type; loads and stores
 // are of 8 numbers within slices of at least as many.
+#[allow(clippy::undocumented_unsafe_blocks, reason = "said once, above")]
 impl Many for Widest {
     const COUNT: usize = 8;
     #[inline(always)]
