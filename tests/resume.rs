@@ -226,8 +226,8 @@ fn fifty_six_random_stops_change_no_bit() {
         let is_left = |file: &&PathBuf| file.to_string_lossy().ends_with(".partial");
         assert_eq!(files_of(&parts).iter().find(is_left), None, "{scene}");
     }
+    // How many fall into a run depends on the clock; `tests/faults` kills at known calls.
     println!("{stopped} stops, {killed} of them by SIGKILL");
-    assert!(stopped > 0 && killed > 0);
 }
 
 #[test]
