@@ -7,7 +7,7 @@
 //! on the wrong side of a discontinuity.
 //!
 //! ```
-//! use carom::model::potential::Potential;
+//! use carom::model::Potential;
 //! use carom::scene::{Amount, Lattice, SceneBuilder};
 //! use carom::engine::{Simulation, Until};
 //!
