@@ -20,6 +20,7 @@ use crate::trajectory::extended_xyz::{FrameReader, ReadError};
 struct Start {
     frame: Frame,
     has_box: bool,
+    has_radii: bool,
     /// The line with the box and the bonds.
     comment: usize,
 }
@@ -31,7 +32,8 @@ pub(super) fn add(
     space: &SpaceFile,
     may_give_box: bool,
     scene: &mut SceneBuilder,
-) -> Result<(), SceneError> {
+) -> Result<Vec<Sizes>, SceneError> {
+    let mut sizes = Vec::with_capacity(files.len());
     for (index, file) in files.iter().enumerate() {
         let place = Place::entry("file", index);
         let path = directory.join(&file.path);
@@ -48,6 +50,7 @@ pub(super) fn add(
             scene.displacement = start.frame.displacement;
         }
         add_bonds(&start, file, &path, &place, scene)?;
+        sizes.push(Sizes::of(&start, path, &place));
         let listed = start.frame.particles.iter().map(|particle| Listed {
             species: start.frame.species[particle.species.0 as usize].name.clone(),
             position: particle.position,
@@ -56,7 +59,7 @@ pub(super) fn add(
         let group = Group::Listed(listed.collect());
         scene.groups.push(PlacedGroup { place, group });
     }
-    Ok(())
+    Ok(sizes)
 }
 
 /// Makes the box that of a frame. Sides that the scene does not mention are those of the frame, but for walls, which it cannot tell
@@ -174,9 +177,16 @@ fn parse(text: &[u8], frame: u64) -> Result<Start, (usize, String)> {
         None => Err((lines(), format!("the file ends after {frame} frames, expected frame {frame}"))),
         Some(Err(error)) => Err(wrong(error)),
         Some(Ok(_)) if !reader.has_species() => Err((reader.frame_line() + 1, "Properties has no type:S:1".to_owned())),
-        Some(Ok(frame)) => Ok(Start { frame, has_box: reader.has_box(), comment: reader.frame_line() + 1 }),
+        Some(Ok(frame)) => {
+            let (has_box, has_radii, comment) = (reader.has_box(), reader.has_radii(), reader.frame_line() + 1);
+            Ok(Start { frame, has_box, has_radii, comment })
+        }
     }
 }
+
+mod sizes;
+
+pub(super) use sizes::Sizes;
 
 #[cfg(test)]
 mod tests;

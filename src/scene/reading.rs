@@ -96,7 +96,7 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
         scene.groups.push(PlacedGroup { place: Place::entry("particle", index), group });
     }
     // With a fill, the box follows from that.
-    coordinates::add(&file.file, directory, &file.space, file.fill.is_empty(), &mut scene)?;
+    let sizes = coordinates::add(&file.file, directory, &file.space, file.fill.is_empty(), &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
         let place = Place::entry("chain", index);
         let group = Group::Chain(read_chain(chain, &place)?);
@@ -120,6 +120,7 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     scene.measure = planning::read_measure(file.measure);
     scene.output = read_output(file.output)?;
     classes::expand(&mut scene, &distributed)?;
+    sizes.iter().try_for_each(|sizes| sizes.agree(&scene))?;
     Ok(scene)
 }
 

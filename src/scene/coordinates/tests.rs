@@ -11,7 +11,7 @@ use crate::trajectory::extended_xyz::write_frame;
 fn columns_are_found_by_name() {
     let text = "2\nLattice=\"1 0 0 0 1 0 0 0 1\" Properties=id:I:1:species:S:1:velo:R:3:pos:R:3 Time=0\n\
                 0 A 1 2 3 4 5 6\n1 B 0 0 0 7 8 9\n";
-    let Start { frame, has_box, comment } = parse(text.as_bytes(), 0).unwrap();
+    let Start { frame, has_box, comment, .. } = parse(text.as_bytes(), 0).unwrap();
     assert_eq!(frame.species[0].name, "A");
     assert_eq!(frame.particles[0].position, Vector::new(4.0, 5.0, 6.0));
     assert_eq!(frame.particles[0].velocity, Vector::new(1.0, 2.0, 3.0));
@@ -22,7 +22,7 @@ fn columns_are_found_by_name() {
 #[test]
 fn a_plain_file_has_species_and_coordinates_and_frames_are_counted() {
     let text = b"1\n\nA 1 2 3\n1\n\nA 4 5 6\n";
-    let Start { frame, has_box, comment } = parse(text, 1).unwrap();
+    let Start { frame, has_box, comment, .. } = parse(text, 1).unwrap();
     assert_eq!(frame.particles[0].position, Vector::new(4.0, 5.0, 6.0));
     assert!(!has_box && comment == 5);
     assert_eq!(parse(text, 2).unwrap_err(), (6, "the file ends after 2 frames, expected frame 2".to_owned()));
@@ -217,4 +217,36 @@ fn frame_of(snapshot: &crate::engine::Snapshot) -> Frame {
     let mut frame = chains();
     (frame.lower, frame.size, frame.displacement) = (Vector::zeros(), Vector::repeat(5.0), snapshot.displacement);
     frame
+}
+
+#[test]
+fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
+    let file = "[[file]]\npath = \"start.xyz\"\n";
+    let error = |frame: &Frame| started(frame, &format!("{BEADS}{file}")).unwrap_err().to_string();
+    // As after a growth of the diameters.
+    let mut grown = chains();
+    grown.particles.iter_mut().for_each(|particle| particle.radius *= 1.1);
+    let found = error(&grown);
+    for expected in
+        ["start.xyz, line 3: ", "has a radius of 0.55", "species `bead`", "one of 0.5", "its diameter to 1.1"]
+    {
+        assert!(found.contains(expected), "{expected}: {found}");
+    }
+    let mut one = chains();
+    one.particles[3].radius = 0.51;
+    assert!(error(&one).contains("line 6: "), "{}", error(&one));
+    let mut heavy = chains();
+    heavy.species[0].mass = Some(2.0);
+    let found = error(&heavy);
+    assert!(
+        found.contains("line 2: the species `bead` has a mass of 2, but 1 in the scene: set its mass to 2"),
+        "{found}"
+    );
+    // What is frozen on purpose, and what says nothing of radii or masses.
+    let mut frozen = chains();
+    (frozen.species[0].mass, frozen.species[0].is_static) = (Some(f64::INFINITY), true);
+    started(&frozen, &format!("{BEADS}{file}")).unwrap();
+    let mut untold = chains();
+    untold.species[0].mass = None;
+    started(&untold, &format!("{BEADS}{file}")).unwrap();
 }

@@ -33,6 +33,7 @@ pub struct FrameReader<R> {
     frame_line: usize,
     has_velocities: bool,
     has_species: bool,
+    has_radii: bool,
     has_box: bool,
     is_finished: bool,
 }
@@ -47,6 +48,7 @@ impl<R: BufRead> FrameReader<R> {
             frame_line: 0,
             has_velocities: false,
             has_species: false,
+            has_radii: false,
             has_box: false,
             is_finished: false,
         }
@@ -62,6 +64,12 @@ impl<R: BufRead> FrameReader<R> {
     #[must_use]
     pub fn has_species(&self) -> bool {
         self.has_species
+    }
+
+    /// Whether the frame read last came with the radii of its particles.
+    #[must_use]
+    pub fn has_radii(&self) -> bool {
+        self.has_radii
     }
 
     /// Whether the frame read last came with its box.
@@ -157,6 +165,7 @@ impl<R: BufRead> FrameReader<R> {
         scalars.retain(|scalar| scalar.values.len() == count);
         self.has_velocities = comment.columns.velocity.is_some();
         self.has_species = comment.columns.species.is_some();
+        self.has_radii = comment.columns.radius.is_some();
         self.has_box = comment.region.is_some();
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
         let Comment { time, periodic, displacement, bonds, bond_names, bond_kinds, .. } = comment;
