@@ -33,6 +33,7 @@ use crate::model::{InteractionId, ParticleId, Scene};
 use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quartic, Side};
 use crate::physics::response::{Approach, Leaving, Outcome, respond, tc_contact};
+use crate::physics::potential::Potential;
 use ordered_float::OrderedFloat;
 use priority_queue::PriorityQueue;
 use std::cmp::Reverse;
@@ -97,8 +98,7 @@ impl Reference {
                 let of_species =
                     scene.interaction_of(scene.particles[i as usize].species, scene.particles[j as usize].species);
                 if let Some(id) = bonds.get(&(i, j)).copied().or(of_species) {
-                    let distance = reference.nearest_image(i, j).norm();
-                    let state = scene.interactions[id.0 as usize].potential.state_at(distance);
+                    let state = reference.first_state(&scene.interactions[id.0 as usize].potential, i, j);
                     reference.pairs.insert((i, j), (id, u16::try_from(state).unwrap_or(u16::MAX)));
                 }
             }
@@ -107,6 +107,20 @@ impl Reference {
             reference.predict(i);
         }
         reference
+    }
+
+    /// The state of a pair at the start: how many radii it is inside of. Of one that it is at, but for 32 roundings of the coordinates, it is on the side
+    /// that it moves into.
+    fn first_state(&self, potential: &Potential, i: u32, j: u32) -> usize {
+        let (apart, [i, j]) = (self.nearest_image(i, j), [i as usize, j as usize]);
+        let (distance, radial) = (apart.norm(), apart.dot(&(self.velocities[i] - self.velocities[j])));
+        let periods = (0..3).filter(|&k| self.boundary[k] == Boundary::Periodic).map(|k| self.size[k]);
+        let largest = periods.fold(self.positions[i].amax().max(self.positions[j].amax()), f64::max);
+        let is_at = |radius: f64| (distance - radius).abs() <= 32.0 * f64::EPSILON * largest;
+        let is_inside = |radius: &f64| if is_at(*radius) && radial != 0.0 { radial < 0.0 } else { distance < *radius };
+        let states = potential.accessible_states();
+        let inside = potential.radii().iter().filter(|radius| is_inside(radius)).count();
+        inside.clamp(*states.start(), *states.end())
     }
 
     /// Simulated time now `[time]`.

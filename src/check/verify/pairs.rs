@@ -1,5 +1,6 @@
 //! The verifier's own pair states: from distances at the start, then from the events' outcomes alone.
 
+use super::bounds::rounded;
 use super::contact::Contact;
 use super::violation::Fault;
 use super::world::World;
@@ -7,6 +8,38 @@ use crate::engine::States;
 use crate::model::ParticleId;
 use crate::model::potential::Potential;
 use std::collections::BTreeMap;
+
+/// A pair at the start.
+struct Start {
+    distance: f64,
+    /// Positive where the two part.
+    parting: f64,
+    /// What round-off explains of the distance.
+    rounding: f64,
+}
+
+impl Start {
+    fn of(world: &World, states: &States, i: u32, j: u32) -> Self {
+        let apart = world.nearest(states, i, j);
+        let [i, j] = [i as usize, j as usize];
+        let parting = apart.dot(&(states.velocities[i] - states.velocities[j]));
+        let periods = world.periods.iter().copied().filter(|period| period.is_finite());
+        let largest = periods.chain([states.positions[i].amax(), states.positions[j].amax()]).fold(0.0, f64::max);
+        Self { distance: apart.norm(), parting, rounding: rounded(largest) }
+    }
+
+    /// Beyond which of the radii the pair is: of one where it stands, the side follows from whether the two part.
+    fn state(&self, potential: &Potential) -> usize {
+        let captured = |radius: f64| match (self.distance - radius).abs() <= self.rounding {
+            true if self.parting < 0.0 => true,
+            true if self.parting > 0.0 => false,
+            _ => self.distance < radius,
+        };
+        let count = potential.radii().iter().take_while(|&&radius| captured(radius)).count();
+        let states = potential.accessible_states();
+        count.clamp(*states.start(), *states.end())
+    }
+}
 
 /// The states of all pairs that are not strangers.
 #[derive(Debug, Default)]
@@ -18,18 +51,19 @@ pub(super) struct Pairs {
 impl Pairs {
     /// From the distances of all pairs, the one time that distances decide them.
     pub fn from_distances(world: &World, states: &States) -> Self {
-        let at_start = |i, j, bond: &Potential| bond.state_at(world.nearest(states, i, j).norm());
+        let at_start = |i, j, bond: &Potential| Start::of(world, states, i, j).state(bond);
         let mut pairs = Self::bonded(world, states.positions.len(), at_start);
         if !world.has_states {
             return pairs;
         }
         for &i in &world.moving {
             for (j, _) in (0..).zip(&states.positions).filter(|(j, _)| world.is_first(i, *j)) {
-                let distance = world.nearest(states, i, j).norm();
-                if (distance > world.longest_range && !world.holds_all_pairs) || pairs.get(i, j).is_some() {
+                let start = Start::of(world, states, i, j);
+                let is_far = start.distance > world.longest_range + start.rounding;
+                if (is_far && !world.holds_all_pairs) || pairs.get(i, j).is_some() {
                     continue;
                 }
-                let state = world.interaction(i, j).map_or(0, |interaction| interaction.potential.state_at(distance));
+                let state = world.interaction(i, j).map_or(0, |interaction| start.state(&interaction.potential));
                 if state > 0 {
                     pairs.set(i, j, state);
                 }
