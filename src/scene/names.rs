@@ -7,10 +7,10 @@ use crate::scene::place::Place;
 const LONGEST_WORD: usize = 64;
 const LONGEST_WORDS: usize = 100;
 
-/// The same rules for the JSON Schema of scenes.
-pub(crate) const WORD: &str = r"^[\p{Alphabetic}\p{N}][\p{Alphabetic}\p{N}_.+()-]{0,63}$";
+/// The same rules for the JSON Schema of scenes, in the regular expressions that all its readers know: what is not ASCII may be a letter there.
+pub(crate) const WORD: &str = r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7f]{0,63}$";
 pub(crate) const WORDS: &str =
-    r"^[\p{Alphabetic}\p{N}]([\p{Alphabetic}\p{N}_.+() -]{0,98}[\p{Alphabetic}\p{N}_.+()-])?$";
+    r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";
 pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
 
 /// A name that stands in columns of trajectories, in lists with blanks between, and in tables: no formula of a spreadsheet begins with

@@ -75,6 +75,20 @@ fn it_names_itself_and_is_what_the_program_prints() {
     assert_eq!(serde_json::from_str::<Value>(&printed).unwrap(), schema);
 }
 
+/// Classes of Unicode are a matter of flags in ECMA-262, and unknown to Python's `re`.
+#[test]
+fn its_patterns_can_be_read_by_every_validator() {
+    let mut patterns = Vec::new();
+    walk(&schema(), None, "", &mut |path, property, _| {
+        if let Some(pattern) = property["pattern"].as_str() {
+            assert!(!pattern.contains(r"\p") && !pattern.contains(r"\u"), "{path}: {pattern}");
+            patterns.push(pattern.to_owned());
+        }
+    });
+    assert!(patterns.len() > 5, "{patterns:?}");
+    assert!(!program(&["schema"]).contains(r"\\p"));
+}
+
 #[test]
 fn every_key_is_described() {
     walk(&schema(), None, "", &mut |path, property, _| {

@@ -111,15 +111,16 @@ fn is_of(name: &str, value: &Value) -> bool {
 
 /// Whether a text is one of the patterns of the schema: classes of characters, each with the numbers of times that it may occur.
 fn fits(pattern: &str, text: &str) -> bool {
-    let letters = |c: char| c.is_alphanumeric();
+    // What is not ASCII may be a letter.
+    let letters = |c: char| c.is_ascii_alphanumeric() || !c.is_ascii();
     let marks = |c: char| letters(c) || "_.+()-".contains(c);
     let ascii = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
     let count = text.chars().count();
     match pattern {
-        r"^[\p{Alphabetic}\p{N}][\p{Alphabetic}\p{N}_.+()-]{0,63}$" => {
+        r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7f]{0,63}$" => {
             text.starts_with(letters) && text.chars().all(marks) && count <= 64
         }
-        r"^[\p{Alphabetic}\p{N}]([\p{Alphabetic}\p{N}_.+() -]{0,98}[\p{Alphabetic}\p{N}_.+()-])?$" => {
+        r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$" => {
             let is_inner = text.chars().all(|c| marks(c) || c == ' ');
             text.starts_with(letters) && is_inner && !text.ends_with(' ') && count <= 100
         }
