@@ -107,6 +107,10 @@ impl Changes {
         Scene::from_file_with(scene, &self.all(seed.as_deref()))
     }
 
+    fn are_none(&self) -> bool {
+        self.seed.is_none() && self.overrides.is_empty()
+    }
+
     /// The text of a scene that was loaded, with what was replaced in it.
     fn record(&self, scene: &Scene, path: &Path) -> Result<String, SceneError> {
         let seed = self.seed.map(|seed| seed.to_string());

@@ -33,7 +33,7 @@ use crate::model::{InteractionId, ParticleId, Scene};
 use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quartic, Side};
 use crate::physics::response::{Approach, Leaving, Outcome, respond, tc_contact};
-use crate::physics::potential::Potential;
+use crate::model::potential::Potential;
 use ordered_float::OrderedFloat;
 use priority_queue::PriorityQueue;
 use std::cmp::Reverse;

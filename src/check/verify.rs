@@ -45,6 +45,6 @@ mod world;
 
 pub use certificate::{Certificate, Counts, End, Margins};
 pub use contact::Contact;
-pub use replay::{Progress, Stretch, verify};
+pub use replay::{Progress, RunEnd, Stretch, verify, verify_run};
 pub use verifier::Verifier;
 pub use violation::{Fault, Quantity, Violation};

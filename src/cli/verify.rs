@@ -1,11 +1,11 @@
 //! `carom verify`.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use carom::base::text::{self, digits, tiny};
-use carom::check::verify::{self, Certificate, Counts, End, Fault, Stretch, Violation};
+use carom::check::verify::{self, Certificate, Counts, End, Fault, RunEnd, Stretch, Violation};
 use carom::engine::Arrest;
-use carom::io::Folder;
+use carom::io::{Folder, Summary};
 use carom::model::Scene;
 use carom::view::describe::{self};
 use clap::Args;
@@ -46,43 +46,104 @@ pub struct Verify {
 
 impl Verify {
     pub fn execute(&self) -> Result<(), Failure> {
-        let scene = self.load()?;
+        let (scene, recorded) = self.load()?;
         let stretch = Stretch { from: self.from_events.unwrap_or(0), events: self.events };
+        if let Some(events) = recorded.as_ref().and_then(|it| it.end.events).filter(|events| stretch.from >= *events) {
+            self.refuse_nothing(events)?;
+        }
         let header = header(&scene);
         signals::watch_without_traces();
         let mut display = Display::new(&scene, self.quiet);
-        let certificate = verify::verify(scene, stretch, &mut |progress| {
+        let mut watch = |progress: &verify::Progress| {
             display.show(progress);
             signals::flow()
-        });
+        };
+        let certificate = match &recorded {
+            Some(recorded) => verify::verify_run(scene, recorded.end, stretch, &mut watch),
+            None => verify::verify(scene, stretch, &mut watch),
+        };
         display.clear();
-        self.refuse_nothing(&certificate)?;
-        super::print(&format!("{header}{}", table(&certificate)))?;
-        verdict(&certificate)
+        // A stretch behind the end of the run is a mistake.
+        let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
+        if has_ended && certificate.first_event <= stretch.from {
+            self.refuse_nothing(certificate.first_event - 1)?;
+        }
+        super::print(&format!("{header}{}", table(&certificate, recorded.is_some())))?;
+        verdict(&certificate, recorded.as_ref())
     }
 
-    /// A stretch behind the end of the run is a mistake.
-    fn refuse_nothing(&self, certificate: &Certificate) -> Result<(), Failure> {
-        let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
-        if !has_ended || self.from_events.is_none_or(|from| certificate.first_event > from) {
+    /// Refuses to prove nothing of a run that has no more than so many events.
+    fn refuse_nothing(&self, events: u64) -> Result<(), Failure> {
+        if self.from_events.is_none() {
             return Ok(());
         }
-        let events = usize::try_from(certificate.first_event - 1).unwrap_or(usize::MAX);
         let message = format!("the run has only {}", text::plural(events, "event"));
         Err(Failure::bad_input(message, None, Some("choose a smaller --from-events")))
     }
 
-    fn load(&self) -> Result<Scene, Failure> {
+    /// The scene; and of a folder what its run says of itself.
+    fn load(&self) -> Result<(Scene, Option<Recorded>), Failure> {
         if !self.run.is_dir() {
-            return Ok(self.changes.load(&self.run)?);
+            return Ok((self.changes.load(&self.run)?, None));
         }
-        let scene = Folder::scene_of(&self.run);
-        if !scene.exists() {
+        let file = Folder::scene_of(&self.run);
+        if !file.exists() {
             let message = format!("{} has no scene.toml", self.run.display());
             let help = "carom run writes the scene of a run into its folder when the run is complete";
             return Err(Failure::bad_input(message, None, Some(help)));
         }
-        Ok(self.changes.load(&scene)?)
+        if !self.changes.are_none() {
+            let help = format!("prove a changed scene from its file: carom verify {}", file.display());
+            return Err(Failure::bad_input(
+                "a run is proven as it was: --seed and --set are for scenes",
+                None,
+                Some(&help),
+            ));
+        }
+        let recorded = Recorded::read(&self.run)?;
+        let scene = self.changes.load(&file)?;
+        recorded.refuse_other(&scene)?;
+        Ok((scene, Some(recorded)))
+    }
+}
+
+/// What a run says of itself in `summary.json`.
+struct Recorded {
+    path: PathBuf,
+    summary: Summary,
+    end: RunEnd,
+}
+
+impl Recorded {
+    fn read(run: &Path) -> Result<Self, Failure> {
+        let path = Folder::summary_of(run);
+        let text = std::fs::read(&path).map_err(|source| {
+            let help = "a run writes it last: one that was killed has none, and goes on with carom run --resume";
+            Failure::bad_input(format!("cannot read {}", path.display()), Some(Box::new(source)), Some(help))
+        })?;
+        let summary: Summary = serde_json::from_slice(&text).map_err(|source| {
+            let message = format!("{} is not the summary of a run", path.display());
+            Failure::bad_input(message, Some(Box::new(source)), Some("run the scene again, or restore the file"))
+        })?;
+        let events = summary.events.before.map(|before| before.saturating_add(summary.events.total));
+        let end = RunEnd { events, time: summary.time };
+        Ok(Self { path, summary, end })
+    }
+
+    /// A scene with another seed or other particles is not that of the run.
+    fn refuse_other(&self, scene: &Scene) -> Result<(), Failure> {
+        let numbers = [
+            ("seed", scene.seed, self.summary.seed),
+            ("number of particles", scene.particles.len() as u64, self.summary.particles as u64),
+        ];
+        let Some((what, of_scene, of_run)) = numbers.into_iter().find(|(_, of_scene, of_run)| of_scene != of_run)
+        else {
+            return Ok(());
+        };
+        let message =
+            format!("scene.toml is not the scene of this run: its {what} is {of_scene}, in summary.json {of_run}");
+        let help = format!("restore {}, or run it again", self.path.with_file_name("scene.toml").display());
+        Err(Failure::bad_input(message, None, Some(&help)))
     }
 }
 
@@ -97,7 +158,7 @@ fn header(scene: &Scene) -> String {
     lines.text()
 }
 
-fn table(certificate: &Certificate) -> String {
+fn table(certificate: &Certificate, is_of_run: bool) -> String {
     let Certificate { first_event, start, duration, counts, margins, .. } = certificate;
     let mut lines = Lines::default();
     lines.pair("stretch", &format!("event {first_event} to {}", first_event + counts.events().max(1) - 1));
@@ -124,6 +185,13 @@ fn table(certificate: &Certificate) -> String {
     }
     lines.title("verdict");
     lines.line(&words(certificate));
+    if is_of_run {
+        match certificate.end {
+            End::RunEnded | End::Idle => lines.line("number of events and time there are those of summary.json"),
+            End::Asked => lines.line("of the scene in the folder; its seed and particles are those of summary.json"),
+            _ => {}
+        }
+    }
     lines.text()
 }
 
@@ -140,6 +208,7 @@ fn words(certificate: &Certificate) -> String {
         End::Driven => {
             "NOTHING PROVEN: a thermostat, a growth, a sheared box or a thermal wall acts from outside".to_owned()
         }
+        End::Departed { .. } => "NOT PROVEN: the events above are those of another run".to_owned(),
         End::Interrupted => "INTERRUPTED: proven up to there".to_owned(),
         End::Violated(Violation { fault: Fault::EndedEarly { .. } | Fault::EndNotShown { .. }, .. }) => {
             "VIOLATED: the events above are proven, but not that nothing follows".to_owned()
@@ -153,8 +222,23 @@ fn words(certificate: &Certificate) -> String {
     }
 }
 
-fn verdict(certificate: &Certificate) -> Result<(), Failure> {
+fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> Result<(), Failure> {
     match certificate.end {
+        End::Departed { recorded: run, events, time } => {
+            let of_run = run.events.map_or_else(String::new, |events| format!("{events} events and "));
+            let message = format!(
+                "scene.toml does not lead to the end of this run: {events} events and a time of {time}, in summary.json {of_run}{}",
+                run.time
+            );
+            let version = recorded.map_or("", |recorded| recorded.summary.version.as_str());
+            let help = match version {
+                env!("CARGO_PKG_VERSION") => "restore scene.toml, or run it again".to_owned(),
+                _ => format!(
+                    "the run is of Carom {version}, whose events may differ: prove it with that, or run it again"
+                ),
+            };
+            Err(Failure::failed(message, None, Some(&help)))
+        }
         End::Violated(violation @ Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             let help = "a smaller box, shallower wells or slower particles leave more digits to the positions";
             Err(Failure::failed(violation.to_string(), None, Some(help)))

@@ -21,7 +21,7 @@ use crate::model::space::{Boundary, Face as SpaceFace};
 use crate::model::{Scene, SpeciesId};
 use crate::physics::detection::many::Width;
 use crate::physics::motion::RelativeState;
-use crate::physics::potential::Potential;
+use crate::model::potential::Potential;
 
 /// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
 const LARGE: usize = 32_768;

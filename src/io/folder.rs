@@ -194,6 +194,12 @@ impl Folder {
         run.join(SCENE)
     }
 
+    /// Where the numbers of a run are, in the folder of the run: the last file that it writes.
+    #[must_use]
+    pub fn summary_of(run: &Path) -> PathBuf {
+        run.join(SUMMARY)
+    }
+
     /// The files of a run that other files are made from, whether they are there or not.
     #[must_use]
     pub fn files_of(run: &Path) -> Vec<PathBuf> {

@@ -53,6 +53,9 @@ pub struct Summary {
 #[allow(missing_docs, reason = "as in `Tally`")]
 pub struct Events {
     pub total: u64,
+    /// Physical events of the run before its measured stretch; `None` in files that do not tell.
+    #[serde(default)]
+    pub before: Option<u64>,
     pub core: u64,
     pub capture: u64,
     pub release: u64,
@@ -158,6 +161,7 @@ impl Summary {
             diameter_factor: simulation.scale(),
             events: Events {
                 total: tally.physical(),
+                before: Some(simulation.tally().physical() - tally.physical()),
                 core: tally.core,
                 capture: tally.capture,
                 release: tally.release,

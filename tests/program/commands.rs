@@ -27,6 +27,53 @@ fn a_run_can_be_proven_from_its_folder() {
 }
 
 #[test]
+fn what_is_proven_of_a_folder_is_its_run_and_no_event_more() {
+    // An equilibration that ends by what it measures: only the summary tells where the run has ended.
+    let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
+    let few = ["run", "scene.toml", "--until-events", "300", "--set", "fill.0.count=32", "--quiet"];
+    assert_eq!(code(&place.carom(&few)), 0);
+    let events = &place.summary("runs/scene")["events"];
+    let all = events["before"].as_u64().unwrap() + events["total"].as_u64().unwrap();
+    assert!(events["total"] == 300 && all > 500, "{events}");
+    let output = place.carom(&["verify", "runs/scene", "-q", "--from-events", &(all - 100).to_string()]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let text = words(&output);
+    let last = format!("event {} to {all}", all - 99);
+    for expected in [last.as_str(), "up to the end of the run", "are those of summary.json"] {
+        assert!(text.contains(expected), "{expected}: {text}");
+    }
+    let output = place.carom(&["verify", "runs/scene", "-q", "--from-events", &all.to_string(), "--events", "100"]);
+    assert!(code(&output) == 2 && errors(&output).contains(&format!("only {all} events")), "{}", errors(&output));
+}
+
+#[test]
+fn a_scene_that_is_not_that_of_the_run_proves_nothing_of_it() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "1", "--until-events", "700", "-q"])), 0);
+    let file = place.path().join("runs/scene/scene.toml");
+    let kept = fs::read_to_string(&file).unwrap();
+    for (was, is, exit, message) in [
+        ("seed = 1\n", "seed = 2\n", 2, "its seed is 2, in summary.json 1"),
+        ("count = 108", "count = 32", 2, "its number of particles is 32, in summary.json 108"),
+        ("temperature = 1.0", "temperature = 2.0", 1, "does not lead to the end of this run: 1201 events"),
+    ] {
+        assert!(kept.contains(was), "{kept}");
+        fs::write(&file, kept.replace(was, is)).unwrap();
+        let output = place.carom(&["verify", "runs/scene", "-q"]);
+        assert_eq!(code(&output), exit, "{is}: {}", errors(&output));
+        let told = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ").replace("\u{2502} ", "");
+        assert!(told.contains(message), "{message}: {told}");
+        assert!(!words(&output).contains("PROVEN: no event"), "{}", words(&output));
+    }
+    fs::write(&file, &kept).unwrap();
+    let output = place.carom(&["verify", "runs/scene", "--seed", "1"]);
+    assert!(code(&output) == 2 && errors(&output).contains("are for scenes"), "{}", errors(&output));
+    fs::remove_file(place.path().join("runs/scene/summary.json")).unwrap();
+    let output = place.carom(&["verify", "runs/scene"]);
+    assert!(code(&output) == 2 && errors(&output).contains("summary.json"), "{}", errors(&output));
+}
+
+#[test]
 fn whoever_reads_only_the_first_line_causes_no_error() {
     let place = Place::with(FLUID);
     let mut child = place.command(&["new", "hopper"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

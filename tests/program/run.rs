@@ -45,7 +45,7 @@ fn the_keys_of_the_summary_are_the_contract() {
     for (key, contents) in [
         (
             "events",
-            "total core capture release bounce wall transition turning_point in_invalid_state tc_contacts tc_altered",
+            "total before core capture release bounce wall transition turning_point in_invalid_state tc_contacts tc_altered",
         ),
         ("energy", "initial final kinetic potential dissipated supplied ledger_error_relative ledger_limit"),
         ("momentum", "drift limit"),

@@ -1,5 +1,6 @@
 //! What a verification has found.
 
+use super::replay::RunEnd;
 use super::violation::Violation;
 use crate::engine::Arrest;
 
@@ -38,6 +39,15 @@ pub enum End {
     Asked,
     /// All events up to the end that the scene plans for the run are proven.
     RunEnded,
+    /// The replay has come to another end than the run that it should be: what was proven belongs to another run.
+    Departed {
+        /// The end of the run, by its record.
+        recorded: RunEnd,
+        /// Physical events of the replay when the end was due, or one more than the run had.
+        events: u64,
+        /// Simulated time of the replay then.
+        time: f64,
+    },
     /// Nothing will ever happen again: no pair, in any image, and no particle and wall has an event in all the time to come.
     Idle,
     /// The caller wanted no more.
@@ -124,6 +134,6 @@ impl Certificate {
     /// Whether every event that was looked at is proven, and the simulation could go on.
     #[must_use]
     pub fn is_proven(&self) -> bool {
-        !matches!(self.end, End::Violated(_) | End::Arrested(_) | End::Driven)
+        !matches!(self.end, End::Violated(_) | End::Arrested(_) | End::Driven | End::Departed { .. })
     }
 }

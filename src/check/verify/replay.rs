@@ -23,6 +23,22 @@ pub struct Stretch {
     pub events: u64,
 }
 
+/// Where a run has ended, by its own record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunEnd {
+    /// Physical events of the whole run; `None` where the record does not tell.
+    pub events: Option<u64>,
+    /// Simulated time.
+    pub time: f64,
+}
+
+impl RunEnd {
+    /// What the roundings of adding up a simulated time explain.
+    fn rounding(&self, start: f64) -> f64 {
+        4.0 * f64::EPSILON * self.time.abs().max(start.abs())
+    }
+}
+
 /// How far a verification is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
@@ -54,11 +70,35 @@ impl Progress {
 /// follow from the events alone.
 #[must_use]
 pub fn verify(scene: Scene, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Certificate {
+    certify(scene, stretch, None, watch)
+}
+
+/// Replays a run that has been, and proves a stretch of it.
+///
+/// As [`verify`], but the replay ends where the run did, whatever ended its equilibration. Where the proof comes to that end, number of events and
+/// time are held against those of the run: [`End::Departed`] if they differ.
+#[must_use]
+pub fn verify_run(
+    scene: Scene,
+    ended: RunEnd,
+    stretch: Stretch,
+    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Certificate {
+    certify(scene, stretch, Some(ended), watch)
+}
+
+fn certify(
+    scene: Scene,
+    stretch: Stretch,
+    recorded: Option<RunEnd>,
+    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Certificate {
     if scene.is_driven() {
         return Certificate { end: End::Driven, ..Certificate::blank(1, scene.start_time) };
     }
     let plan = scene.run.clone();
-    let mut replay = Replay { simulation: Simulation::new(scene), stages: stages(&plan), ends: None };
+    let mut replay =
+        Replay { simulation: Simulation::new(scene), stages: stages(&plan), ends: None, recorded, has_run_out: false };
     let skipped = replay.skip(stretch, watch);
     let mut states = States::default();
     replay.simulation.states(&mut states);
@@ -97,11 +137,18 @@ struct Replay {
     stages: Vec<Limit>,
     /// Simulated time and events at which the present stage ends.
     ends: Option<Until>,
+    /// Where the run has ended; `None` ends where the scene plans it.
+    recorded: Option<RunEnd>,
+    /// Whether the time of that run is over.
+    has_run_out: bool,
 }
 
 impl Replay {
     /// Where the present stage of the run ends; none after the last one.
     fn stage(&mut self) -> Option<Until> {
+        if let Some(recorded) = self.recorded {
+            return self.left_of(&recorded);
+        }
         if self.ends.is_none_or(|ends| self.simulation.tally().physical() >= ends.events) {
             let limit = self.stages.pop()?;
             let events = self.simulation.tally().physical();
@@ -113,18 +160,54 @@ impl Replay {
         self.ends
     }
 
+    /// What is left of a run that has been: its events first, and then a time without any. An event there is one too many.
+    fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
+        let rounding = recorded.rounding(self.simulation.scene().start_time);
+        let events = recorded.events.unwrap_or(u64::MAX);
+        match self.simulation.tally().physical() {
+            _ if self.has_run_out => None,
+            done if done < events => Some(Until { time: recorded.time + rounding, events }),
+            done if done == events && self.simulation.time() < recorded.time - rounding => {
+                Some(Until { time: recorded.time, events: u64::MAX })
+            }
+            _ => None,
+        }
+    }
+
+    /// How the replay ends where the run does.
+    fn ended(&self) -> End {
+        let (events, time) = (self.simulation.tally().physical(), self.simulation.time());
+        if let Some(recorded) = self.recorded {
+            let is_there = (time - recorded.time).abs() <= 2.0 * recorded.rounding(self.simulation.scene().start_time);
+            if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
+                return End::Departed { recorded, events, time };
+            }
+            let plan = &self.simulation.scene().run;
+            if plan.limit.time.is_none() && self.simulation.is_over() {
+                return End::Idle;
+            }
+        }
+        End::RunEnded
+    }
+
+    /// Ends a stage by its time.
+    fn end_stage(&mut self) {
+        self.ends = None;
+        self.has_run_out = true;
+    }
+
     /// Goes to the start of the stretch without looking.
     fn skip(&mut self, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Option<End> {
         while self.simulation.tally().physical() < stretch.from {
             if watch(&self.progress(stretch, false)).is_break() {
                 return Some(End::Interrupted);
             }
-            let Some(stage) = self.stage() else { return Some(End::RunEnded) };
+            let Some(stage) = self.stage() else { return Some(self.ended()) };
             let chunk = self.simulation.tally().physical().saturating_add(CHUNK);
             let until = Until { events: stage.events.min(stretch.from).min(chunk), ..stage };
             match self.simulation.advance_for(STEPS, until, |_| {}) {
                 Ok(None | Some(Reason::Events)) => {}
-                Ok(Some(Reason::Time)) => self.ends = None,
+                Ok(Some(Reason::Time)) => self.end_stage(),
                 Ok(Some(Reason::Idle)) => return Some(End::Idle),
                 Err(arrest) => return Some(End::Arrested(arrest)),
             }
@@ -177,7 +260,12 @@ impl Replay {
         states: &mut States,
         watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Result<Option<End>, Stop> {
-        let Some(stage) = self.stage() else { return Ok(Some(End::RunEnded)) };
+        let Some(stage) = self.stage() else {
+            return Ok(Some(match self.ended() {
+                End::Idle => self.idle(verifier)?,
+                end => end,
+            }));
+        };
         let progress = self.progress(stretch, true);
         let mut watch = || watch(&progress);
         let until = Until { time: stage.time, events: self.simulation.tally().physical().saturating_add(1) };
@@ -196,7 +284,7 @@ impl Replay {
             return Ok(None);
         }
         verifier.witness_quiet_watched(states, &mut watch).map_err(|fault| self.violation(fault))?;
-        self.ends = None;
+        self.end_stage();
         if reason == Reason::Idle {
             return Ok(Some(self.idle(verifier)?));
         }
