@@ -27,11 +27,13 @@ mod course;
 mod driver;
 mod forecast;
 mod progress;
+mod rate;
 
 pub use course::Course;
 pub use driver::{MOST_EVENTS_PER_PARTICLE, resume, run};
 pub use forecast::{Burden, burdens};
 pub use progress::{Progress, Stage};
+pub use rate::expected_rate;
 
 use std::convert::Infallible;
 

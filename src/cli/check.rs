@@ -29,11 +29,11 @@ pub struct Check {
 impl Check {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
-        let pace = Pace::of(&scene);
-        let estimate = Estimate::of(&scene, pace.map(|pace| pace.rate));
+        let per_second = per_second(&scene);
+        let estimate = Estimate::of(&scene, run::expected_rate(&scene));
         let mut warnings = warnings(&scene);
         let mut text = description(&scene);
-        text.push_str(&needs(&estimate, pace));
+        text.push_str(&needs(&estimate, per_second));
         let folder = PathBuf::from("runs").join(&scene.name);
         warnings.extend(too_much(&estimate, free_disk(&folder)));
         for warning in &warnings {
@@ -87,35 +87,26 @@ fn description(scene: &Scene) -> String {
     lines.join("\n") + "\n"
 }
 
-/// How fast a scene runs, by a short try: events per simulated time `[1/time]`, and per second.
-#[derive(Debug, Clone, Copy)]
-struct Pace {
-    rate: f64,
-    per_second: f64,
-}
-
-impl Pace {
-    /// `None` where nothing happens for [`PATIENCE`], or too little to tell.
-    fn of(scene: &Scene) -> Option<Self> {
-        let (sender, receiver) = mpsc::channel();
-        let scene = scene.clone();
-        // A thread that is left behind ends with the program.
-        std::thread::spawn(move || {
-            let mut simulation = Simulation::new(scene);
-            let (begun, start) = (Instant::now(), simulation.time());
-            while begun.elapsed() < TRY {
-                let until = Until::events(simulation.tally().physical() + 1000);
-                if !matches!(simulation.advance(until), Ok(Reason::Events)) {
-                    break;
-                }
+/// Events per second of a short try on the clock: the one number here that differs from call to call. `None` where nothing happens for [`PATIENCE`], or
+/// too little to tell.
+fn per_second(scene: &Scene) -> Option<f64> {
+    let (sender, receiver) = mpsc::channel();
+    let scene = scene.clone();
+    // A thread that is left behind ends with the program.
+    std::thread::spawn(move || {
+        let mut simulation = Simulation::new(scene);
+        let begun = Instant::now();
+        while begun.elapsed() < TRY {
+            let until = Until::events(simulation.tally().physical() + 1000);
+            if !matches!(simulation.advance(until), Ok(Reason::Events)) {
+                break;
             }
-            let (events, time) = (simulation.tally().physical() as f64, simulation.time() - start);
-            let pace = Self { rate: events / time, per_second: events / begun.elapsed().as_secs_f64() };
-            // Nobody waits any more where this came too late.
-            let _ = sender.send((events >= 10.0 && time > 0.0).then_some(pace));
-        });
-        receiver.recv_timeout(PATIENCE).ok().flatten()
-    }
+        }
+        let events = simulation.tally().physical() as f64;
+        // Nobody waits any more where this came too late.
+        let _ = sender.send((events >= 10.0).then_some(events / begun.elapsed().as_secs_f64()));
+    });
+    receiver.recv_timeout(PATIENCE).ok().flatten()
 }
 
 /// How long events are tried, and how long an answer is waited for.
@@ -123,7 +114,7 @@ const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What the run will write and need, in two lines.
-fn needs(estimate: &Estimate, pace: Option<Pace>) -> String {
+fn needs(estimate: &Estimate, per_second: Option<f64>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),
         Some(count) => format!("{} {noun}s", about(count)),
@@ -132,8 +123,8 @@ fn needs(estimate: &Estimate, pace: Option<Pace>) -> String {
     let least = if estimate.is_complete { "some" } else { "at least" };
     let rows = format!("{} and {}", count(estimate.rows, "row"), count(estimate.frames, "frame"));
     let mut work = count(estimate.events, "event");
-    if let (Some(events), Some(pace)) = (estimate.events, pace) {
-        work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / pace.per_second)));
+    if let (Some(events), Some(per_second)) = (estimate.events, per_second) {
+        work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / per_second)));
     }
     let (bytes, memory) = (size(estimate.bytes), size(estimate.memory));
     format!("  writes {rows}, {least} {bytes}\n  needs some {memory} of memory, and works through {work}\n")

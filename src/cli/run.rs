@@ -156,7 +156,7 @@ impl Run {
             return Ok(f64::INFINITY);
         }
         let most = allowance(free_disk(path));
-        let bytes = Estimate::of(scene, None).bytes;
+        let bytes = Estimate::of(scene, run::expected_rate(scene)).bytes;
         if bytes <= most {
             return Ok(most);
         }

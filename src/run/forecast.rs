@@ -1,7 +1,9 @@
 //! What takes long in a run though nothing happens in it: said before it begins.
 
-use crate::model::space::Boundary;
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Face};
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
+use crate::PUBLISHED::{contact_value, contact_value_of_disks};
 
 /// Steps of the event loop in a second on the clock, to the order of magnitude: an event, a new velocity, a look at a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
@@ -32,7 +34,7 @@ pub struct Burden {
 
 /// What makes a run of a scene far longer than its events, by orders of magnitude.
 ///
-/// Rates follow from the kinetic theory of a dilute gas at the speed of the particles. Particles at rest tell nothing.
+/// Rates follow from Enskog's kinetic theory at the speed of the particles. Particles at rest tell nothing.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<Burden> {
     let mut burdens = Vec::new();
@@ -90,6 +92,18 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
     burdens
 }
 
+/// Events of a fluid by simulated time, by kinetic theory `[1 / time]`; `None` where particles fall, can leave, or rest.
+pub(super) fn rate(scene: &Scene) -> Option<f64> {
+    let is_open = |boundary: &Boundary| match boundary {
+        Boundary::Bounded { lower, upper } => [lower, upper].contains(&&Face::Open),
+        Boundary::Periodic | Boundary::Flat => false,
+    };
+    let is_falling = scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
+    let is_fluid = !is_falling && !scene.space.boundary.iter().any(is_open);
+    let rate = if is_fluid { Pace::of(scene).events } else { 0.0 };
+    (rate.is_finite() && rate > 0.0).then_some(rate)
+}
+
 /// How long a growth that ends at a size lasts at most `[time]`.
 fn duration_of(scene: &Scene, growth: &Growth) -> f64 {
     match growth.until {
@@ -136,17 +150,51 @@ impl Pace {
         let speed = squared.max(thermal).max(shear * shear).sqrt();
         let volume: f64 =
             (0..3).filter(|&k| scene.space.boundary[k] != Boundary::Flat).map(|k| scene.space.size[k]).product();
-        let section = match dimensions {
-            3 => std::f64::consts::PI * diameter * diameter,
-            2 => 2.0 * diameter,
-            _ => 1.0,
-        };
         let range = scene.longest_range();
         Self {
             moving: count,
-            events: 0.5 * std::f64::consts::SQRT_2 * count * count / volume * section * speed,
+            events: 0.5 * std::f64::consts::SQRT_2 * count * count / volume * section(scene) * speed,
             at_sides: count * (2.0 * range / scene.space.size.y).min(1.0),
         }
+    }
+}
+
+/// What a particle that moves meets others with, on average over their species: the cross section of each step `[length^(D - 1)]`, twice where a pair
+/// goes in and out, and that of the core as often as Enskog's factor says.
+fn section(scene: &Scene) -> f64 {
+    let dimensions = scene.space.dimensions();
+    let factor = enskog_factor(scene.packing_fraction(), dimensions);
+    let of_radius = |radius: f64| match dimensions {
+        3 => std::f64::consts::PI * radius * radius,
+        2 => 2.0 * radius,
+        _ => 1.0,
+    };
+    let mut counts = vec![0.0; scene.species.len()];
+    for particle in &scene.particles {
+        let species = particle.species.0 as usize;
+        counts[species] += if scene.species[species].is_static() { 0.0 } else { 1.0 };
+    }
+    let all = counts.iter().sum::<f64>().max(1.0);
+    let of_pair = |potential: &Potential| -> f64 {
+        let steps = potential.radii().iter().zip(potential.energies().windows(2));
+        let events = |energies: &[f64]| if energies[1].is_infinite() { factor } else { 2.0 };
+        steps.map(|(radius, energies)| events(energies) * of_radius(*radius)).sum()
+    };
+    let of_pairs = scene.table.iter().map(|([a, b], id)| {
+        let pairs = if a == b { 1.0 } else { 2.0 } * counts[a] * counts[b] / (all * all);
+        pairs * of_pair(&scene.interactions[id.0 as usize].potential)
+    });
+    of_pairs.sum()
+}
+
+/// How much more often particles collide than in a dilute gas: the radial distribution function at contact of a fluid of hard particles, up to the
+/// densest that is one.
+fn enskog_factor(packing_fraction: f64, dimensions: usize) -> f64 {
+    const DENSEST: [f64; 3] = [0.95, 0.8, 0.6];
+    match dimensions {
+        3 => contact_value(packing_fraction.clamp(0.0, DENSEST[2])),
+        2 => contact_value_of_disks(packing_fraction.clamp(0.0, DENSEST[1])),
+        _ => 1.0 / (1.0 - packing_fraction.clamp(0.0, DENSEST[0])),
     }
 }
 

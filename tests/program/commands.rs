@@ -171,6 +171,25 @@ fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
 }
 
 #[test]
+fn check_and_run_estimate_by_the_same_rule_whatever_the_clock_says() {
+    // 4,000 spheres are too many to try; frames come at times, and the run ends by events.
+    let scene = FLUID.replace("count = 108", "count = 4000").replace("until_events = 4000", "until_events = 40000000");
+    let place = Place::with(&format!("{scene}[output]\nframe_interval = 0.01\n"));
+    let said = || {
+        let text = words(&place.carom(&["check", "scene.toml"]));
+        text.lines().find(|line| line.contains("writes ")).unwrap().to_owned()
+    };
+    let first = said();
+    assert_eq!(said(), first);
+    // Ten collisions of a sphere by time at this density, 20,000 of all: 40,000,000 take a time of 2,000.
+    assert!(first.contains(" GB") && first.contains("e5 frames"), "{first}");
+    let output = place.carom(&["run", "scene.toml"]);
+    assert_eq!(code(&output), 2, "{}", words(&output));
+    let bytes = first.rsplit(", ").next().unwrap().trim_start_matches("some ");
+    assert!(errors(&output).contains(&format!("would write some {bytes}")), "{first}: {}", errors(&output));
+}
+
+#[test]
 fn check_warns_of_boxes_and_energies_that_leave_too_few_digits() {
     let scene = |size: f64, depth: f64| {
         format!(
