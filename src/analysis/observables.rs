@@ -174,12 +174,19 @@ impl Observer {
         }
     }
 
-    /// The means over all intervals so far, by name; absent if they mean nothing for the scene.
+    /// The means over all intervals so far, by name; absent if they mean nothing for the scene. What does not change at all has the error of its rounding.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
-        let estimate = |name: &str, average: &BlockAverage| match name {
-            COMPRESSIBILITY => average.ratio(self.averages.first()?),
-            _ => average.estimate(),
+        let estimate = |name: &str, average: &BlockAverage| {
+            let estimate = match name {
+                COMPRESSIBILITY => average.ratio(self.averages.first()?),
+                _ => average.estimate(),
+            }?;
+            Some(if self.stationarity_of(name, average) == Stationarity::Constant {
+                estimate.constant()
+            } else {
+                estimate
+            })
         };
         let estimates = OBSERVABLES.iter().zip(&self.averages);
         estimates.filter_map(|((name, _), average)| Some((*name, estimate(name, average)?))).collect()
@@ -188,15 +195,18 @@ impl Observer {
     /// Whether each of them was stationary. Of a system at rest there is no compressibility factor.
     #[must_use]
     pub fn stationarity(&self) -> Vec<(&'static str, Stationarity)> {
-        let of = |name: &str, average: &BlockAverage| match name {
-            COMPRESSIBILITY => average.stationarity_of_ratio(&self.averages[0]),
-            _ => average.stationarity(),
-        };
         let is_at_rest = self.averages.first().and_then(BlockAverage::mean) == Some(0.0);
         let means =
             |name: &str, average: &BlockAverage| average.mean().is_some() && !(is_at_rest && name == COMPRESSIBILITY);
         let all = OBSERVABLES.iter().zip(&self.averages).filter(|((name, _), average)| means(name, average));
-        all.map(|((name, _), average)| (*name, of(name, average))).collect()
+        all.map(|((name, _), average)| (*name, self.stationarity_of(name, average))).collect()
+    }
+
+    fn stationarity_of(&self, name: &str, average: &BlockAverage) -> Stationarity {
+        match (name, self.averages.first()) {
+            (COMPRESSIBILITY, Some(temperature)) => average.stationarity_of_ratio(temperature),
+            _ => average.stationarity(),
+        }
     }
 
     /// The same of the second half of what was seen.

@@ -31,6 +31,13 @@ pub struct Estimate {
 }
 
 impl Estimate {
+    /// The estimate of a quantity that does not change: what there is of an error is that of rounding.
+    #[must_use]
+    pub(crate) fn constant(self) -> Self {
+        let rounding = ROUNDING * self.mean.abs();
+        Self { standard_error: Some(self.standard_error.unwrap_or(rounding).min(rounding)), ..self }
+    }
+
     /// The estimate of the same quantity divided by a constant other than zero.
     #[must_use]
     pub fn over(self, divisor: f64) -> Self {

@@ -39,7 +39,9 @@ pub fn text(finished: &Finished) -> String {
         for (name, estimate) in &finished.observables {
             let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
             let unit = text::unit(unit, scene.space.dimensions());
-            lines.pair(&name.replace('_', " "), &format!("{} [{unit}]", describe::estimate(estimate)));
+            let verdict = finished.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
+            let words = describe::observable(name, estimate, verdict, tally.physical());
+            lines.pair(&name.replace('_', " "), &format!("{words} [{unit}]"));
         }
     }
     let all = rates(&finished.event_counts, scene, stretch.duration);
@@ -54,7 +56,7 @@ pub fn text(finished: &Finished) -> String {
         }
     }
     lines.title("state of the measured stretch");
-    lines.pair("equilibrated", &Equilibrium::of(&finished.stationarity).to_string());
+    lines.pair("equilibrated", &Equilibrium::of(&finished.stationarity, scene.space.dimensions()).to_string());
     audit(&mut lines, finished);
     lines.text()
 }

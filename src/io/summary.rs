@@ -193,7 +193,7 @@ impl Summary {
                 resolved_after: audit.initial.resolved_after,
             },
             faults: audit.faults().iter().map(ToString::to_string).collect(),
-            equilibrated: Equilibrium::of(&finished.stationarity),
+            equilibrated: Equilibrium::of(&finished.stationarity, scene.space.dimensions()),
             observables: finished.observables.iter().map(observable).collect(),
             rates: rates(&finished.event_counts, scene, finished.stretch.duration),
             speed: Speed {

@@ -8,8 +8,10 @@ use crate::model::{InteractionId, Scene, Thermostat};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Influence {
-    /// Walls that reflect. One changes the momentum along its own axis; where the TC model alters a contact, the others as well.
+    /// Walls that reflect: each along its own axis.
     Walls,
+    /// Contacts with walls that the TC model alters: along the axes of the wall.
+    SlidingContacts,
     /// Walls that give new velocities, in all directions.
     ThermalWalls,
     /// Acceleration, along its own axes.
@@ -29,16 +31,18 @@ impl Scene {
             Boundary::Bounded { lower, upper } => [wall(lower), wall(upper)],
             Boundary::Periodic | Boundary::Flat => [None; 2],
         };
-        let softest = (0..3).flat_map(walls).flatten().fold(f64::INFINITY, f64::min);
-        let is_altered = softest < 1.0 && self.contact_time.is_some();
-        let is_thermal = (0..3).any(|k| self.wall_temperatures[k].is_some() && walls(k) != [None; 2]);
-        let is_walled = std::array::from_fn(|k| walls(k) != [None; 2] || (is_altered && softest < f64::INFINITY));
+        let is_walled: [bool; 3] = std::array::from_fn(|k| walls(k) != [None; 2]);
+        let is_altered = |k: usize| self.contact_time.is_some() && walls(k).into_iter().flatten().any(|e| e < 1.0);
+        let is_slid: [bool; 3] =
+            std::array::from_fn(|k| !is_walled[k] && (0..3).any(|other| other != k && is_altered(other)));
+        let is_thermal = (0..3).any(|k| self.wall_temperatures[k].is_some() && is_walled[k]);
         let kicked = match self.run.thermostat {
             Some(Thermostat::Andersen { axes, .. }) => axes,
             _ => [false; 3],
         };
         let all = [
             (Influence::Walls, is_walled),
+            (Influence::SlidingContacts, is_slid),
             (Influence::ThermalWalls, [is_thermal; 3]),
             (Influence::Gravity, std::array::from_fn(|k| self.accelerations().any(|a| a[k] != 0.0))),
             (Influence::StaticParticles, [self.meets_static_particles(); 3]),
@@ -171,6 +175,17 @@ mod tests {
         ));
         let thermostat = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] });
         assert!(!cools(&grains.run(RunPlan { thermostat, ..RunPlan::default() })));
+    }
+
+    #[test]
+    fn the_tc_model_changes_the_momentum_along_a_wall() {
+        let soft = [Boundary::walls(0.9), Boundary::Periodic, Boundary::walls(1.0)];
+        let sliding = pair().boundary(soft).contact_time(0.1).build().unwrap();
+        let expected = [(Influence::Walls, [true, false, true]), (Influence::SlidingContacts, [false, true, false])];
+        assert_eq!(sliding.influences(), expected);
+        assert_eq!(sliding.conserved_axes(), [false; 3]);
+        let hard = pair().boundary([Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic]).contact_time(0.1);
+        assert_eq!(conserved(&hard), [false, true, true], "an elastic wall is not altered");
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
 
-use crate::analysis::statistics::{Estimate, ROUNDING};
+use crate::analysis::statistics::{Estimate, ROUNDING, Stationarity};
 use crate::base::numbers::id;
 use crate::base::text::{digits, listed, plural};
 use crate::engine::EngineChoice;
@@ -214,15 +214,35 @@ pub fn thermostat(thermostat: &Thermostat) -> String {
     }
 }
 
-/// A mean with two digits of its error, and itself to the same place: `1.0432 +- 0.0021`. What differs by rounding only is conserved.
+/// A mean with two digits of its error, and itself to the same place: `1.0432 +- 0.0021`. What has no error but rounding stands alone.
 #[must_use]
 pub fn estimate(estimate: &Estimate) -> String {
     let Estimate { mean, standard_error } = *estimate;
     match standard_error {
         Some(error) if error > ROUNDING * mean.abs() => with_error(mean, error),
-        Some(_) if mean == 0.0 => "0".to_owned(),
-        Some(_) => format!("{} (conserved)", digits(mean)),
+        Some(_) => exact(mean),
         None => format!("{} (too short for an error)", digits(mean)),
+    }
+}
+
+/// A number without an error; a count with all its digits.
+fn exact(mean: f64) -> String {
+    if mean.fract() == 0.0 && mean.abs() < MOST_EXACT { format!("{:.0}", mean + 0.0) } else { digits(mean) }
+}
+
+/// Whole numbers below this, `2^53`, have all their digits.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// The mean of an observable over a stretch with so many events: as [`estimate`], but what does not change at all is conserved, unless there was
+/// no event that could have changed it.
+#[must_use]
+pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
+    let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";
+    match stationarity {
+        _ if mean.mean == 0.0 => estimate(mean),
+        _ if is_of_events && events == 0 => format!("{} (no event)", exact(mean.mean)),
+        Some(Stationarity::Constant) => format!("{} (conserved)", digits(mean.mean)),
+        _ => estimate(mean),
     }
 }
 
@@ -274,6 +294,7 @@ pub fn momentum_changes(scene: &Scene) -> String {
         .filter_map(|(influence, changed)| match influence {
             Influence::Walls => Some(format!("walls along {}", axes(changed))),
             Influence::ThermalWalls => Some("thermal walls".to_owned()),
+            Influence::SlidingContacts => Some(format!("sliding contacts along {}", axes(changed))),
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
             // With those of all stages below.
@@ -305,10 +326,28 @@ mod tests {
         assert_eq!(of(-3.4e15, Some(1.2e14)), "-3.40e15 +- 1.2e14");
         assert_eq!(of(-0.001, Some(0.34)), "0.00 +- 0.34");
         assert_eq!(of(0.0, Some(2.0)), "0.0 +- 2.0");
-        assert_eq!(of(2.0, Some(0.0)), "2 (conserved)");
-        assert_eq!(of(1.0, Some(6.6e-17)), "1 (conserved)");
         assert_eq!(of(0.0, Some(0.0)), "0");
+        assert_eq!(of(-0.0, Some(0.0)), "0");
         assert_eq!(of(2.0, None), "2 (too short for an error)");
+        assert_eq!(of(1.906_47, Some(6.6e-17)), "1.90647");
+        // Exact counts, as of particles that have passed.
+        assert_eq!([of(-428.0, Some(0.0)), of(12_345_678.0, Some(0.0))], ["-428", "12345678"]);
+    }
+
+    #[test]
+    fn what_does_not_change_at_all_is_conserved_and_nothing_else() {
+        let of = |name, mean, standard_error, stationarity, events| {
+            observable(name, &Estimate { mean, standard_error }, stationarity, events)
+        };
+        let (constant, stationary) = (Some(Stationarity::Constant), Some(Stationarity::Stationary));
+        assert_eq!(of("temperature", 1.906_47, Some(1e-17), constant, 9), "1.90647 (conserved)");
+        assert_eq!(of("temperature", 1.906_47, None, constant, 9), "1.90647 (conserved)");
+        assert_eq!(of("temperature", 1.5, Some(0.25), stationary, 9), "1.50 +- 0.25");
+        assert_eq!(of("temperature", 1.5, None, Some(Stationarity::Unknown), 9), "1.5 (too short for an error)");
+        assert_eq!(of("temperature", 1.0, Some(0.0), constant, 0), "1 (conserved)");
+        assert_eq!(of("compressibility_factor", 1.0, Some(0.0), constant, 0), "1 (no event)");
+        assert_eq!(of("pressure", 0.25, None, None, 0), "0.25 (no event)");
+        assert_eq!(of("collision_rate", 0.0, Some(0.0), constant, 0), "0");
     }
 
     #[test]
@@ -336,6 +375,9 @@ mod tests {
             .build()
             .unwrap();
         assert_eq!(momentum_changes(&between_walls), "walls along x, y and z");
+        let ball = crate::scene::Scene::from_file("configs/bouncing_ball.toml").unwrap();
+        let expected = "walls along z, sliding contacts along x and y, acceleration along z";
+        assert_eq!(momentum_changes(&ball), expected, "x and y are open");
     }
 
     #[test]

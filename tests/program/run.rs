@@ -173,6 +173,39 @@ fn what_drifts_is_told_beside_the_audit() {
 }
 
 #[test]
+fn what_is_conserved_is_told_so_and_has_an_error() {
+    // Whatever rounding does: after a heat bath the temperature is any number.
+    let place = Place::with(&format!(
+        "{FLUID}[[stage]]\nname = \"warm\"\nuntil_time = 2.0\nthermostat = {{ kind = \"andersen\", temperature = 2.0, rate = 1.0 }}\n"
+    ));
+    for seed in ["1", "2", "3", "4", "5", "6"] {
+        let arguments = ["run", "scene.toml", "-q", "--seed", seed, "--out", seed, "--until-events", "2000"];
+        let output = place.carom(&arguments);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        let temperature = &place.summary(seed)["observables"]["temperature"];
+        assert_eq!(temperature["stationarity"]["verdict"], "constant", "{temperature}");
+        let (mean, error) = (temperature["mean"].as_f64().unwrap(), temperature["standard_error"].as_f64());
+        assert!(error.is_some_and(|error| error <= 1e-10 * mean), "{temperature}");
+        let text = words(&output);
+        let line = text.lines().find(|line| line.starts_with("temperature")).unwrap();
+        assert!(line.ends_with("(conserved) [energy]"), "{line}");
+    }
+}
+
+#[test]
+fn a_gas_without_events_says_so() {
+    let thin = FLUID.replace("count = 108", "count = 4").replace("0.3", "1e-9");
+    let place = Place::with(&thin.replace("equilibration_events = 500\nuntil_events = 4000", "until_time = 1.0"));
+    let output = place.carom(&["run", "scene.toml", "-q"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let text = words(&output);
+    for (name, value) in [("compressibility factor", "1 (no event) [1]"), ("temperature", "1 (conserved) [energy]")] {
+        let line = text.lines().find(|line| line.starts_with(name)).unwrap();
+        assert!(line.ends_with(value), "{line}");
+    }
+}
+
+#[test]
 fn an_automatic_equilibration_ends_when_nothing_drifts_whatever_is_written() {
     let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
     let start = |folder: &str, more: &str| -> (f64, String) {

@@ -4,8 +4,9 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::OBSERVABLES;
 use crate::analysis::statistics::Stationarity;
-use crate::base::text::digits;
+use crate::base::text::{digits, unit as unit_in};
 
 /// Whether the observables were stationary while they were measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -40,12 +41,14 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// From the verdict on each observable, by its name.
+    /// From the verdict on each observable, by its name, in a scene of so many dimensions.
     #[must_use]
-    pub fn of(observables: &[(&'static str, Stationarity)]) -> Self {
+    pub fn of(observables: &[(&'static str, Stationarity)], dimensions: usize) -> Self {
         let words = |name: &str| name.replace('_', " ");
         let drifting = observables.iter().filter_map(|(name, stationarity)| match stationarity {
-            Stationarity::Drifting(by) => Some(format!("{} drifts by {}", words(name), digits(rounded(*by)))),
+            Stationarity::Drifting(by) => {
+                Some(format!("{} drifts by {}{}", words(name), digits(rounded(*by)), unit_of(name, dimensions)))
+            }
             _ => None,
         });
         let drifting: Vec<String> = drifting.collect();
@@ -82,6 +85,12 @@ impl fmt::Display for Equilibrium {
     }
 }
 
+/// The unit of an observable in brackets; nothing for a pure number.
+fn unit_of(name: &str, dimensions: usize) -> String {
+    let unit = OBSERVABLES.iter().find(|(known, _)| *known == name).map_or("1", |(_, unit)| unit);
+    if unit == "1" { String::new() } else { format!(" [{}]", unit_in(unit, dimensions)) }
+}
+
 /// To two digits.
 fn rounded(drift: f64) -> f64 {
     format!("{drift:.1e}").parse().unwrap_or(drift)
@@ -95,15 +104,22 @@ mod tests {
     fn what_drifts_comes_before_what_is_not_known() {
         let (stationary, unknown, constant) = (Stationarity::Stationary, Stationarity::Unknown, Stationarity::Constant);
         let drifting = Stationarity::Drifting(1.1234);
-        let text = |all: &[(&'static str, Stationarity)]| Equilibrium::of(all).to_string();
+        let text = |all: &[(&'static str, Stationarity)]| Equilibrium::of(all, 3).to_string();
         assert_eq!(text(&[("temperature", constant), ("pressure", stationary)]), "yes");
-        assert_eq!(text(&[("temperature", unknown), ("pressure", drifting)]), "no (pressure drifts by 1.1)");
+        assert_eq!(
+            text(&[("temperature", unknown), ("pressure", drifting)]),
+            "no (pressure drifts by 1.1 [energy / length^3])"
+        );
+        assert_eq!(text(&[("collision_rate", drifting)]), "no (collision rate drifts by 1.1 [1 / time])");
+        assert_eq!(text(&[("compressibility_factor", drifting)]), "no (compressibility factor drifts by 1.1)");
+        let flat = Equilibrium::of(&[("pressure", drifting)], 2).to_string();
+        assert_eq!(flat, "no (pressure drifts by 1.1 [energy / length^2])");
         let expected = "unknown (too short to tell for collision rate)";
         assert_eq!(text(&[("temperature", stationary), ("collision_rate", unknown)]), expected);
         let expected = "unknown (too short to tell for temperature, pressure)";
         assert_eq!(text(&[("temperature", unknown), ("pressure", unknown)]), expected);
         assert_eq!(text(&[("temperature", constant)]), "unknown (nothing that fluctuates was measured)");
-        assert_eq!(Equilibrium::of(&[]).verdict, Answer::Unknown);
+        assert_eq!(Equilibrium::of(&[], 3).verdict, Answer::Unknown);
     }
 
     #[test]

@@ -267,7 +267,7 @@ mod tests {
             simulation.advance(Until::time(f64::from(row))).unwrap();
             observer.row(&simulation);
         }
-        let verdict = super::super::Equilibrium::of(&observer.stationarity()).to_string();
+        let verdict = super::super::Equilibrium::of(&observer.stationarity(), 3).to_string();
         assert_eq!(verdict, "unknown (nothing that fluctuates was measured)");
     }
 

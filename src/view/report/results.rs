@@ -7,6 +7,7 @@ use crate::analysis::statistics::Estimate;
 use crate::base::text;
 use crate::base::text::digits;
 use crate::io::rates::{Rate, told_apart};
+use crate::io::summary::Observable;
 use crate::view::describe;
 
 /// How the observables of every run are measured.
@@ -40,6 +41,8 @@ struct Row<'a> {
     unit: String,
     mean: Option<f64>,
     standard_error: Option<f64>,
+    /// Of observables, in words: with the verdict on whether they change.
+    words: Option<String>,
     method: &'a str,
 }
 
@@ -112,6 +115,7 @@ fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
         unit: of_scene(look_up(&OBSERVABLES, name)),
         mean: Some(observable.mean),
         standard_error: observable.standard_error,
+        words: words(name, observable, inputs.summary.events.total),
         method: look_up(&METHODS, name),
     });
     let measured = numbers.iter().map(|number| Row {
@@ -119,6 +123,7 @@ fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
         unit: of_scene(&number.unit),
         mean: number.mean,
         standard_error: number.standard_error,
+        words: None,
         method: &number.method,
     });
     rows.chain(measured).collect()
@@ -141,7 +146,7 @@ fn line(row: &Row, span: usize) -> String {
     format!(
         "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td>{}</td>{method}</tr>\n",
         escape(&row.title),
-        value(row.mean, row.standard_error),
+        row.words.as_deref().map_or_else(|| value(row.mean, row.standard_error), with_signs),
         escape(brackets.trim_start().trim_matches(['[', ']'])),
     )
 }
@@ -153,10 +158,19 @@ pub(super) fn value(mean: Option<f64>, standard_error: Option<f64>) -> String {
     match (finite(mean), finite(standard_error)) {
         (None, _) => NONE.to_owned(),
         (Some(mean), None) => format!("{} <small>error: insufficient data</small>", number(&digits(mean))),
-        (Some(mean), error) => {
-            let text = describe::estimate(&Estimate { mean, standard_error: error });
-            let parts: Vec<String> = text.split(" +- ").map(number).collect();
-            escape(&parts.join(" ± "))
-        }
+        (Some(mean), error) => with_signs(&describe::estimate(&Estimate { mean, standard_error: error })),
     }
+}
+
+fn with_signs(text: &str) -> String {
+    let parts: Vec<String> = text.split(" +- ").map(number).collect();
+    escape(&parts.join(" ± "))
+}
+
+/// An observable that is conserved, or that there was no event for; `None` for one like any other number.
+fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
+    let Observable { mean, standard_error, stationarity } = *observable;
+    let plain = Estimate { mean, standard_error };
+    let text = describe::observable(name, &plain, stationarity, events);
+    (mean.is_finite() && text != describe::estimate(&plain)).then_some(text)
 }
