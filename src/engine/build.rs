@@ -16,12 +16,12 @@ use crate::engine::pairs::contacts::ContactTimes;
 use crate::engine::pairs::memory::PairMemory;
 use crate::engine::pairs::rules::Rules;
 use crate::engine::schedule::EventQueue;
+use crate::model::potential::Potential;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Face as SpaceFace};
 use crate::model::{Scene, SpeciesId};
 use crate::physics::detection::many::Width;
 use crate::physics::motion::RelativeState;
-use crate::model::potential::Potential;
 
 /// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
 const LARGE: usize = 32_768;
@@ -222,10 +222,10 @@ fn walls(scene: &Scene) -> Vec<Wall> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::Reference;
+    use crate::check::reference::Reference;
+    use crate::check::verify::{Stretch, verify};
+    use crate::engine::{Simulation, Until};
     use crate::scene::{Amount, Lattice, SceneBuilder};
-    use crate::simulation::{Simulation, Until};
-    use crate::verify::{Stretch, verify};
     use std::ops::ControlFlow;
 
     fn wells() -> SceneBuilder {

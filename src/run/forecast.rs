@@ -1,9 +1,9 @@
 //! What takes long in a run though nothing happens in it: said before it begins.
 
+use crate::analysis::published::{contact_value, contact_value_of_disks};
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
-use crate::analysis::published::{contact_value, contact_value_of_disks};
 
 /// Steps of the event loop in a second on the clock, to the order of magnitude: an event, a new velocity, a look at a particle.
 const STEPS_PER_SECOND: f64 = 1e6;

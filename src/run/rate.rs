@@ -1,8 +1,8 @@
 //! How many events a scene has by simulated time, as far as can be told before it is run.
 
 use super::forecast;
-use crate::scene::Scene;
-use crate::simulation::{Reason, Simulation, Until};
+use crate::engine::{Reason, Simulation, Until};
+use crate::model::Scene;
 
 /// Particles whose first events are tried: few enough for a part of a second.
 const MOST: usize = 3_000;
@@ -23,7 +23,7 @@ const FEWEST: u64 = 10;
 /// The same scene always has the same one: nothing depends on the clock.
 #[must_use]
 pub fn expected_rate(scene: &Scene) -> Option<f64> {
-    let is_moving = |id: crate::scene::SpeciesId| !scene.species[id.0 as usize].is_static();
+    let is_moving = |id: crate::model::SpeciesId| !scene.species[id.0 as usize].is_static();
     let moving = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
     let tried = if moving <= MOST && scene.particles.len() <= 100 * MOST { tried(scene, moving as u64) } else { None };
     tried.or_else(|| forecast::rate(scene))
@@ -50,7 +50,7 @@ fn tried(scene: &Scene, moving: u64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::potential::Potential;
+    use crate::model::potential::Potential;
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
     fn fluid(potential: Potential, count: u64, packing_fraction: f64) -> Scene {
@@ -92,9 +92,9 @@ mod tests {
     fn what_rests_or_never_meets_has_no_rate() {
         let pair = |velocity: f64| {
             SceneBuilder::new("pair")
-                .space(crate::space::Space {
-                    boundary: [crate::space::Boundary::OPEN; 3],
-                    ..crate::space::Space::periodic_cube(9.0)
+                .space(crate::model::space::Space {
+                    boundary: [crate::model::space::Boundary::OPEN; 3],
+                    ..crate::model::space::Space::periodic_cube(9.0)
                 })
                 .species("A", 1.0, 1.0)
                 .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)

@@ -375,7 +375,7 @@ mod tests {
             .build()
             .unwrap();
         assert_eq!(momentum_changes(&between_walls), "walls along x, y and z");
-        let ball = crate::scene::Scene::from_file("configs/bouncing_ball.toml").unwrap();
+        let ball = crate::model::Scene::from_file("configs/bouncing_ball.toml").unwrap();
         let expected = "walls along z, sliding contacts along x and y, acceleration along z";
         assert_eq!(momentum_changes(&ball), expected, "x and y are open");
     }

@@ -4,10 +4,10 @@ use std::collections::HashSet;
 use std::path::PathBuf;
 
 use super::Start;
-use crate::output::frame::FrameSpecies;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::place::Place;
+use crate::trajectory::frame::FrameSpecies;
 
 /// What single precision leaves of a number, relative to it, ten times over: many programs write that.
 const SINGLE: f64 = 1e-6;
