@@ -182,8 +182,10 @@ impl Replay {
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
                 return End::Departed { recorded, events, time };
             }
-            let plan = &self.simulation.scene().run;
-            if plan.limit.time.is_none() && self.simulation.is_over() {
+            // It has ended before its limit: because nothing will happen any more, or because somebody stopped it.
+            let limit = &self.simulation.scene().run.limit;
+            let is_early = limit.time.is_none() && limit.events.is_some_and(|planned| events < planned);
+            if is_early && self.simulation.is_over() {
                 return End::Idle;
             }
         }
