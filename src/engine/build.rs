@@ -224,7 +224,7 @@ mod tests {
     use super::*;
     use crate::check::reference::Reference;
     use crate::check::verify::{Stretch, verify};
-    use crate::engine::{Simulation, Until};
+    use crate::engine::{Reason, Simulation, Until};
     use crate::scene::{Amount, Lattice, SceneBuilder};
     use std::ops::ControlFlow;
 
@@ -236,11 +236,11 @@ mod tests {
     #[test]
     fn the_pair_at_whose_event_a_run_ended_starts_again_in_the_state_that_it_had() {
         for seed in 1..=20 {
-            let fluid = wells().seed(seed).temperature(1.5);
-            let scene = fluid.fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2)).build().unwrap();
+            let fluid = wells().seed(seed).fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2));
+            let scene = fluid.temperature(1.5).build().unwrap();
             let space = scene.space.clone();
             let mut simulation = Simulation::new(scene);
-            simulation.advance(Until::events(1_500)).unwrap();
+            assert_eq!(simulation.advance(Until::events(1_500)), Ok(Reason::Events));
             let snapshot = simulation.snapshot();
             let mut next = wells().space(space);
             for (position, velocity) in snapshot.positions.iter().zip(&snapshot.velocities) {
