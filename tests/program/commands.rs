@@ -28,9 +28,9 @@ fn a_run_can_be_proven_from_its_folder() {
 
 #[test]
 fn what_is_proven_of_a_folder_is_its_run_and_no_event_more() {
-    // An equilibration that ends by what it measures: only the summary tells where the run has ended.
+    // An equilibration that may end by what it measures: only the summary tells where the run has ended.
     let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
-    let few = ["run", "scene.toml", "--until-events", "300", "--set", "fill.0.count=32", "--quiet"];
+    let few = ["run", "scene.toml", "--until-events", "300", "--set", "run.equilibration_time=1.0", "--quiet"];
     assert_eq!(code(&place.carom(&few)), 0);
     let events = &place.summary("runs/scene")["events"];
     let all = events["before"].as_u64().unwrap() + events["total"].as_u64().unwrap();
