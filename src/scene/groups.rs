@@ -28,7 +28,7 @@ pub(crate) struct Groups {
     pub particles: Vec<Particle>,
     pub bonds: Vec<(Bond, ConfigPath)>,
     pub static_surfaces: Vec<StaticSurface>,
-    /// Place of each group in the scene, and the id of its first particle.
+    /// Config path of each group, and the id of its first particle.
     starts: Vec<(usize, ConfigPath)>,
 }
 
@@ -106,6 +106,15 @@ impl Groups {
         Ok(groups)
     }
 
+    /// Particles that have their places, bonds and meshes already.
+    pub(crate) fn given(
+        particles: Vec<Particle>,
+        bonds: Vec<(Bond, ConfigPath)>,
+        static_surfaces: Vec<StaticSurface>,
+    ) -> Self {
+        Self { particles, bonds, static_surfaces, starts: Vec::new() }
+    }
+
     /// Number of particles of each species.
     pub(crate) fn counts(&self, species: usize) -> Vec<usize> {
         let mut counts = vec![0; species];
@@ -123,6 +132,9 @@ impl Groups {
 
     /// Where the scene asks for a particle.
     pub(crate) fn path_of(&self, id: usize) -> ConfigPath {
+        if self.starts.is_empty() {
+            return ConfigPath::entry("particle", id);
+        }
         let group = self.starts.partition_point(|(first, _)| *first <= id);
         self.starts.get(group.wrapping_sub(1)).map_or_else(ConfigPath::root, |(_, at)| at.clone())
     }

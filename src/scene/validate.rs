@@ -1,5 +1,6 @@
 //! Validates the parts of an unvalidated scene, and makes a [`Scene`] of them.
 
+mod parts;
 pub(crate) mod plan;
 pub(crate) mod start;
 
@@ -22,7 +23,7 @@ impl SceneBuilder {
     /// Checks the parts and places the particles.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake: its kind, and its place in the scene.
+    /// [`SceneError`] with the first mistake: its kind, and the config path of the value.
     pub fn build(&self) -> Result<Scene, SceneError> {
         self.checked().map_err(|error| self.origins.located(error))
     }
@@ -92,7 +93,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    fn check_displacement(&self) -> Result<(), SceneError> {
+    pub(super) fn check_displacement(&self) -> Result<(), SceneError> {
         finite(self.displacement, ConfigPath::root().key("space").key("shear_rate"))?;
         if self.displacement != 0.0 && self.shear_rate.is_none() {
             let why =
@@ -103,7 +104,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    fn check_header(&self) -> Result<(), SceneError> {
+    pub(super) fn check_header(&self) -> Result<(), SceneError> {
         let is_good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if self.name.is_empty() || self.name.len() > 100 || !self.name.chars().all(is_good) {
             let expected = "up to 100 letters, digits, - and _: it becomes a folder";
@@ -135,7 +136,7 @@ impl SceneBuilder {
     }
 
     /// The species, with no acceleration yet.
-    fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
+    pub(super) fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
         if self.species.is_empty() {
             let kind = SceneErrorKind::Missing { key: "species", why: "a scene needs at least one [[species]]".into() };
             return Err(SceneError::new(ConfigPath::root(), kind));
@@ -166,7 +167,7 @@ impl SceneBuilder {
         Ok(species)
     }
 
-    fn set_accelerations(&self, species: &mut [Species], space: &Space) -> Result<(), SceneError> {
+    pub(super) fn set_accelerations(&self, species: &mut [Species], space: &Space) -> Result<(), SceneError> {
         let zero = Vector::zeros();
         on_flat_axes(&self.gravity, &zero, space, &ConfigPath::root().key("dynamics").key("gravity"))?;
         for (index, (species, draft)) in species.iter_mut().zip(&self.species).enumerate() {
@@ -182,7 +183,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    fn checked_space(&self, species: &[Species]) -> Result<Space, SceneError> {
+    pub(super) fn checked_space(&self, species: &[Species]) -> Result<Space, SceneError> {
         let at = ConfigPath::root().key("space");
         finite_vector(&self.lower, &at.key("lower"))?;
         for (k, boundary) in self.boundary.iter().enumerate() {
