@@ -3,5 +3,5 @@
 pub mod instruments;
 pub mod observables;
 pub mod published;
+pub(crate) mod sampling_times;
 pub mod statistics;
-pub(crate) mod ticks;

@@ -23,17 +23,17 @@
 
 pub mod audit;
 pub mod checkpoint;
-mod course;
 mod driver;
 mod forecast;
 mod progress;
 mod rate;
+mod state;
 
-pub use course::Course;
 pub use driver::{MOST_EVENTS_PER_PARTICLE, resume, run};
 pub use forecast::{Burden, burdens};
 pub use progress::{Progress, Stage};
 pub use rate::expected_rate;
+pub use state::RunState;
 
 use std::convert::Infallible;
 
@@ -89,7 +89,7 @@ pub trait Recorder {
     ///
     /// # Errors
     /// If it cannot be kept.
-    fn checkpoint(&mut self, _simulation: &Simulation, _course: &Course) -> Result<(), Self::Error> {
+    fn checkpoint(&mut self, _simulation: &Simulation, _course: &RunState) -> Result<(), Self::Error> {
         Ok(())
     }
 }

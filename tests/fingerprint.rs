@@ -20,7 +20,7 @@ fn every_source_that_a_run_depends_on_changes_the_fingerprint() {
         fs::create_dir_all(root.join(name).parent().unwrap()).unwrap();
         fs::write(root.join(name), text).unwrap();
     };
-    let sources = ["src/lib.rs", "src/run/course.rs", "src/engine/body.rs", "Cargo.lock"];
+    let sources = ["src/lib.rs", "src/run/state.rs", "src/engine/body.rs", "Cargo.lock"];
     sources.iter().for_each(|name| write(name, "struct Body { position: f64, velocity: f64 }\n"));
     write("src/cli/run.rs", "words\n");
     let first = fingerprint(root).unwrap();

@@ -9,32 +9,32 @@ pub mod chains;
 pub mod profiles;
 pub mod quantity;
 pub mod radial_distribution;
-pub mod subject;
+pub mod system;
 
+mod block_times;
+mod budgeted_times;
+mod cell_list;
 mod diffusion;
 mod flow;
 mod free_paths;
 mod free_time;
 mod instrument;
 mod momentum_flow;
-mod near;
 mod pressure_tensor;
-mod schedule;
 mod slope;
-mod stretches;
 mod structure_factor;
-mod transport;
 #[cfg(test)]
-mod trial;
+mod test_system;
+mod transport;
 
 use crate::model::MeasurementPlan;
 
 pub use instrument::Instruments;
 pub(crate) use instrument::Setup;
 pub use quantity::{Curve, Measured, Number, Published, Scalar, Series, Variable};
-pub use subject::{Sample, Subject};
+pub use system::{Sample, SystemDescription};
 
 /// What is asked for of each particle, for the frames of a trajectory.
-pub(crate) fn scalars(plan: &MeasurementPlan, sample: &Sample<'_>, subject: &Subject) -> Vec<Scalar> {
-    plan.bond_order.as_ref().map_or(Vec::new(), |plan| bond_order::scalars(plan, subject, sample))
+pub(crate) fn scalars(plan: &MeasurementPlan, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Scalar> {
+    plan.bond_order.as_ref().map_or(Vec::new(), |plan| bond_order::scalars(plan, system, sample))
 }

@@ -2,12 +2,12 @@
 //!
 //! An observer only reads: a run that is watched has the same trajectory, bit for bit, as one that is not.
 
+mod applicable;
 mod equilibrium;
-mod meaning;
 
+pub use applicable::ApplicableObservables;
 pub(crate) use equilibrium::is_settled;
 pub use equilibrium::{Answer, Equilibrium};
-pub use meaning::Meaning;
 
 use crate::Vector;
 use crate::analysis::statistics::{BlockAverage, Estimate, Stationarity};
@@ -80,7 +80,7 @@ pub const OBSERVABLES: [(&str, &str); 11] = [
 /// `<sum m v_x^2>` is `N_s T`; what is driven or dissipates has as many temperatures as axes and species. It is constant between events, and its mean is exact.
 ///
 /// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
-/// those of straight lines between looks: at its ends, before and after velocities are scaled, and some times in between where a thermostat
+/// those of straight lines between samples: at its ends, before and after velocities are scaled, and some times in between where a thermostat
 /// scales them.
 ///
 /// The pressure is exact for any number of particles. The volume of the phase space below an energy `E` at a given momentum is, with
@@ -92,7 +92,7 @@ pub const OBSERVABLES: [(&str, &str); 11] = [
 /// Tiller, Phys. Rev. A 32, 3030 (1985), [doi:10.1103/PhysRevA.32.3030](https://doi.org/10.1103/PhysRevA.32.3030).
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Observer {
-    meaning: Meaning,
+    applicable: ApplicableObservables,
     before: Option<Reading>,
     piece: Option<Piece>,
     averages: Vec<BlockAverage>,
@@ -109,7 +109,7 @@ struct Reading {
     confined: [f64; 3],
 }
 
-/// The last look, and the integrals up to it.
+/// The last sample of temperature and energy, and the integrals up to it.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Piece {
     time: f64,
@@ -125,29 +125,29 @@ impl Observer {
     /// An observer that has seen nothing yet.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        Self { meaning: Meaning::of(scene), before: None, piece: None, averages: Vec::new() }
+        Self { applicable: ApplicableObservables::of(scene), before: None, piece: None, averages: Vec::new() }
     }
 
-    /// What can be measured in this scene.
+    /// The observables that apply to the scene.
     #[must_use]
-    pub fn meaning(&self) -> &Meaning {
-        &self.meaning
+    pub fn applicable(&self) -> &ApplicableObservables {
+        &self.applicable
     }
 
     /// Measures now, and the interval since the last time.
     pub fn row(&mut self, simulation: &Simulation) -> Row {
         let energy = simulation.energy();
-        let temperature = self.look(simulation, &energy);
+        let temperature = self.integrate(simulation, &energy);
         let reading = self.read(simulation);
         let interval = self.before.and_then(|before| self.interval(&before, &reading));
         if let Some(interval) = &interval {
             self.averages.resize(OBSERVABLES.len(), BlockAverage::new(interval.duration));
-            let is_homogeneous = self.meaning.is_homogeneous;
+            let is_homogeneous = self.applicable.is_homogeneous;
             let values = [
                 interval.temperature,
                 interval.pressure,
                 // Over that of the temperature it is the compressibility factor.
-                interval.pressure.filter(|_| is_homogeneous).map(|pressure| pressure / self.meaning.number_density),
+                interval.pressure.filter(|_| is_homogeneous).map(|pressure| pressure / self.applicable.number_density),
                 interval.collision_rate,
                 interval.potential_energy,
             ];
@@ -157,7 +157,7 @@ impl Observer {
             }
         }
         self.before = Some(reading);
-        let (height, counts) = self.meaning.positions(simulation);
+        let (height, counts) = self.applicable.positions(simulation);
         Row {
             time: reading.time,
             events: reading.tally.physical(),
@@ -221,12 +221,12 @@ impl Observer {
         self.averages.clear();
     }
 
-    /// Looks at temperature and potential energy: they go on from here on a straight line, up to the next look. Returns the temperature.
+    /// Samples temperature and potential energy and integrates both by the trapezoidal rule since the last sample. Returns the temperature.
     ///
     /// Asked for before velocities are scaled, and again after it, so that no mean is over a line across a jump.
-    pub(crate) fn look(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
+    pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
         let (time, temperature) =
-            (simulation.time(), self.meaning.temperature(energy.thermal, &energy.peculiar_momentum));
+            (simulation.time(), self.applicable.temperature(energy.thermal, &energy.peculiar_momentum));
         let mut integrals = [0.0; 2];
         if let Some(last) = &self.piece {
             let half = 0.5 * (time - last.time);
@@ -256,19 +256,20 @@ impl Observer {
         if duration <= 0.0 {
             return None;
         }
-        let meaning = &self.meaning;
-        let moving = meaning.moving as f64;
+        let applicable = &self.applicable;
+        let moving = applicable.moving as f64;
         let temperature = from.temperature.zip(to.temperature).map(|(a, b)| (b - a) / duration);
         let counted = to.tally.since(&from.tally);
         let confined = std::array::from_fn(|axis| to.confined[axis] - from.confined[axis]);
         Some(Interval {
             duration,
             temperature,
-            pressure: temperature.and_then(|temperature| meaning.pressure(&counted, duration, temperature, &confined)),
-            collision_rate: meaning.has_core.then(|| counted.core_contacts() as f64 / (moving * duration)),
-            potential_energy: meaning.has_wells.then(|| (to.pair_energy - from.pair_energy) / (duration * moving)),
+            pressure: temperature
+                .and_then(|temperature| applicable.pressure(&counted, duration, temperature, &confined)),
+            collision_rate: applicable.has_core.then(|| counted.core_contacts() as f64 / (moving * duration)),
+            potential_energy: applicable.has_wells.then(|| (to.pair_energy - from.pair_energy) / (duration * moving)),
             on_walls: std::array::from_fn(|axis| {
-                [0, 1].map(|side| meaning.pressure_on_wall(&counted, duration, axis, side))
+                [0, 1].map(|side| applicable.pressure_on_wall(&counted, duration, axis, side))
             }),
         })
     }

@@ -24,11 +24,11 @@ mod finite_size;
 mod fluids;
 mod lennard_jones;
 mod rods;
+mod state_point;
 mod steps;
-mod trial;
 
 pub use comparison::{Allowance, Comparison, Source, Verdict};
-pub use trial::{Fault, Watch};
+pub use state_point::{Fault, Watch};
 
 /// How much is run for a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use carom::Vector;
-use carom::analysis::observables::Meaning;
+use carom::analysis::observables::ApplicableObservables;
 use carom::base::text::{digits, plural, size};
 use carom::engine::{EngineChoice, Reason, Simulation, Until};
 use carom::io::estimate::{Estimate, allowance, free_disk};
@@ -194,7 +194,7 @@ fn temperature(scene: &Scene) -> Option<f64> {
             momentum += velocity * species.mass;
         }
     }
-    Meaning::of(scene).temperature(kinetic, &momentum)
+    ApplicableObservables::of(scene).temperature(kinetic, &momentum)
 }
 
 /// Where coordinates, or the energies of pairs, leave so few digits that overlaps become visible: a millionth of a diameter is the most that

@@ -135,14 +135,14 @@ impl Run {
         let mut folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
         if self.limit().is_some() {
             // Whatever happens next, the new end holds.
-            folder.checkpoint(&checkpoint.simulation, &checkpoint.course)?;
+            folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
         // Also where a kill came between a checkpoint with a new end and this.
         folder.keep_limit(checkpoint.simulation.scene().run.limit)?;
         signals::watch();
         let mut display = Display::new(checkpoint.simulation.scene(), self.quiet);
-        let Checkpoint { simulation, course, .. } = checkpoint;
-        let result = run::resume(simulation, course, &mut folder, &mut |progress| {
+        let Checkpoint { simulation, state, .. } = checkpoint;
+        let result = run::resume(simulation, state, &mut folder, &mut |progress| {
             display.show(progress);
             signals::flow()
         });

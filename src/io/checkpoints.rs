@@ -8,7 +8,7 @@ use super::error::OutputError;
 use super::folder::remove;
 use super::place::sync_folder;
 use crate::engine::Simulation;
-use crate::run::Course;
+use crate::run::RunState;
 use crate::run::checkpoint::{self, Kept};
 
 const LAST: &str = "checkpoint";
@@ -67,10 +67,10 @@ impl Checkpoints {
     }
 
     /// Writes one beside the last one, which becomes the one before when the new one is safe on the disk.
-    pub fn write(&mut self, simulation: &Simulation, course: &Course, kept: &Kept) -> Result<(), OutputError> {
+    pub fn write(&mut self, simulation: &Simulation, state: &RunState, kept: &Kept) -> Result<(), OutputError> {
         let [last, previous, partial] = [LAST, PREVIOUS, PARTIAL].map(|name| self.folder.join(name));
         let file = File::create(&partial).map_err(OutputError::write(&partial))?;
-        if let Err(error) = checkpoint::write(&file, simulation, course, kept) {
+        if let Err(error) = checkpoint::write(&file, simulation, state, kept) {
             // Half of one is of no use; what it took on a full disk may be.
             drop(file);
             let _ = fs::remove_file(&partial);

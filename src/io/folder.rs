@@ -29,7 +29,7 @@ use crate::engine::{Simulation, Snapshot};
 use crate::model::Format;
 use crate::model::{Limit, Scene};
 use crate::run::checkpoint::{Kept, KeptFile};
-use crate::run::{Course, Recorder, Stage};
+use crate::run::{Recorder, RunState, Stage};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::Frame;
 
@@ -283,7 +283,7 @@ impl Recorder for Folder {
         self.checkpoints.is_due()
     }
 
-    fn checkpoint(&mut self, simulation: &Simulation, course: &Course) -> Result<(), OutputError> {
+    fn checkpoint(&mut self, simulation: &Simulation, state: &RunState) -> Result<(), OutputError> {
         let files = [Some(&mut self.thermo), Some(&mut self.trajectory), self.contacts.as_mut()];
         let files = files.into_iter().flatten().map(|file| file.keep(&self.path));
         let mut files: Vec<KeptFile> = files.collect::<Result<_, _>>()?;
@@ -291,6 +291,6 @@ impl Recorder for Folder {
             files.extend(log.keep(&self.path)?);
         }
         let kept = Kept { scene: self.scene.as_ref().map(|scene| scene.checksum), files };
-        self.checkpoints.write(simulation, course, &kept)
+        self.checkpoints.write(simulation, state, &kept)
     }
 }

@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use super::measurements::quoted;
 use super::number::Cell;
-use crate::analysis::observables::{Meaning, Row};
+use crate::analysis::observables::{ApplicableObservables, Row};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text;
 use crate::model::Scene;
@@ -17,7 +17,7 @@ use crate::run::Stage;
 /// Which columns a scene has.
 #[derive(Debug, Clone)]
 pub(super) struct Columns {
-    meaning: Meaning,
+    applicable: ApplicableObservables,
     /// Whether anything acts from outside.
     is_driven: bool,
     regions: Vec<String>,
@@ -29,21 +29,21 @@ impl Columns {
     pub fn of(scene: &Scene) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         let stages = scene.run.stages.iter().map(|stage| quoted(&stage.name)).collect();
-        Self { meaning: Meaning::of(scene), is_driven: scene.is_driven(), regions, stages }
+        Self { applicable: ApplicableObservables::of(scene), is_driven: scene.is_driven(), regions, stages }
     }
 
     /// The first line.
     pub fn header(&self) -> String {
         let mut line = "time [time],events [1]".to_owned();
-        let meaning = &self.meaning;
-        let pressure = format!(",{}", text::unit("pressure [energy/length^D]", trunc_to_usize(meaning.dimensions)));
+        let applicable = &self.applicable;
+        let pressure = format!(",{}", text::unit("pressure [energy/length^D]", trunc_to_usize(applicable.dimensions)));
         for (has, column) in [
-            (meaning.has_temperature, ",temperature [energy]"),
+            (applicable.has_temperature, ",temperature [energy]"),
             (true, ",kinetic [energy],potential [energy],energy_and_dissipated [energy]"),
             (self.is_driven, ",supplied [energy]"),
-            (meaning.has_pressure, pressure.as_str()),
-            (meaning.has_core, ",collision_rate [1/time]"),
-            (meaning.has_height(), ",height [length]"),
+            (applicable.has_pressure, pressure.as_str()),
+            (applicable.has_core, ",collision_rate [1/time]"),
+            (applicable.has_height(), ",height [length]"),
         ] {
             line.push_str(if has { column } else { "" });
         }
@@ -59,16 +59,16 @@ impl Columns {
     /// A line of measurements.
     pub fn line(&self, stage: Stage, row: &Row) -> String {
         let mut line = format!("{},{}", Cell(Some(row.time)), row.events);
-        let meaning = &self.meaning;
+        let applicable = &self.applicable;
         for (has, cell) in [
-            (meaning.has_temperature, row.temperature),
+            (applicable.has_temperature, row.temperature),
             (true, Some(row.kinetic)),
             (true, Some(row.potential)),
             (true, Some(row.ledger)),
             (self.is_driven, Some(row.supplied)),
-            (meaning.has_pressure, row.pressure),
-            (meaning.has_core, row.collision_rate),
-            (meaning.has_height(), row.height),
+            (applicable.has_pressure, row.pressure),
+            (applicable.has_core, row.collision_rate),
+            (applicable.has_height(), row.height),
         ] {
             if has {
                 // Writing to a string cannot fail.

@@ -5,7 +5,7 @@
 //! | 16 | `carom checkpoint` |
 //! | 12 | the version of carom that wrote it, padded with zeros |
 //! | 8 | the fingerprint of the sources that it was built from, little endian |
-//! | n | scene, engine and course of the run, lengths and checksums of its files (postcard, with all bits of every number) |
+//! | n | scene, engine and state of the run, lengths and checksums of its files (postcard, with all bits of every number) |
 //! | 8 | n, little endian |
 //! | 4 | CRC-32 of all that stands before, little endian |
 //!
@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::Simulation;
 use crate::model::Limit;
-use crate::run::Course;
+use crate::run::RunState;
 
 /// What every checkpoint begins with.
 const MAGIC: &[u8; 16] = b"carom checkpoint";
@@ -53,7 +53,7 @@ pub struct Checkpoint {
     /// The simulation as it was.
     pub simulation: Simulation,
     /// How far the run had come.
-    pub course: Course,
+    pub state: RunState,
     /// Its files.
     pub kept: Kept,
 }
@@ -62,7 +62,7 @@ pub struct Checkpoint {
 #[derive(Serialize)]
 struct Content<'a> {
     simulation: &'a Simulation,
-    course: &'a Course,
+    state: &'a RunState,
     kept: &'a Kept,
 }
 
@@ -112,13 +112,13 @@ impl<W: Write> Write for Told<W> {
 ///
 /// # Errors
 /// If it cannot be written.
-pub(crate) fn write(file: &File, simulation: &Simulation, course: &Course, kept: &Kept) -> io::Result<()> {
+pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, kept: &Kept) -> io::Result<()> {
     let inner = BufWriter::with_capacity(1 << 20, file);
     let mut out = Checked::new(inner);
     out.write_all(MAGIC)?;
     out.write_all(&version())?;
     out.write_all(&fingerprint())?;
-    let content = Content { simulation, course, kept };
+    let content = Content { simulation, state, kept };
     let mut told = Told { inner: &mut out, failure: None };
     if let Err(error) = postcard::to_io(&content, &mut told) {
         return Err(told.failure.unwrap_or_else(|| io::Error::other(error)));
@@ -177,7 +177,7 @@ impl Checkpoint {
     /// # Errors
     /// [`CheckpointError::Passed`].
     pub(crate) fn refuse_passed(&self, limit: Limit) -> Result<(), CheckpointError> {
-        let Some((time, events)) = self.course.measured_so_far(&self.simulation) else { return Ok(()) };
+        let Some((time, events)) = self.state.measured_so_far(&self.simulation) else { return Ok(()) };
         let is_later = |asked: &f64| time - asked > NEAR * asked + f64::EPSILON * self.simulation.time();
         let passed = match (limit.time.filter(is_later), limit.events.filter(|asked| events > *asked)) {
             (Some(asked), _) => Some((format!("a time of {time}"), format!("a time of {asked}"))),
@@ -191,7 +191,7 @@ impl Checkpoint {
     /// Gives the measured stretch another end; one that was reached before ends it at once.
     pub fn extend(&mut self, limit: Limit) {
         self.simulation.set_limit(limit);
-        self.course.extend(limit);
+        self.state.extend(limit);
     }
 }
 
@@ -212,9 +212,9 @@ mod tests {
             .build()
             .unwrap();
         let simulation = Simulation::new(scene);
-        let course = Course::new(&simulation);
+        let state = RunState::new(&simulation);
         let full = File::options().write(true).open("/dev/full").unwrap();
-        let error = write(&full, &simulation, &course, &Kept { scene: None, files: Vec::new() }).unwrap_err();
+        let error = write(&full, &simulation, &state, &Kept { scene: None, files: Vec::new() }).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);
     }
 }

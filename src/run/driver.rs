@@ -14,10 +14,10 @@ pub(super) use growth::PressureLook;
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use super::course::{Aim, Course};
 use super::progress::{Progress, Stage};
+use super::state::{Aim, RunState};
 use super::{Ending, Finished, Recorder};
-use crate::analysis::instruments::Subject;
+use crate::analysis::instruments::SystemDescription;
 use crate::engine::{Arrest, Reason, Simulation, Until};
 use crate::model::{Limit, Scene};
 
@@ -48,8 +48,8 @@ pub fn run<R: Recorder>(
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
     let simulation = Simulation::new(scene);
-    let course = Course::new(&simulation);
-    resume(simulation, course, recorder, watch)
+    let state = RunState::new(&simulation);
+    resume(simulation, state, recorder, watch)
 }
 
 /// Goes on with a run where it was left, to the same bits as if it had never stopped.
@@ -58,15 +58,15 @@ pub fn run<R: Recorder>(
 /// As [`run`].
 pub fn resume<R: Recorder>(
     simulation: Simulation,
-    course: Course,
+    state: RunState,
     recorder: &mut R,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
-    let subject = Subject::of(simulation.scene());
+    let system = SystemDescription::of(simulation.scene());
     let driver = Driver {
         simulation,
-        course,
-        subject,
+        state,
+        system,
         recorder,
         watch,
         started: None,
@@ -80,8 +80,8 @@ pub fn resume<R: Recorder>(
 
 struct Driver<'a, R> {
     simulation: Simulation,
-    course: Course,
-    subject: Subject,
+    state: RunState,
+    system: SystemDescription,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// When the measured stretch began, or went on, on the clock.
@@ -100,16 +100,16 @@ impl<R: Recorder> Driver<'_, R> {
     /// All stages from the one that the course is in.
     fn drive(mut self) -> Result<Finished, R::Error> {
         loop {
-            if !self.course.has_begun {
+            if !self.state.has_begun {
                 self.enter();
             }
-            let stage = self.course.stage.stage;
+            let stage = self.state.stage.stage;
             let Some(next) = stage.next(&self.simulation.scene().run) else {
                 let ending = self.measure()?;
                 return self.finish(ending);
             };
-            let has_end = self.growth().is_some() || self.course.monitor.is_some();
-            if (self.course.stage.limit != Limit::default() || has_end)
+            let has_end = self.growth().is_some() || self.state.monitor.is_some();
+            if (self.state.stage.limit != Limit::default() || has_end)
                 && let Some(over) = self.prepare()?
             {
                 return self.finish(over);
@@ -131,12 +131,11 @@ impl<R: Recorder> Driver<'_, R> {
             if self.is_stopped() {
                 return Ok(Some(Ending::Interrupted));
             }
-            let scaling = self.course.next_scaling;
-            let glance = self.course.next_glance;
+            let scaling = self.state.next_scaling;
+            let glance = self.state.next_glance;
             let until = time.min(scaling).min(glance);
             let most = events.min(self.next_look());
-            let ending =
-                if self.course.ledger.has_overlaps() { self.look(until, most)? } else { self.go(until, most)? };
+            let ending = if self.state.ledger.has_overlaps() { self.look(until, most)? } else { self.go(until, most)? };
             match ending {
                 // By the clock of the simulation that may be a rounding too early.
                 Some(Ending::Time) => {
@@ -172,7 +171,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Goes on for a while, and says if it came to the time, or what kept it from going on.
     fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (wait, tally) = (self.course.wait, *self.simulation.tally());
+        let (wait, tally) = (self.state.wait, *self.simulation.tally());
         let aim = Aim {
             time: self.simulation.time() + wait,
             events: tally.physical().saturating_add(CHUNK),
@@ -180,21 +179,21 @@ impl<R: Recorder> Driver<'_, R> {
             kicks: tally.kick,
             done: tally.physical(),
         };
-        let aim = *self.course.aim.get_or_insert(aim);
+        let aim = *self.state.aim.get_or_insert(aim);
         let until = aim.until(time, events);
         let reason = match self.chunk(until)? {
             Ok(reason) => reason,
             Err(ending) => return Ok(Some(ending)),
         };
         let ending = self.quiet(&aim, reason);
-        let is_still = self.course.quiet_steps > 0 && self.simulation.tally().transition == aim.transitions;
+        let is_still = self.state.quiet_steps > 0 && self.simulation.tally().transition == aim.transitions;
         let waited = self.simulation.time() - (aim.time - wait);
-        let course = &mut self.course;
-        course.wait = if is_still { 2.0 * wait } else { course.crossing };
+        let state = &mut self.state;
+        state.wait = if is_still { 2.0 * wait } else { state.crossing };
         if ending.is_some() {
             return Ok(ending);
         }
-        if is_still && waited > LONGEST_WAIT * course.crossing && course.stage.limit.time.is_none() {
+        if is_still && waited > LONGEST_WAIT * state.crossing && state.stage.limit.time.is_none() {
             return Ok(Some(Ending::GaveUp));
         }
         Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
@@ -202,7 +201,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Goes on in small steps while overlaps of the start are left, to see when the last one goes.
     fn look(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (tally, look) = (*self.simulation.tally(), self.course.look);
+        let (tally, look) = (*self.simulation.tally(), self.state.look);
         let aim = Aim {
             time: self.simulation.time() + look.time,
             events: tally.physical().saturating_add(look.events),
@@ -210,14 +209,14 @@ impl<R: Recorder> Driver<'_, R> {
             kicks: tally.kick,
             done: tally.physical(),
         };
-        let aim = *self.course.aim.get_or_insert(aim);
+        let aim = *self.state.aim.get_or_insert(aim);
         let until = aim.until(time, events);
         let reason = match self.chunk(until)? {
             Ok(reason) => reason,
             Err(ending) => return Ok(Some(ending)),
         };
-        self.course.ledger.see_overlaps(&self.simulation);
-        self.course.look.grow();
+        self.state.ledger.see_overlaps(&self.simulation);
+        self.state.look.grow();
         let ending = self.quiet(&aim, reason);
         if ending.is_some() {
             return Ok(ending);
@@ -228,14 +227,14 @@ impl<R: Recorder> Driver<'_, R> {
     /// Takes note of whether anything has happened since the run set out for `aim`, and says how it ends where nothing will any more.
     fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
         let now = self.simulation.tally();
-        let course = &mut self.course;
+        let state = &mut self.state;
         if now.physical() != aim.done || now.kick != aim.kicks {
-            (course.quiet_steps, course.quiet_rows) = (0, 0);
+            (state.quiet_steps, state.quiet_rows) = (0, 0);
             return None;
         }
-        course.quiet_steps += 1;
+        state.quiet_steps += 1;
         // Asked after 1, 2, 4, ... steps without an event.
-        let is_asked = course.stage.limit.time.is_none() && course.quiet_steps.is_power_of_two();
+        let is_asked = state.stage.limit.time.is_none() && state.quiet_steps.is_power_of_two();
         let nothing_is_due = reason == Reason::Idle;
         if (is_asked || nothing_is_due) && self.simulation.is_over() {
             return Some(Ending::Idle);
@@ -256,7 +255,7 @@ impl<R: Recorder> Driver<'_, R> {
             }
             match reached {
                 Ok(Some(reason)) => {
-                    self.course.aim = None;
+                    self.state.aim = None;
                     return Ok(Ok(reason));
                 }
                 Ok(None) => {}
@@ -273,18 +272,18 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Goes on without a look at anything but events, until the next pause at most.
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, Arrest>, R::Error> {
-        let is_measuring = self.course.stage.stage == Stage::Measurement && !self.is_ahead;
-        let measurement = self.course.measurement.as_mut().filter(|_| is_measuring);
+        let is_measuring = self.state.stage.stage == Stage::Measurement && !self.is_ahead;
+        let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
         let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
         if instruments.is_none() && recorder.is_none() {
             return Ok(self.simulation.advance_for(self.steps, until, |_| {}));
         }
         let mut failure = None;
-        let subject = &self.subject;
+        let system = &self.system;
         let reason = self.simulation.advance_for(self.steps, until, |event| {
             if let Some(instruments) = &mut instruments {
-                instruments.event(event, subject);
+                instruments.event(event, system);
             }
             if let Some(recorder) = &mut recorder {
                 failure = recorder.event(event).err();
@@ -303,9 +302,9 @@ impl<R: Recorder> Driver<'_, R> {
     /// Hands out what is needed to go on from here later.
     fn keep(&mut self) -> Result<(), R::Error> {
         let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
-        let mut course = self.course.clone();
-        course.earlier_seconds += seconds;
-        self.recorder.checkpoint(&self.simulation, &course)
+        let mut state = self.state.clone();
+        state.earlier_seconds += seconds;
+        self.recorder.checkpoint(&self.simulation, &state)
     }
 
     /// Whether the caller wants no more, or no more can be kept.
@@ -316,7 +315,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     fn progress(&self) -> Progress {
         let (time, events) = (self.simulation.time(), self.simulation.tally().physical());
-        let stage = &self.course.stage;
+        let stage = &self.state.stage;
         Progress {
             stage: stage.stage,
             time,

@@ -2,7 +2,7 @@
 
 use carom::Vector;
 use carom::analysis::instruments::bond_order::per_particle;
-use carom::analysis::instruments::{Sample, Subject};
+use carom::analysis::instruments::{Sample, SystemDescription};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::Boundary;
@@ -73,7 +73,7 @@ fn mean_q6(scene: &Scene) -> f64 {
     let images = vec![[0; 3]; positions.len()];
     let sample =
         Sample { time: 0.0, positions: &positions, velocities: &positions, images: &images, displacement: 0.0 };
-    let values = per_particle(&Subject::of(scene), &sample, 1.4, 6);
+    let values = per_particle(&SystemDescription::of(scene), &sample, 1.4, 6);
     values.iter().sum::<f64>() / values.len() as f64
 }
 

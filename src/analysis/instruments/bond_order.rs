@@ -5,11 +5,11 @@
 
 mod harmonics;
 
+use super::budgeted_times::BudgetedTimes;
+use super::cell_list::CellList;
 use super::instrument::{Instrument, Setup};
-use super::near::Near;
 use super::quantity::{Curve, Measured, Number, Scalar, Series, Variable};
-use super::schedule::Schedule;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::digits;
@@ -28,11 +28,11 @@ const DEGREES: [usize; 2] = [6, 4];
 /// particles that move and are closer than `cutoff` `[length]`; `psi_l` is the mean of `exp(i l phi)`. The cutoff is at most half of
 /// the shortest period. 0 for static particles, for those without neighbours, on a line, and for a degree of 0 or above 8.
 #[must_use]
-pub fn per_particle(subject: &Subject, sample: &Sample<'_>, cutoff: f64, degree: usize) -> Vec<f64> {
-    let mut values = vec![0.0; subject.species.len()];
-    if let Some(harmonics) = Harmonics::new(degree, &axes(subject)) {
-        let near = near(subject, sample, cutoff);
-        near.for_each_particle(|id, separations| {
+pub fn per_particle(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64, degree: usize) -> Vec<f64> {
+    let mut values = vec![0.0; system.species.len()];
+    if let Some(harmonics) = Harmonics::new(degree, &axes(system)) {
+        let cells = cell_list(system, sample, cutoff);
+        cells.for_each_particle(|id, separations| {
             let mut sums = vec![0.0; harmonics.count()];
             separations.iter().for_each(|separation| harmonics.add(separation, &mut sums));
             values[id as usize] = length(&sums, separations.len()).unwrap_or(0.0);
@@ -42,17 +42,17 @@ pub fn per_particle(subject: &Subject, sample: &Sample<'_>, cutoff: f64, degree:
 }
 
 /// What a plan asks for of each particle: `q6` and `q4`, or `psi6` and `psi4` in two dimensions; nothing on a line.
-pub(super) fn scalars(plan: &plan::BondOrder, subject: &Subject, sample: &Sample<'_>) -> Vec<Scalar> {
-    let Some(symbol) = symbol(subject) else { return Vec::new() };
-    let cutoff = cutoff(plan, subject);
+pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample: &Sample<'_>) -> Vec<Scalar> {
+    let Some(symbol) = symbol(system) else { return Vec::new() };
+    let cutoff = cutoff(plan, system);
     let scalar =
-        |degree| Scalar { name: format!("{symbol}{degree}"), values: per_particle(subject, sample, cutoff, degree) };
+        |degree| Scalar { name: format!("{symbol}{degree}"), values: per_particle(system, sample, cutoff, degree) };
     DEGREES.map(scalar).into()
 }
 
 /// What the bond order is called; `None` on a line, where there is none.
-fn symbol(subject: &Subject) -> Option<&'static str> {
-    match subject.space.dimensions() {
+fn symbol(system: &SystemDescription) -> Option<&'static str> {
+    match system.space.dimensions() {
         3 => Some("q"),
         2 => Some("psi"),
         _ => None,
@@ -60,19 +60,19 @@ fn symbol(subject: &Subject) -> Option<&'static str> {
 }
 
 /// Up to which distance particles are neighbours.
-fn cutoff(plan: &plan::BondOrder, subject: &Subject) -> f64 {
-    let diameters = subject.moving.iter().map(|&id| subject.diameters[subject.species[id as usize] as usize]);
+fn cutoff(plan: &plan::BondOrder, system: &SystemDescription) -> f64 {
+    let diameters = system.moving.iter().map(|&id| system.diameters[system.species[id as usize] as usize]);
     let cutoff = plan.cutoff.unwrap_or_else(|| 1.4 * diameters.fold(0.0, f64::max));
-    cutoff.min(Near::largest_range(&subject.space))
+    cutoff.min(CellList::largest_range(&system.space))
 }
 
-fn axes(subject: &Subject) -> Vec<usize> {
-    (0..3).filter(|&k| subject.space.boundary[k] != Boundary::Flat).collect()
+fn axes(system: &SystemDescription) -> Vec<usize> {
+    (0..3).filter(|&k| system.space.boundary[k] != Boundary::Flat).collect()
 }
 
-fn near(subject: &Subject, sample: &Sample<'_>, cutoff: f64) -> Near {
-    let range = cutoff.min(Near::largest_range(&subject.space));
-    Near::new(&subject.space, range, &subject.moving, sample)
+fn cell_list(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64) -> CellList {
+    let range = cutoff.min(CellList::largest_range(&system.space));
+    CellList::new(&system.space, range, &system.moving, sample)
 }
 
 /// The length of a mean of `count`; `None` for the mean of none.
@@ -83,7 +83,7 @@ fn length(sums: &[f64], count: usize) -> Option<f64> {
 /// Distribution, mean and global value of `q_6` and `q_4`, or of `psi_6` and `psi_4` in two dimensions. Nothing on a line.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct BondOrder {
-    schedule: Schedule,
+    times: BudgetedTimes,
     cutoff: f64,
     bins: usize,
     /// The number of neighbours, then for each degree the mean, the global value, and the density in each bin.
@@ -92,15 +92,15 @@ pub(super) struct BondOrder {
 
 impl BondOrder {
     pub fn new(plan: &plan::BondOrder, setup: &Setup<'_>) -> Self {
-        let subject = setup.subject;
-        let cutoff = cutoff(plan, subject);
+        let system = setup.system;
+        let cutoff = cutoff(plan, system);
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
-        let count = subject.moving.len() as f64;
-        let cube = (0..subject.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
+        let count = system.moving.len() as f64;
+        let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * cutoff);
         // Three operations to find, and for one in six of those some hundred and fifty.
-        let work = count * (100.0 + 30.0 * (count * cube / subject.space.volume()).min(count));
+        let work = count * (100.0 + 30.0 * (count * cube / system.space.volume()).min(count));
         Self {
-            schedule: Schedule::new(setup, plan.interval, work),
+            times: BudgetedTimes::new(setup, plan.interval, work),
             cutoff,
             bins,
             curve: CurveAverage::new(1 + DEGREES.len() * (2 + bins)),
@@ -115,20 +115,20 @@ impl BondOrder {
 
 impl Instrument for BondOrder {
     fn next_sample(&self) -> f64 {
-        self.schedule.next()
+        self.times.next()
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        if !self.schedule.is_due(sample.time) {
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !self.times.is_due(sample.time) {
             return;
         }
-        let axes = axes(subject);
+        let axes = axes(system);
         let orders: Vec<Harmonics> = DEGREES.iter().filter_map(|&degree| Harmonics::new(degree, &axes)).collect();
         let mut of_all: Vec<Vec<f64>> = orders.iter().map(|harmonics| vec![0.0; harmonics.count()]).collect();
         let mut of_one = of_all.clone();
         let mut values = vec![0.0; self.curve.len()];
         let (mut bonds, mut bonded) = (0, 0.0_f64);
-        near(subject, sample, self.cutoff).for_each_particle(|_, separations| {
+        cell_list(system, sample, self.cutoff).for_each_particle(|_, separations| {
             bonds += separations.len();
             bonded += f64::from(u8::from(!separations.is_empty()));
             for (index, harmonics) in orders.iter().enumerate() {
@@ -144,15 +144,15 @@ impl Instrument for BondOrder {
         });
         // Without neighbours there is no order, and nothing is added.
         values[1..].iter_mut().for_each(|value| *value /= bonded);
-        values[0] = bonds as f64 / subject.moving.len() as f64;
+        values[0] = bonds as f64 / system.moving.len() as f64;
         for (index, sums) in of_all.iter().enumerate() {
             values[self.first(index) + 1] = length(sums, bonds).unwrap_or(f64::NAN);
         }
         self.curve.add_all(values);
     }
 
-    fn report(&self, subject: &Subject, measured: &mut Measured) {
-        let Some(symbol) = symbol(subject) else { return };
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        let Some(symbol) = symbol(system) else { return };
         let global = match symbol {
             "q" => "sqrt(4 pi / (2 l + 1) sum_m |q_lm|^2) of the mean of Y_lm",
             _ => "|mean of exp(i l phi)|",

@@ -3,10 +3,10 @@
 mod report;
 mod topology;
 
+use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
 use super::quantity::Measured;
-use super::schedule::Schedule;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::{id, trunc_to_usize};
@@ -29,7 +29,7 @@ const LONGEST_WALK: f64 = 4.0;
 /// half a period.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Chains {
-    schedule: Schedule,
+    times: BudgetedTimes,
     bins: usize,
     bond_lengths: [f64; 2],
     groups: Vec<Group>,
@@ -56,15 +56,15 @@ struct Group {
 
 impl Chains {
     pub fn new(plan: &plan::Chains, setup: &Setup<'_>) -> Self {
-        let subject = setup.subject;
+        let system = setup.system;
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS) as usize;
-        let topology = Topology::of(subject);
-        let groups = groups(&topology, subject.bond_lengths[1]);
+        let topology = Topology::of(system);
+        let groups = groups(&topology, system.bond_lengths[1]);
         let distributions = groups.iter().filter(|group| group.distribution.is_some()).count();
         Self {
-            schedule: Schedule::new(setup, plan.interval, 50.0 * subject.bonds.len() as f64),
+            times: BudgetedTimes::new(setup, plan.interval, 50.0 * system.bonds.len() as f64),
             bins,
-            bond_lengths: subject.bond_lengths,
+            bond_lengths: system.bond_lengths,
             bonds: CurveAverage::new(2 + bins),
             sizes: CurveAverage::new(2 * groups.len()),
             ends: CurveAverage::new(distributions * bins),
@@ -78,13 +78,13 @@ impl Chains {
         self.groups.iter().position(|group| group.holds(component))
     }
 
-    fn sample_bonds(&mut self, sample: &Sample<'_>, subject: &Subject) {
+    fn sample_bonds(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let [shortest, longest] = self.bond_lengths;
-        let periods = subject.space.periods();
-        let each = 1.0 / subject.bonds.len() as f64;
+        let periods = system.space.periods();
+        let each = 1.0 / system.bonds.len() as f64;
         let density = each * self.bins as f64 / (longest - shortest);
         let mut values = vec![0.0; 2 + self.bins];
-        for &[a, b] in &subject.bonds {
+        for &[a, b] in &system.bonds {
             let separation = sample.positions[a as usize] - sample.positions[b as usize];
             let length = nearest_image(separation, &periods, sample.displacement).norm();
             values[0] += each * length;
@@ -98,14 +98,14 @@ impl Chains {
         self.bonds.add_all(values);
     }
 
-    fn sample_components(&mut self, topology: &Topology, sample: &Sample<'_>, subject: &Subject) {
+    fn sample_components(&mut self, topology: &Topology, sample: &Sample<'_>, system: &SystemDescription) {
         let mut sizes = vec![0.0; self.sizes.len()];
         let mut ends = vec![0.0; self.ends.len()];
         for component in &topology.components {
             let Some(index) = self.group_of(component) else { continue };
             let group = &self.groups[index];
             let each = 1.0 / f64::from(group.components);
-            let path = unwrapped(component, sample, subject);
+            let path = unwrapped(component, sample, system);
             let end_to_end = path.last().map_or(0.0, Vector::norm_squared);
             sizes[2 * index] += each * if group.is_linear { end_to_end } else { f64::NAN };
             sizes[2 * index + 1] += each * gyration(&path);
@@ -123,20 +123,20 @@ impl Chains {
 
 impl Instrument for Chains {
     fn next_sample(&self) -> f64 {
-        self.schedule.next()
+        self.times.next()
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        if !self.schedule.is_due(sample.time) || subject.bonds.is_empty() {
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !self.times.is_due(sample.time) || system.bonds.is_empty() {
             return;
         }
-        let topology = self.topology.take().unwrap_or_else(|| Topology::of(subject));
-        self.sample_bonds(sample, subject);
-        self.sample_components(&topology, sample, subject);
+        let topology = self.topology.take().unwrap_or_else(|| Topology::of(system));
+        self.sample_bonds(sample, system);
+        self.sample_components(&topology, sample, system);
         self.topology = Some(topology);
     }
 
-    fn report(&self, _subject: &Subject, measured: &mut Measured) {
+    fn report(&self, _subject: &SystemDescription, measured: &mut Measured) {
         if !self.groups.is_empty() {
             self.report_bonds(measured);
             self.report_sizes(measured);
@@ -172,8 +172,8 @@ fn groups(topology: &Topology, longest_bond: f64) -> Vec<Group> {
 }
 
 /// The positions of a component's particles from its first one, along the bonds.
-fn unwrapped(component: &Component, sample: &Sample<'_>, subject: &Subject) -> Vec<Vector> {
-    let periods = subject.space.periods();
+fn unwrapped(component: &Component, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Vector> {
+    let periods = system.space.periods();
     let mut path: Vec<Vector> = Vec::with_capacity(component.ids.len());
     for (&id, &parent) in component.ids.iter().zip(&component.parents) {
         let from = component.ids[parent as usize] as usize;

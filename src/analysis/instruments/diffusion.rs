@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::instrument::{Instrument, Setup};
 use super::quantity::Measured;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::CurveAverage;
 use crate::model::measurement_plan::Diffusion as Plan;
@@ -69,7 +69,7 @@ impl Diffusion {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let lags = Lags::new(plan, setup);
         let each = size_of::<Vector>() * (2 * MOST_YOUNG + MOST_LONG + 1);
-        let tracers = Tracers::new(&setup.sample, setup.subject, BUDGET / each);
+        let tracers = Tracers::new(&setup.sample, setup.system, BUDGET / each);
         let groups = tracers.groups();
         let mut diffusion = Self {
             linear: CurveAverage::new(groups * CURVES * (lags.steps + 1)),
@@ -80,13 +80,13 @@ impl Diffusion {
             next: 0,
             long_stride: 1,
         };
-        diffusion.look(&setup.sample, setup.subject, 0);
+        diffusion.look(&setup.sample, setup.system, 0);
         diffusion
     }
 
     /// Looks at a sample that was asked for.
-    fn look(&mut self, sample: &Sample<'_>, subject: &Subject, now: u64) {
-        let frame = self.tracers.frame(sample, subject);
+    fn look(&mut self, sample: &Sample<'_>, system: &SystemDescription, now: u64) {
+        let frame = self.tracers.frame(sample, system);
         let groups = self.tracers.groups();
         let length = self.lags.steps + 1;
         if now.is_multiple_of(self.lags.origin_ticks()) {
@@ -115,16 +115,16 @@ impl Diffusion {
                 }
             }
         }
-        self.retire(now, subject);
+        self.retire(now, system);
         self.next = self.next_tick(now);
     }
 
     /// Adds the curves of origins that have come to the span, and keeps a few of them.
-    fn retire(&mut self, now: u64, subject: &Subject) {
+    fn retire(&mut self, now: u64, system: &SystemDescription) {
         let span = self.lags.steps as u64 * TICKS_PER_STEP;
         let (length, groups) = (self.lags.steps + 1, self.tracers.groups());
         // Trapezoids, by axis.
-        let weight = 0.5 * self.lags.interval() / Tracers::dimensions(subject);
+        let weight = 0.5 * self.lags.interval() / Tracers::dimensions(system);
         for origin in self.origins.iter_mut().filter(|origin| origin.is_young() && now - origin.tick >= span) {
             let mut values = Vec::with_capacity(groups * CURVES * length);
             for curves in origin.curve.chunks_exact(2 * length) {
@@ -167,19 +167,19 @@ impl Instrument for Diffusion {
         self.lags.time(self.next)
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let now = self.lags.passed(sample.time);
         if now > self.next {
             // A sample was missed: no origin on the way will be complete.
             self.origins.clear();
             self.next = self.next_tick(now);
         } else if now == self.next {
-            self.look(sample, subject, now);
+            self.look(sample, system, now);
         }
     }
 
-    fn report(&self, subject: &Subject, measured: &mut Measured) {
-        report::report(self, subject, measured);
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        report::report(self, system, measured);
     }
 }
 

@@ -4,10 +4,10 @@ mod passages;
 
 use serde::{Deserialize, Serialize};
 
+use super::block_times::BlockTimes;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Number, Series, Variable};
-use super::stretches::Stretches;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::measurement_plan::Flow as Plan;
@@ -35,21 +35,21 @@ pub(super) struct Flow {
     ids: Vec<u32>,
     positions: Vec<Vector>,
     time: f64,
-    stretches: Stretches,
+    blocks: BlockTimes,
     passages: Passages,
 }
 
 impl Flow {
     /// An unknown axis or species counts nothing; reading the scene leaves none.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
-        let &Setup { subject, sample, duration } = setup;
+        let &Setup { system, sample, duration } = setup;
         let axis = ["x", "y", "z"].iter().position(|axis| *axis == plan.axis);
         let is_counted = |id: &u32| {
-            let species = subject.species[*id as usize] as usize;
-            let is_asked_for = |name: &String| subject.species_names.get(species) == Some(name);
+            let species = system.species[*id as usize] as usize;
+            let is_asked_for = |name: &String| system.species_names.get(species) == Some(name);
             axis.is_some() && plan.species.as_ref().is_none_or(is_asked_for)
         };
-        let ids: Vec<u32> = subject.moving.iter().copied().filter(is_counted).collect();
+        let ids: Vec<u32> = system.moving.iter().copied().filter(is_counted).collect();
         let corner = |given: Option<[f64; 3]>, otherwise: Vector| given.map_or(otherwise, Vector::from);
         let rectangle = (plan.lower.is_some() || plan.upper.is_some()).then(|| {
             let unlimited = Vector::repeat(f64::MAX);
@@ -60,18 +60,18 @@ impl Flow {
             axis: axis.unwrap_or(0),
             at: plan.at,
             rectangle,
-            positions: ids.iter().map(|&id| sample.unwrapped(id as usize, &subject.space)).collect(),
+            positions: ids.iter().map(|&id| sample.unwrapped(id as usize, &system.space)).collect(),
             ids,
             time: sample.time,
-            stretches: Stretches::new(sample.time, plan.interval, duration, SAMPLES),
+            blocks: BlockTimes::new(sample.time, plan.interval, duration, SAMPLES),
             passages: Passages::new(sample.time),
         }
     }
 
     /// Counts the passages of one particle on its way between two samples.
-    fn pass(&mut self, from: &Vector, to: &Vector, time: f64, subject: &Subject) {
+    fn pass(&mut self, from: &Vector, to: &Vector, time: f64, system: &SystemDescription) {
         let (axis, at) = (self.axis, self.at);
-        let period = subject.space.periods()[axis];
+        let period = system.space.periods()[axis];
         // The number of the plane that was last passed going up, and that of its image; a particle in the plane is beyond it.
         let planes = [from[axis], to[axis]]
             .map(|x| if period.is_finite() { ((x - at) / period).floor() } else { f64::from(u8::from(x >= at)) });
@@ -86,7 +86,7 @@ impl Flow {
             let coordinate = if period.is_finite() { at + (first + sign * crossing) * period } else { at };
             let part = ((coordinate - from[axis]) / (to[axis] - from[axis])).clamp(0.0, 1.0);
             let when = self.time + part * (time - self.time);
-            if self.is_inside(&(from + (to - from) * part), subject) {
+            if self.is_inside(&(from + (to - from) * part), system) {
                 self.passages.count(trunc_to_i64(sign), when);
             }
             crossing += 1.0;
@@ -94,9 +94,9 @@ impl Flow {
     }
 
     /// Whether a point of the plane, or its image in the box, is in the rectangle.
-    fn is_inside(&self, point: &Vector, subject: &Subject) -> bool {
+    fn is_inside(&self, point: &Vector, system: &SystemDescription) -> bool {
         let Some([lower, upper]) = &self.rectangle else { return true };
-        let space = &subject.space;
+        let space = &system.space;
         (0..3).filter(|&k| k != self.axis && space.boundary[k] != Boundary::Flat).all(|k| {
             let x = if space.boundary[k] == Boundary::Periodic {
                 point[k] - ((point[k] - space.lower[k]) / space.size[k]).floor() * space.size[k]
@@ -110,29 +110,29 @@ impl Flow {
 
 impl Instrument for Flow {
     fn next_sample(&self) -> f64 {
-        self.stretches.next()
+        self.blocks.next()
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         if sample.time > self.time {
             let before = std::mem::take(&mut self.positions);
-            let now: Vec<Vector> = self.ids.iter().map(|&id| sample.unwrapped(id as usize, &subject.space)).collect();
+            let now: Vec<Vector> = self.ids.iter().map(|&id| sample.unwrapped(id as usize, &system.space)).collect();
             for (from, to) in before.iter().zip(&now) {
-                self.pass(from, to, sample.time, subject);
+                self.pass(from, to, sample.time, system);
             }
             self.positions = now;
             self.time = sample.time;
             self.passages.write(sample.time);
         }
-        self.stretches.pass(sample.time);
+        self.blocks.pass(sample.time);
     }
 
     /// What came after the last sample counts, too.
-    fn end(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        self.sample(sample, subject);
+    fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        self.sample(sample, system);
     }
 
-    fn report(&self, _: &Subject, measured: &mut Measured) {
+    fn report(&self, _: &SystemDescription, measured: &mut Measured) {
         let name = &self.name;
         measured.numbers.push(Number {
             name: format!("flow_{name}_count"),

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Number, Published, Series, Variable};
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::base::numbers::index;
 use crate::engine::event::{Event, EventKind};
@@ -82,9 +82,9 @@ impl FreePaths {
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS);
         let flight = Flight { begin: None, turned: setup.sample.time, path: 0.0 };
         Self {
-            flights: vec![flight; setup.subject.masses.len()],
+            flights: vec![flight; setup.system.masses.len()],
             times: Flown::new(bins),
-            paths: (!setup.subject.is_accelerated && setup.subject.shear_rate == 0.0).then(|| Flown::new(bins)),
+            paths: (!setup.system.is_accelerated && setup.system.shear_rate == 0.0).then(|| Flown::new(bins)),
         }
     }
 
@@ -110,22 +110,22 @@ impl Instrument for FreePaths {
         f64::INFINITY
     }
 
-    fn sample(&mut self, _: &Sample<'_>, _: &Subject) {}
+    fn sample(&mut self, _: &Sample<'_>, _: &SystemDescription) {}
 
     fn has_events(&self) -> bool {
         true
     }
 
-    fn event(&mut self, event: &Event, subject: &Subject) {
+    fn event(&mut self, event: &Event, system: &SystemDescription) {
         let is_core = event.kind == EventKind::Pair(Outcome::Core);
         for (id, before) in [Some(event.particle), event.partner].into_iter().zip(&event.before) {
-            if let Some(id) = id.filter(|id| subject.masses.get(id.0 as usize).is_some_and(|mass| mass.is_finite())) {
+            if let Some(id) = id.filter(|id| system.masses.get(id.0 as usize).is_some_and(|mass| mass.is_finite())) {
                 self.turn(id.0, event.time, before.norm(), is_core);
             }
         }
     }
 
-    fn report(&self, _: &Subject, measured: &mut Measured) {
+    fn report(&self, _: &SystemDescription, measured: &mut Measured) {
         let path = self.paths.as_ref();
         let (times, paths) = (self.times.estimate(), path.and_then(Flown::estimate));
         measured.numbers.push(Number::estimated("mean_free_time", "Mean free time", "time", times, TIME));
@@ -174,7 +174,7 @@ const EXPONENTIAL: &str = "Exact if each particle collided at a rate of its own 
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::analysis::instruments::trial::{
+    use crate::analysis::instruments::test_system::{
         Recorded, equilibrate, estimate, hard_spheres, instrument, measure, number, report, start,
     };
     use crate::analysis::published::HardSphereFluid;
@@ -184,18 +184,18 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::SceneBuilder;
 
-    fn free_paths(simulation: &Simulation, subject: &Subject) -> FreePaths {
-        instrument(simulation, subject, 1.0, |setup| FreePaths::new(&plan::FreePaths { bins: Some(40) }, setup))
+    fn free_paths(simulation: &Simulation, system: &SystemDescription) -> FreePaths {
+        instrument(simulation, system, 1.0, |setup| FreePaths::new(&plan::FreePaths { bins: Some(40) }, setup))
     }
 
     #[test]
     fn free_times_are_the_inverse_of_the_collision_rate() {
-        let (subject, mut simulation) = hard_spheres(256, 0.05);
+        let (system, mut simulation) = hard_spheres(256, 0.05);
         equilibrate(&mut simulation, 50);
-        let mut instrument = free_paths(&simulation, &subject);
+        let mut instrument = free_paths(&simulation, &system);
         let core = simulation.tally().core;
-        measure(&mut simulation, &subject, &mut instrument, 100.0);
-        let measured = report(&instrument, &subject);
+        measure(&mut simulation, &system, &mut instrument, 100.0);
+        let measured = report(&instrument, &system);
         let (time, error) = estimate(&measured, "mean_free_time");
         let rate = 2.0 * (simulation.tally().core - core) as f64 / (256.0 * 100.0);
         // Of each particle's 80 flights the one at both ends is missing, which is longer than others: 1/80 of the difference.
@@ -227,10 +227,10 @@ mod tests {
                 .unwrap()
         };
         let measured = |gravity: f64| {
-            let (subject, mut simulation) = start(scene(gravity));
-            let mut instrument = free_paths(&simulation, &subject);
-            measure(&mut simulation, &subject, &mut instrument, 20.0);
-            report(&instrument, &subject)
+            let (system, mut simulation) = start(scene(gravity));
+            let mut instrument = free_paths(&simulation, &system);
+            measure(&mut simulation, &system, &mut instrument, 20.0);
+            report(&instrument, &system)
         };
         // They meet at x = 5, fly 4 to the walls and 4 back, every 8 time units.
         let still = measured(0.0);
@@ -244,12 +244,12 @@ mod tests {
 
     #[test]
     fn it_goes_on_from_a_record_bit_by_bit() {
-        let (subject, mut simulation) = hard_spheres(108, 0.3);
-        let mut both = Recorded::new(free_paths(&simulation, &subject));
+        let (system, mut simulation) = hard_spheres(108, 0.3);
+        let mut both = Recorded::new(free_paths(&simulation, &system));
         for _ in 0..4 {
-            measure(&mut simulation, &subject, &mut both, 1.0);
+            measure(&mut simulation, &system, &mut both, 1.0);
         }
-        assert!(number(&report(&both, &subject), "mean_free_path").standard_error.is_some());
+        assert!(number(&report(&both, &system), "mean_free_path").standard_error.is_some());
         assert_eq!(both.again, both.instrument);
     }
 

@@ -1,6 +1,6 @@
 //! The mean free time of a fluid, guessed, to choose other times by.
 
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::analysis::published::{HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods};
 
 /// Densest fluids, by number of axes, that the collision rate is guessed for.
@@ -9,21 +9,21 @@ const DENSEST: [f64; 4] = [0.0, 0.9, 0.65, 0.5];
 /// Mean time between two contacts of a particle, as if all were hard spheres of their diameters that fill the box evenly `[time]`.
 ///
 /// A guess, good enough to choose times by. `None` where nothing moves, or everything falls.
-pub(super) fn mean_free_time(subject: &Subject, sample: &Sample<'_>) -> Option<f64> {
-    let dimensions = subject.space.dimensions();
-    let moving = subject.moving.len() as f64;
-    if subject.is_accelerated || dimensions == 0 {
+pub(super) fn mean_free_time(system: &SystemDescription, sample: &Sample<'_>) -> Option<f64> {
+    let dimensions = system.space.dimensions();
+    let moving = system.moving.len() as f64;
+    if system.is_accelerated || dimensions == 0 {
         return None;
     }
-    let drift = subject.drift(sample.velocities);
+    let drift = system.drift(sample.velocities);
     let (mut twice_kinetic, mut diameters, mut volume) = (0.0, 0.0, 0.0);
-    for &id in &subject.moving {
-        let diameter = subject.diameters[subject.species[id as usize] as usize];
+    for &id in &system.moving {
+        let diameter = system.diameters[system.species[id as usize] as usize];
         let mut velocity = sample.velocities[id as usize] - drift;
-        if subject.shear_rate != 0.0 {
-            velocity -= subject.streaming_velocity(&sample.positions[id as usize]);
+        if system.shear_rate != 0.0 {
+            velocity -= system.streaming_velocity(&sample.positions[id as usize]);
         }
-        twice_kinetic += subject.masses[id as usize] * velocity.norm_squared();
+        twice_kinetic += system.masses[id as usize] * velocity.norm_squared();
         diameters += diameter;
         volume += match dimensions {
             1 => diameter,
@@ -32,8 +32,8 @@ pub(super) fn mean_free_time(subject: &Subject, sample: &Sample<'_>) -> Option<f
         };
     }
     let (temperature, diameter) = (twice_kinetic / (moving * dimensions as f64), diameters / moving);
-    let mass = subject.moving_mass() / moving;
-    let packing_fraction = (volume / subject.space.volume()).min(DENSEST[dimensions]);
+    let mass = system.moving_mass() / moving;
+    let packing_fraction = (volume / system.space.volume()).min(DENSEST[dimensions]);
     let rate = match dimensions {
         1 => collision_rate_of_rods(packing_fraction, diameter, mass, temperature),
         2 => collision_rate_of_disks(packing_fraction, diameter, mass, temperature),
@@ -48,11 +48,11 @@ mod tests {
 
     #[test]
     fn the_mean_free_time_is_that_of_hard_spheres() {
-        let (subject, simulation) = super::super::trial::hard_spheres(108, 0.3);
+        let (system, simulation) = super::super::test_system::hard_spheres(108, 0.3);
         let snapshot = simulation.snapshot();
         // The temperature is 1 with N - 1 particles to share it, here with N.
         let expected = (108.0_f64 / 107.0).sqrt() / HardSphereFluid::reduced(0.3).collision_rate();
-        let time = mean_free_time(&subject, &Sample::of(&snapshot)).unwrap();
+        let time = mean_free_time(&system, &Sample::of(&snapshot)).unwrap();
         assert!((time / expected - 1.0).abs() < 1e-9, "{time} {expected}");
     }
 }

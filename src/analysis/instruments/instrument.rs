@@ -12,7 +12,7 @@ use super::profiles::Profile;
 use super::quantity::Measured;
 use super::radial_distribution::RadialDistribution;
 use super::structure_factor::StructureFactor;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use super::transport::Transport;
 use crate::engine::event::Event;
 use crate::model::measurement_plan::MeasurementPlan;
@@ -20,8 +20,8 @@ use crate::model::measurement_plan::MeasurementPlan;
 /// What an instrument starts with.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Setup<'a> {
-    /// The constants of the scene.
-    pub subject: &'a Subject,
+    /// The description of the system.
+    pub system: &'a SystemDescription,
     /// The particles at the start of the measurement.
     pub sample: Sample<'a>,
     /// How long the measurement will last, as far as is known; positive and finite `[time]`.
@@ -34,13 +34,13 @@ pub(crate) trait Instrument {
     fn next_sample(&self) -> f64;
 
     /// Shows it the particles, at the time that it asked for or, at the end of the run, earlier.
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject);
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription);
 
     /// Shows it the particles at the end of the measurement, if that is the time that it has asked for.
-    fn end(&mut self, sample: &Sample<'_>, subject: &Subject) {
+    fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let due = self.next_sample();
         if is_now(due, sample.time) {
-            self.sample(&Sample { time: due, ..*sample }, subject);
+            self.sample(&Sample { time: due, ..*sample }, system);
         }
     }
 
@@ -50,10 +50,10 @@ pub(crate) trait Instrument {
     }
 
     /// Shows it an event.
-    fn event(&mut self, _event: &Event, _subject: &Subject) {}
+    fn event(&mut self, _event: &Event, _subject: &SystemDescription) {}
 
     /// Adds what it has measured so far.
-    fn report(&self, subject: &Subject, measured: &mut Measured);
+    fn report(&self, system: &SystemDescription, measured: &mut Measured);
 }
 
 /// Whether two times are the same but for rounding.
@@ -124,17 +124,17 @@ impl Instruments {
     }
 
     /// Shows the particles to those that have waited for this time.
-    pub(crate) fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+    pub(crate) fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         for kind in &mut self.kinds {
             if kind.get().next_sample() <= sample.time {
-                kind.get_mut().sample(sample, subject);
+                kind.get_mut().sample(sample, system);
             }
         }
     }
 
     /// Shows the particles at the end of the measurement.
-    pub(crate) fn end(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        self.kinds.iter_mut().for_each(|kind| kind.get_mut().end(sample, subject));
+    pub(crate) fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        self.kinds.iter_mut().for_each(|kind| kind.get_mut().end(sample, system));
     }
 
     /// Whether any wants to see events.
@@ -143,22 +143,22 @@ impl Instruments {
     }
 
     /// Shows an event to those that want to see it.
-    pub(crate) fn event(&mut self, event: &Event, subject: &Subject) {
+    pub(crate) fn event(&mut self, event: &Event, system: &SystemDescription) {
         for kind in &mut self.kinds {
             if kind.get().has_events() {
-                kind.get_mut().event(event, subject);
+                kind.get_mut().event(event, system);
             }
         }
     }
 
     /// What was measured so far.
     #[must_use]
-    pub fn report(&self, subject: &Subject) -> Measured {
+    pub fn report(&self, system: &SystemDescription) -> Measured {
         let mut measured = Measured::default();
-        self.kinds.iter().for_each(|kind| kind.get().report(subject, &mut measured));
+        self.kinds.iter().for_each(|kind| kind.get().report(system, &mut measured));
         let series = measured.curves.iter_mut().flat_map(|curve| &mut curve.series).map(|series| &mut series.unit);
         for unit in measured.numbers.iter_mut().map(|number| &mut number.unit).chain(series) {
-            *unit = crate::base::text::unit(unit, subject.space.dimensions());
+            *unit = crate::base::text::unit(unit, system.space.dimensions());
         }
         measured
     }

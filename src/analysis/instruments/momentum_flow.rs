@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::engine::event::{Event, EventKind};
 
@@ -35,10 +35,10 @@ pub(super) struct Transfer {
 }
 
 impl Transfer {
-    pub fn of(event: &Event, subject: &Subject, drift: &Vector) -> Self {
+    pub fn of(event: &Event, system: &SystemDescription, drift: &Vector) -> Self {
         let ids = [Some(event.particle), event.partner];
         let movers = std::array::from_fn(|k| {
-            let mass = *subject.masses.get(ids[k]?.0 as usize)?;
+            let mass = *system.masses.get(ids[k]?.0 as usize)?;
             mass.is_finite().then_some((mass, event.before[k] - drift, event.after[k] - drift))
         });
         let gained = |mover: &Option<(f64, Vector, Vector)>| mover.map(|(m, before, after)| (after - before) * m);
@@ -50,21 +50,21 @@ impl Transfer {
             EventKind::Pair(_) => event.normal * event.distance,
             EventKind::Wall { .. } | EventKind::Thermostat => Vector::zeros(),
         };
-        let crowding = ids.map(|id| id.map_or(1.0, |id| subject.crowding_of(id.0)));
-        let arm = arm(event, subject, &apart, crowding);
+        let crowding = ids.map(|id| id.map_or(1.0, |id| system.crowding_of(id.0)));
+        let arm = arm(event, system, &apart, crowding);
         Self { apart, crowding, arm, momentum, energy, movers }
     }
 }
 
-fn arm(event: &Event, subject: &Subject, apart: &Vector, crowding: [f64; 2]) -> Vector {
+fn arm(event: &Event, system: &SystemDescription, apart: &Vector, crowding: [f64; 2]) -> Vector {
     let [ci, cj] = crowding;
     if event.partner.is_none() || ci == cj {
         return apart * ci;
     }
-    let middle = subject.space.lower + 0.5 * subject.space.size;
+    let middle = system.space.lower + 0.5 * system.space.size;
     Vector::from_fn(|axis, _| {
         let [xi, xj] = event.positions.map(|position| position[axis] - middle[axis]);
-        if subject.space.walls(axis) == 2 { ci * xi - cj * xj } else { 0.5 * (ci + cj) * apart[axis] }
+        if system.space.walls(axis) == 2 { ci * xi - cj * xj } else { 0.5 * (ci + cj) * apart[axis] }
     })
 }
 
@@ -91,13 +91,13 @@ pub(super) struct MomentumFlow {
 }
 
 impl MomentumFlow {
-    pub fn new(sample: &Sample<'_>, subject: &Subject) -> Self {
-        let drift = subject.drift(sample.velocities);
+    pub fn new(sample: &Sample<'_>, system: &SystemDescription) -> Self {
+        let drift = system.drift(sample.velocities);
         Self {
             time: sample.time,
             drift,
-            is_changing: subject.is_accelerated || subject.shear_rate != 0.0,
-            flow: kinetic_flow(sample, subject, &drift),
+            is_changing: system.is_accelerated || system.shear_rate != 0.0,
+            flow: kinetic_flow(sample, system, &drift),
             kinetic: [0.0; 6],
             collisional: [0.0; 6],
         }
@@ -113,9 +113,9 @@ impl MomentumFlow {
     }
 
     /// Goes on to an event and past it.
-    pub fn event(&mut self, event: &Event, subject: &Subject) -> Transfer {
+    pub fn event(&mut self, event: &Event, system: &SystemDescription) -> Transfer {
         self.pass(event.time);
-        let transfer = Transfer::of(event, subject, &self.drift);
+        let transfer = Transfer::of(event, system, &self.drift);
         for (k, [a, b]) in COMPONENTS.into_iter().enumerate() {
             let Transfer { arm, momentum, .. } = &transfer;
             self.collisional[k] += 0.5 * (arm[a] * momentum[b] + arm[b] * momentum[a]);
@@ -130,9 +130,9 @@ impl MomentumFlow {
     }
 
     /// Goes on to a sample, without an event on the way, and takes the flow from there.
-    pub fn synchronise(&mut self, sample: &Sample<'_>, subject: &Subject) {
+    pub fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.pass(sample.time);
-        let flow = kinetic_flow(sample, subject, &self.drift);
+        let flow = kinetic_flow(sample, system, &self.drift);
         if self.is_changing {
             let passed = (sample.time - self.time).max(0.0);
             for (sum, (before, after)) in self.kinetic.iter_mut().zip(self.flow.iter().zip(&flow)) {
@@ -159,11 +159,11 @@ impl MomentumFlow {
     }
 }
 
-fn kinetic_flow(sample: &Sample<'_>, subject: &Subject, drift: &Vector) -> Tensor {
+fn kinetic_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Tensor {
     let mut flow = [0.0; 6];
-    for &id in &subject.moving {
-        let streaming = subject.streaming_velocity(&sample.positions[id as usize]);
-        let mass = subject.masses[id as usize] * subject.crowding_of(id);
+    for &id in &system.moving {
+        let streaming = system.streaming_velocity(&sample.positions[id as usize]);
+        let mass = system.masses[id as usize] * system.crowding_of(id);
         let v = sample.velocities[id as usize] - drift - streaming;
         for (sum, [a, b]) in flow.iter_mut().zip(COMPONENTS) {
             *sum += mass * v[a] * v[b];
@@ -182,8 +182,8 @@ pub(super) struct HeatFlow {
 }
 
 impl HeatFlow {
-    pub fn new(sample: &Sample<'_>, subject: &Subject, drift: &Vector) -> Self {
-        Self { time: sample.time, flow: energy_flow(sample, subject, drift), integral: Vector::zeros() }
+    pub fn new(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Self {
+        Self { time: sample.time, flow: energy_flow(sample, system, drift), integral: Vector::zeros() }
     }
 
     pub fn pass(&mut self, time: f64) {
@@ -199,16 +199,16 @@ impl HeatFlow {
         }
     }
 
-    pub fn synchronise(&mut self, sample: &Sample<'_>, subject: &Subject, drift: &Vector) {
+    pub fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) {
         self.pass(sample.time);
-        self.flow = energy_flow(sample, subject, drift);
+        self.flow = energy_flow(sample, system, drift);
     }
 }
 
-fn energy_flow(sample: &Sample<'_>, subject: &Subject, drift: &Vector) -> Vector {
+fn energy_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Vector {
     let flow_of = |&id: &u32| {
         let v = sample.velocities[id as usize] - drift;
-        v * (0.5 * subject.masses[id as usize] * v.norm_squared())
+        v * (0.5 * system.masses[id as usize] * v.norm_squared())
     };
-    subject.moving.iter().map(flow_of).sum()
+    system.moving.iter().map(flow_of).sum()
 }

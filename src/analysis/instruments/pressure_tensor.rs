@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::block_times::BlockTimes;
 use super::instrument::{Instrument, Setup};
 use super::momentum_flow::{COMPONENTS, MomentumFlow, Tensor};
 use super::quantity::{Measured, Number};
-use super::stretches::Stretches;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::event::{Event, EventKind};
 use crate::model::ParticleId;
@@ -29,7 +29,7 @@ const RATES: [&str; 5] = ["core", "capture", "release", "bounce", "wall"];
 /// particles, where it is that of a straight line between samples.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct PressureTensor {
-    stretches: Stretches,
+    blocks: BlockTimes,
     flow: MomentumFlow,
     block_start: f64,
     /// How often a particle that moves took part in an event, in this block and in all, in the order of [`RATES`].
@@ -45,11 +45,11 @@ pub(super) struct PressureTensor {
 impl PressureTensor {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let start = setup.sample.time;
-        let stretches = Stretches::new(start, plan.interval, setup.duration, BLOCKS);
-        let average = BlockAverage::new(stretches.interval());
+        let blocks = BlockTimes::new(start, plan.interval, setup.duration, BLOCKS);
+        let average = BlockAverage::new(blocks.interval());
         Self {
-            stretches,
-            flow: MomentumFlow::new(&setup.sample, setup.subject),
+            blocks,
+            flow: MomentumFlow::new(&setup.sample, setup.system),
             block_start: start,
             counts: [0; 5],
             totals: [0; 5],
@@ -60,14 +60,14 @@ impl PressureTensor {
         }
     }
 
-    fn close_block(&mut self, duration: f64, subject: &Subject) {
-        let moving = subject.moving.len() as f64;
-        let axes = subject.pressed_axes();
-        let scale = 1.0 / (subject.space.volume() * duration);
+    fn close_block(&mut self, duration: f64, system: &SystemDescription) {
+        let moving = system.moving.len() as f64;
+        let axes = system.pressed_axes();
+        let scale = 1.0 / (system.space.volume() * duration);
         let mut kinetic = self.flow.kinetic;
-        let factor = freed(subject);
+        let factor = freed(system);
         for (flow, [a, b]) in kinetic.iter_mut().zip(COMPONENTS) {
-            if subject.conserved_axes[a] || subject.conserved_axes[b] {
+            if system.conserved_axes[a] || system.conserved_axes[b] {
                 *flow *= factor;
             }
         }
@@ -92,17 +92,17 @@ impl PressureTensor {
 /// Relative to that, with the mass `M` of all, a component of a velocity has a mean square of `T / m_i (1 - m_i / M)`: the velocities of all have the
 /// variance `T / m_i` each, the centre of mass that of `T / M`, and the two are independent. With the crowding `c_i = V / V_i`, the sum of
 /// `c_i m_i v_i^2` has the mean `T sum c_i (1 - m_i / M)` instead of `T sum c_i`. Where all are equally crowded that is `N / (N - 1)` for any masses.
-fn freed(subject: &Subject) -> f64 {
-    let mass = subject.moving_mass();
-    let parts = subject.moving.iter().map(|&id| (subject.crowding_of(id), subject.masses[id as usize] / mass));
+fn freed(system: &SystemDescription) -> f64 {
+    let mass = system.moving_mass();
+    let parts = system.moving.iter().map(|&id| (system.crowding_of(id), system.masses[id as usize] / mass));
     let (mut all, mut free, mut first, mut is_even) = (0.0, 0.0, None, true);
     for (crowding, part) in parts {
         all += crowding;
         free += crowding * (1.0 - part);
         is_even &= *first.get_or_insert(crowding) == crowding;
     }
-    let moving = subject.moving.len() as f64;
-    match subject.moving.len() {
+    let moving = system.moving.len() as f64;
+    match system.moving.len() {
         0 | 1 => 1.0,
         _ if is_even => moving / (moving - 1.0),
         _ => all / free,
@@ -111,30 +111,30 @@ fn freed(subject: &Subject) -> f64 {
 
 impl Instrument for PressureTensor {
     fn next_sample(&self) -> f64 {
-        self.stretches.next()
+        self.blocks.next()
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        self.flow.synchronise(sample, subject);
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        self.flow.synchronise(sample, system);
         let duration = sample.time - self.block_start;
         if duration > 0.0 {
-            self.close_block(duration, subject);
+            self.close_block(duration, system);
             self.block_start = sample.time;
         }
-        self.stretches.pass(sample.time);
+        self.blocks.pass(sample.time);
     }
 
     /// What came after the last sample counts, too.
-    fn end(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        self.sample(sample, subject);
+    fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        self.sample(sample, system);
     }
 
     fn has_events(&self) -> bool {
         true
     }
 
-    fn event(&mut self, event: &Event, subject: &Subject) {
-        self.flow.event(event, subject);
+    fn event(&mut self, event: &Event, system: &SystemDescription) {
+        self.flow.event(event, system);
         let kind = match event.kind {
             EventKind::Pair(Outcome::Core) => 0,
             EventKind::Pair(Outcome::Capture) => 1,
@@ -143,14 +143,14 @@ impl Instrument for PressureTensor {
             EventKind::Wall { .. } => 4,
             EventKind::Thermostat => return,
         };
-        let moves = |id: &&ParticleId| subject.masses[id.0 as usize].is_finite();
+        let moves = |id: &&ParticleId| system.masses[id.0 as usize].is_finite();
         self.counts[kind] += [Some(event.particle), event.partner].iter().flatten().filter(moves).count() as u64;
     }
 
-    fn report(&self, subject: &Subject, measured: &mut Measured) {
-        let has_volume = subject.space.is_closed() && subject.moving.len() == subject.masses.len();
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        let has_volume = system.space.is_closed() && system.moving.len() == system.masses.len();
         let inside = |average: &BlockAverage| average.estimate().filter(|_| has_volume);
-        let axes: Vec<usize> = subject.axes().collect();
+        let axes: Vec<usize> = system.axes().collect();
         let numbers = &mut measured.numbers;
         let unit = "energy / length^D";
         for ([a, b], average) in COMPONENTS.into_iter().zip(&self.tensor) {
@@ -161,9 +161,9 @@ impl Instrument for PressureTensor {
             }
         }
         numbers.push(Number::estimated("pressure", "Pressure", unit, inside(&self.pressure), TRACE));
-        let compressibility = self.pressure.ratio(&self.ideal).filter(|_| has_volume && subject.is_homogeneous);
-        if subject.shear_rate != 0.0 {
-            let viscosity = inside(&self.tensor[3]).map(|stress| stress.over(-subject.shear_rate));
+        let compressibility = self.pressure.ratio(&self.ideal).filter(|_| has_volume && system.is_homogeneous);
+        if system.shear_rate != 0.0 {
+            let viscosity = inside(&self.tensor[3]).map(|stress| stress.over(-system.shear_rate));
             let title = "Shear viscosity, from the stress of the sheared box";
             numbers.push(Number::estimated("viscosity_in_shear", title, "energy time / length^D", viscosity, IN_SHEAR));
         }
@@ -195,7 +195,7 @@ const COMPRESSIBILITY: &str = "Z = p / (rho T): the mean of the pressure over th
 mod tests {
     use super::*;
     use crate::Vector;
-    use crate::analysis::instruments::trial::{
+    use crate::analysis::instruments::test_system::{
         Recorded, equilibrate, estimate, hard_spheres, instrument, measure, number, report, start,
     };
     use crate::analysis::observables::Observer;
@@ -204,20 +204,20 @@ mod tests {
     use crate::model::space::{Boundary, Space};
     use crate::scene::SceneBuilder;
 
-    fn tensor(simulation: &Simulation, subject: &Subject, duration: f64) -> PressureTensor {
-        instrument(simulation, subject, duration, |setup| PressureTensor::new(&Plan::default(), setup))
+    fn tensor(simulation: &Simulation, system: &SystemDescription, duration: f64) -> PressureTensor {
+        instrument(simulation, system, duration, |setup| PressureTensor::new(&Plan::default(), setup))
     }
 
     #[test]
     fn the_trace_is_the_pressure_of_the_observer() {
-        let (subject, mut simulation) = hard_spheres(108, 0.3);
+        let (system, mut simulation) = hard_spheres(108, 0.3);
         equilibrate(&mut simulation, 20);
         let mut observer = Observer::new(simulation.scene());
         observer.row(&simulation);
-        let mut instrument = tensor(&simulation, &subject, 5.0);
-        measure(&mut simulation, &subject, &mut instrument, 5.0);
+        let mut instrument = tensor(&simulation, &system, 5.0);
+        measure(&mut simulation, &system, &mut instrument, 5.0);
         let row = observer.row(&simulation);
-        let measured = report(&instrument, &subject);
+        let measured = report(&instrument, &system);
         let pressure = number(&measured, "pressure").mean.unwrap();
         // 2700 events, each rounded a few times.
         assert!((pressure / row.pressure.unwrap() - 1.0).abs() < 1e-12, "{pressure} {row:?}");
@@ -233,11 +233,11 @@ mod tests {
 
     #[test]
     fn a_fluid_has_its_published_pressure_in_all_directions_and_no_shear() {
-        let (subject, mut simulation) = hard_spheres(256, 0.3);
+        let (system, mut simulation) = hard_spheres(256, 0.3);
         equilibrate(&mut simulation, 50);
-        let mut instrument = tensor(&simulation, &subject, 20.0);
-        measure(&mut simulation, &subject, &mut instrument, 20.0);
-        let measured = report(&instrument, &subject);
+        let mut instrument = tensor(&simulation, &system, 20.0);
+        measure(&mut simulation, &system, &mut instrument, 20.0);
+        let measured = report(&instrument, &system);
         // 256 spheres have 0.2 % less.
         let expected = crate::analysis::published::hard_spheres(0.3) * 0.572_957_8;
         for ab in ["xx", "yy", "zz"] {
@@ -253,16 +253,16 @@ mod tests {
 
     #[test]
     fn it_goes_on_from_a_record_bit_by_bit() {
-        let (subject, mut simulation) = hard_spheres(32, 0.2);
-        let mut both = Recorded::new(tensor(&simulation, &subject, 1.0));
-        measure(&mut simulation, &subject, &mut both, 0.1);
+        let (system, mut simulation) = hard_spheres(32, 0.2);
+        let mut both = Recorded::new(tensor(&simulation, &system, 1.0));
+        measure(&mut simulation, &system, &mut both, 0.1);
         assert_eq!(both.again, both.instrument);
     }
 
     #[test]
     fn one_particle_between_walls_has_the_kinetic_pressure_of_its_velocity() {
         let walls = Space { boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Flat], ..flat_box() };
-        let (subject, mut simulation) = start(
+        let (system, mut simulation) = start(
             SceneBuilder::new("box")
                 .space(walls)
                 .species("A", 2.0, 1.0)
@@ -271,9 +271,9 @@ mod tests {
                 .build()
                 .unwrap(),
         );
-        let mut instrument = tensor(&simulation, &subject, 4.0);
-        measure(&mut simulation, &subject, &mut instrument, 4.0);
-        let measured = report(&instrument, &subject);
+        let mut instrument = tensor(&simulation, &system, 4.0);
+        measure(&mut simulation, &system, &mut instrument, 4.0);
+        let measured = report(&instrument, &system);
         let mean = |name: &str| number(&measured, name).mean.unwrap();
         // m v_a v_b / V on 90 areas, where the centre can be; the wall turns the sign of v_x after 6.5 / 3, once.
         assert!((mean("pressure_xx") - 0.2).abs() < 1e-12);
@@ -297,11 +297,11 @@ mod tests {
             )
         };
         for (space, pressure) in [(open, None), (Space::periodic_cube(10.0), Some(0.001 / 3.0))] {
-            let (subject, mut simulation) = start(scene(space).build().unwrap());
-            let mut instrument = tensor(&simulation, &subject, 1.0);
-            measure(&mut simulation, &subject, &mut instrument, 1.0);
+            let (system, mut simulation) = start(scene(space).build().unwrap());
+            let mut instrument = tensor(&simulation, &system, 1.0);
+            measure(&mut simulation, &system, &mut instrument, 1.0);
             // The mean of (g t)^2 from 0 to 1, by straight lines between 1000 samples: 1/6 of (1/1000)^2 more.
-            let zz = number(&report(&instrument, &subject), "pressure_zz").mean;
+            let zz = number(&report(&instrument, &system), "pressure_zz").mean;
             assert_eq!(zz.is_some(), pressure.is_some());
             assert!((zz.unwrap_or(0.0) - pressure.unwrap_or(0.0)).abs() < 0.2e-9, "{zz:?}");
         }
@@ -324,11 +324,11 @@ mod tests {
             .particle("B", Vector::new(4.0, 6.0, 0.0), Vector::new(0.0, 2.5, 0.0))
             .build()
             .unwrap();
-        let subject = Subject::of(&scene);
+        let system = SystemDescription::of(&scene);
         let mut simulation = Simulation::new(scene);
-        let mut instrument = tensor(&simulation, &subject, 1.0);
-        measure(&mut simulation, &subject, &mut instrument, 1.0);
-        let pressure = number(&report(&instrument, &subject), "pressure_yy").mean.unwrap();
+        let mut instrument = tensor(&simulation, &system, 1.0);
+        measure(&mut simulation, &system, &mut instrument, 1.0);
+        let pressure = number(&report(&instrument, &system), "pressure_yy").mean.unwrap();
         // Centres have 7 x 8 and 3 x 8.
         let expected = 10.0 / 11.0 * 5.5 * 5.5 * (1.0 / 56.0 + 1.0 / 24.0);
         assert!((pressure / expected - 1.0).abs() < 1e-12, "{pressure} {expected}");

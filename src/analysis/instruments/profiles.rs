@@ -1,9 +1,9 @@
 //! Density, flow velocity and temperature on a grid.
 
+use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Series, Variable};
-use super::schedule::Schedule;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::{CurveAverage, Estimate};
 use crate::base::numbers::{index, trunc_to_usize};
@@ -28,7 +28,7 @@ const ELEMENTS: usize = 7;
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Profile {
     name: String,
-    schedule: Schedule,
+    times: BudgetedTimes,
     lower: Vector,
     size: Vector,
     bins: [usize; 3],
@@ -40,17 +40,17 @@ pub(super) struct Profile {
 
 impl Profile {
     pub fn new(plan: &plan::Profile, setup: &Setup<'_>) -> Self {
-        let subject = setup.subject;
-        let space = &subject.space;
+        let system = setup.system;
+        let space = &system.space;
         let lower = plan.lower.map_or(space.lower, Vector::from);
         let upper = plan.upper.map_or(space.upper(), Vector::from);
-        let species = plan.species.as_ref().map(|name| subject.species_names.iter().position(|other| other == name));
-        let counts = |&&id: &&u32| species.is_none_or(|species| species == Some(subject.species[id as usize] as usize));
-        let ids: Vec<u32> = subject.moving.iter().filter(counts).copied().collect();
+        let species = plan.species.as_ref().map(|name| system.species_names.iter().position(|other| other == name));
+        let counts = |&&id: &&u32| species.is_none_or(|species| species == Some(system.species[id as usize] as usize));
+        let ids: Vec<u32> = system.moving.iter().filter(counts).copied().collect();
         let bins = affordable(plan.bins);
         Self {
             name: plan.name.clone(),
-            schedule: Schedule::new(setup, plan.interval, 10.0 * ids.len() as f64),
+            times: BudgetedTimes::new(setup, plan.interval, 10.0 * ids.len() as f64),
             lower,
             size: upper - lower,
             curve: CurveAverage::new(bins.iter().product::<usize>() * ELEMENTS),
@@ -105,19 +105,19 @@ fn affordable(bins: [u64; 3]) -> [usize; 3] {
 
 impl Instrument for Profile {
     fn next_sample(&self) -> f64 {
-        self.schedule.next()
+        self.times.next()
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        if !self.schedule.is_due(sample.time) {
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !self.times.is_due(sample.time) {
             return;
         }
         let mut values = vec![0.0; self.curve.len()];
         for &id in &self.ids {
-            let Some(cell) = self.cell_of(&sample.positions[id as usize], &subject.space) else { continue };
-            let (mass, velocity) = (subject.masses[id as usize], sample.velocities[id as usize]);
+            let Some(cell) = self.cell_of(&sample.positions[id as usize], &system.space) else { continue };
+            let (mass, velocity) = (system.masses[id as usize], sample.velocities[id as usize]);
             let momentum = mass * velocity;
-            let streaming = subject.streaming_velocity(&sample.positions[id as usize]);
+            let streaming = system.streaming_velocity(&sample.positions[id as usize]);
             let peculiar = velocity - streaming;
             let square = mass * peculiar.norm_squared();
             let parts = [1.0, mass, momentum.x, momentum.y, momentum.z, square, mass * streaming.x];
@@ -128,10 +128,10 @@ impl Instrument for Profile {
         self.curve.add_all(values);
     }
 
-    fn report(&self, subject: &Subject, measured: &mut Measured) {
-        let dimensions = subject.space.dimensions();
-        let volume = self.cell_volume(&subject.space);
-        let cells: Vec<Cell> = (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, subject)).collect();
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        let dimensions = system.space.dimensions();
+        let volume = self.cell_volume(&system.space);
+        let cells: Vec<Cell> = (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, system)).collect();
         let series = |name: &str, unit: &str, value: &dyn Fn(&Cell) -> Option<Estimate>| Series {
             name: name.to_owned(),
             unit: unit.to_owned(),
@@ -146,7 +146,7 @@ impl Instrument for Profile {
                 "means over {} samples in each cell: number density <N> / V, velocity u = <sum m v> / <sum m>, temperature \
                  <sum m |v - u|^2> over the number of free components of v - u in the cell{}",
                 self.samples,
-                if subject.shear_rate == 0.0 { "" } else { ", both v and u in it relative to what streams where each particle is" }
+                if system.shear_rate == 0.0 { "" } else { ", both v and u in it relative to what streams where each particle is" }
             ),
             variables: self.variables(),
             series: vec![
@@ -186,9 +186,9 @@ impl Profile {
         axes.map(variable).collect()
     }
 
-    fn cell(&self, cell: usize, volume: f64, subject: &Subject) -> Cell {
-        let dimensions = subject.space.dimensions() as f64;
-        let conserved = subject.conserved_axes.iter().filter(|is_conserved| **is_conserved).count() as f64;
+    fn cell(&self, cell: usize, volume: f64, system: &SystemDescription) -> Cell {
+        let dimensions = system.space.dimensions() as f64;
+        let conserved = system.conserved_axes.iter().filter(|is_conserved| **is_conserved).count() as f64;
         let first = cell * ELEMENTS;
         let mean = |element: usize| self.curve.mean(first + element);
         let (Some(number), Some(mass)) = (mean(0), mean(1)) else { return Cell::default() };
@@ -212,7 +212,7 @@ impl Profile {
                 // What is left of the difference of two equal numbers means nothing.
                 let fluctuation = (square - mass * common.norm_squared()).max(0.0);
                 let samples = self.samples as f64;
-                let shared = conserved * mass / subject.moving_mass();
+                let shared = conserved * mass / system.moving_mass();
                 let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
                 let temperature = fluctuation / degrees;
                 // T = (A - P^2 / M) / f, by its derivatives, as if f were in proportion to N.

@@ -4,11 +4,11 @@ mod contact;
 mod room;
 mod unequal;
 
+use super::budgeted_times::BudgetedTimes;
+use super::cell_list::CellList;
 use super::instrument::{Instrument, Setup};
-use super::near::Near;
 use super::quantity::{Curve, Measured, Number, Series, Variable};
-use super::schedule::Schedule;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::{id, index, trunc_to_usize};
 use crate::base::text::digits;
@@ -29,7 +29,7 @@ const MOST_SPECIES: usize = 8;
 /// distance is in the bin, and `n_ideal` the number that is expected in the same room of points that know nothing of each other.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RadialDistribution {
-    schedule: Schedule,
+    times: BudgetedTimes,
     cutoff: f64,
     bins: usize,
     /// Ids of the particles that are in a pair.
@@ -61,20 +61,20 @@ struct Class {
 
 impl RadialDistribution {
     pub fn new(plan: &plan::RadialDistribution, setup: &Setup<'_>) -> Self {
-        let subject = setup.subject;
-        let all = classes(subject);
-        let reach = Near::largest_range(&subject.space).min(shortest_room(subject));
-        let cutoff = plan.cutoff.unwrap_or_else(|| default_cutoff(subject)).min(reach);
+        let system = setup.system;
+        let all = classes(system);
+        let reach = CellList::largest_range(&system.space).min(shortest_room(system));
+        let cutoff = plan.cutoff.unwrap_or_else(|| default_cutoff(system)).min(reach);
         let bins = index(plan.bins.unwrap_or(RADIAL_BINS).clamp(1, MOST_BINS));
         let mut pairs = Vec::new();
         let (mut ideal, mut ideal_contact) = (Vec::new(), Vec::new());
         for (a, first) in all.iter().enumerate() {
             for (b, second) in all.iter().enumerate().skip(a).filter(|(_, second)| first.is_moving || second.is_moving)
             {
-                let diameters = [mean_diameter(subject, first), mean_diameter(subject, second)];
-                let probability = room_of(subject, diameters);
+                let diameters = [mean_diameter(system, first), mean_diameter(system, second)];
+                let probability = room_of(system, diameters);
                 let number = if a == b { 0.5 * first.count * (first.count - 1.0) } else { first.count * second.count };
-                let core = core(subject, first, second).filter(|&core| contact::end(core) <= reach);
+                let core = core(system, first, second).filter(|&core| contact::end(core) <= reach);
                 ideal.extend(edges(0.0, cutoff, bins).map(|[from, to]| number * probability(from, to)));
                 let near = core.map(|core| edges(core, contact::end(core), CONTACT_BINS)).into_iter().flatten();
                 let before = ideal_contact.len();
@@ -84,14 +84,14 @@ impl RadialDistribution {
             }
         }
         ideal.extend(ideal_contact);
-        let mut of_species = vec![None; subject.species_names.len()];
+        let mut of_species = vec![None; system.species_names.len()];
         all.iter().enumerate().for_each(|(class, Class { species, .. })| {
             species.iter().for_each(|&species| of_species[species] = Some(class));
         });
-        let counts = |&id: &u32| of_species[subject.species[id as usize] as usize].is_some();
-        let ids: Vec<u32> = (0..id(subject.species.len())).filter(counts).collect();
+        let counts = |&id: &u32| of_species[system.species[id as usize] as usize].is_some();
+        let ids: Vec<u32> = (0..id(system.species.len())).filter(counts).collect();
         let mut new = Self {
-            schedule: Schedule::new(setup, plan.interval, 0.0),
+            times: BudgetedTimes::new(setup, plan.interval, 0.0),
             cutoff,
             bins,
             classes: of_species,
@@ -100,15 +100,15 @@ impl RadialDistribution {
             ideal,
             ids,
         };
-        new.schedule = Schedule::new(setup, plan.interval, new.work(subject));
+        new.times = BudgetedTimes::new(setup, plan.interval, new.work(system));
         new
     }
 
     /// Operations of one sample: some ten for each two particles in neighbouring cells.
-    fn work(&self, subject: &Subject) -> f64 {
+    fn work(&self, system: &SystemDescription) -> f64 {
         let count = self.ids.len() as f64;
-        let cube = (0..subject.space.dimensions()).fold(1.0, |product, _| product * 3.0 * self.range());
-        let near = count * cube / subject.space.volume();
+        let cube = (0..system.space.dimensions()).fold(1.0, |product, _| product * 3.0 * self.range());
+        let near = count * cube / system.space.volume();
         50.0 * count + 5.0 * count * near.min(count)
     }
 
@@ -130,20 +130,20 @@ impl RadialDistribution {
 
 impl Instrument for RadialDistribution {
     fn next_sample(&self) -> f64 {
-        self.schedule.next()
+        self.times.next()
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        if !self.schedule.is_due(sample.time) {
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !self.times.is_due(sample.time) {
             return;
         }
         let table = self.pair_table();
         let count = table.len().isqrt();
-        let class = |id: u32| self.classes[subject.species[id as usize] as usize];
+        let class = |id: u32| self.classes[system.species[id as usize] as usize];
         let mut numbers = vec![0_u64; self.ideal.len()];
         let first_contact = self.pairs.len() * self.bins;
         let scale = self.bins as f64 / self.cutoff;
-        Near::new(&subject.space, self.range(), &self.ids, sample).for_each_pair(|a, b, square| {
+        CellList::new(&system.space, self.range(), &self.ids, sample).for_each_pair(|a, b, square| {
             let Some(pair) = class(a).zip(class(b)).and_then(|(a, b)| table[a * count + b]) else { return };
             let distance = square.sqrt();
             let bin = trunc_to_usize(distance * scale);
@@ -157,7 +157,7 @@ impl Instrument for RadialDistribution {
         self.curve.add_all(numbers.iter().zip(&self.ideal).map(|(&number, ideal)| number as f64 / ideal));
     }
 
-    fn report(&self, subject: &Subject, measured: &mut Measured) {
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         let (means, errors) = (self.curve.means(), self.curve.standard_errors());
         let mut series = Vec::new();
         for (index, pair) in self.pairs.iter().enumerate() {
@@ -177,7 +177,7 @@ impl Instrument for RadialDistribution {
         measured.curves.push(Curve {
             name: "radial_distribution".to_owned(),
             title: "Radial distribution function".to_owned(),
-            method: self.method(subject),
+            method: self.method(system),
             variables: vec![Variable { name: "r".to_owned(), unit: "length".to_owned(), values: centres }],
             series,
             is_logarithmic: [false; 2],
@@ -187,13 +187,13 @@ impl Instrument for RadialDistribution {
 }
 
 impl RadialDistribution {
-    fn method(&self, subject: &Subject) -> String {
-        let shell = match subject.space.dimensions() {
+    fn method(&self, system: &SystemDescription) -> String {
+        let shell = match system.space.dimensions() {
             3 => "4 pi r^2 dr",
             2 => "2 pi r dr",
             _ => "2 dr",
         };
-        let room = if subject.space.is_fully_periodic() {
+        let room = if system.space.is_fully_periodic() {
             format!("their number times {shell} / V, integrated over the bin")
         } else {
             format!(
@@ -236,14 +236,14 @@ fn edges(from: f64, to: f64, bins: usize) -> impl Iterator<Item = [f64; 2]> {
 }
 
 /// The species that have particles; all that move as one, if there are many.
-fn classes(subject: &Subject) -> Vec<Class> {
-    let mut counts = vec![0_u64; subject.species_names.len()];
-    subject.species.iter().for_each(|&species| counts[species as usize] += 1);
+fn classes(system: &SystemDescription) -> Vec<Class> {
+    let mut counts = vec![0_u64; system.species_names.len()];
+    system.species.iter().for_each(|&species| counts[species as usize] += 1);
     let mut is_moving = vec![false; counts.len()];
-    subject.moving.iter().for_each(|&id| is_moving[subject.species[id as usize] as usize] = true);
+    system.moving.iter().for_each(|&id| is_moving[system.species[id as usize] as usize] = true);
     let present = (0..counts.len()).filter(|&species| counts[species] > 0);
     let one = |species: usize| Class {
-        name: subject.species_names[species].clone(),
+        name: system.species_names[species].clone(),
         species: vec![species],
         count: counts[species] as f64,
         is_moving: is_moving[species],
@@ -253,45 +253,45 @@ fn classes(subject: &Subject) -> Vec<Class> {
         return all;
     }
     let species = present.filter(|&species| is_moving[species]).collect();
-    vec![Class { name: "all".to_owned(), species, count: subject.moving.len() as f64, is_moving: true }]
+    vec![Class { name: "all".to_owned(), species, count: system.moving.len() as f64, is_moving: true }]
 }
 
-fn mean_diameter(subject: &Subject, class: &Class) -> f64 {
-    class.species.iter().map(|&species| subject.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
+fn mean_diameter(system: &SystemDescription, class: &Class) -> f64 {
+    class.species.iter().map(|&species| system.diameters[species]).sum::<f64>() / class.species.len().max(1) as f64
 }
 
 /// The probability of distances between points of particles with these diameters: between walls, large ones have less room.
-fn room_of(subject: &Subject, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
-    let is_walled = subject.space.boundary.iter().any(|boundary| matches!(boundary, Boundary::Bounded { .. }));
+fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f64) -> f64> {
+    let is_walled = system.space.boundary.iter().any(|boundary| matches!(boundary, Boundary::Bounded { .. }));
     if is_walled && diameters[0] != diameters[1] {
-        let rooms = Rooms::new(&subject.space, diameters);
+        let rooms = Rooms::new(&system.space, diameters);
         return Box::new(move |from, to| rooms.probability(from, to));
     }
-    let room = Room::new(&subject.space, diameters[0]);
+    let room = Room::new(&system.space, diameters[0]);
     Box::new(move |from, to| room.probability(from, to))
 }
 
 /// The distance at which the cores of two species touch.
-fn core(subject: &Subject, first: &Class, second: &Class) -> Option<f64> {
+fn core(system: &SystemDescription, first: &Class, second: &Class) -> Option<f64> {
     match (&first.species[..], &second.species[..]) {
-        (&[a], &[b]) => subject.cores.get(a, b),
+        (&[a], &[b]) => system.cores.get(a, b),
         _ => None,
     }
 }
 
 /// Half of the shortest edge, or four times the largest diameter if that is less.
-fn default_cutoff(subject: &Subject) -> f64 {
-    let space = &subject.space;
+fn default_cutoff(system: &SystemDescription) -> f64 {
+    let space = &system.space;
     let edges = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat).map(|k| space.size[k]);
-    let diameter = subject.diameters.iter().copied().fold(0.0, f64::max);
+    let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
     let half = 0.5 * edges.fold(f64::INFINITY, f64::min);
     if diameter > 0.0 { half.min(4.0 * diameter) } else { half }
 }
 
 /// The shortest edge of the room along axes that are not periodic: [`Room`] is exact up to it.
-fn shortest_room(subject: &Subject) -> f64 {
-    let diameter = subject.diameters.iter().copied().fold(0.0, f64::max);
-    Room::new(&subject.space, diameter).shortest()
+fn shortest_room(system: &SystemDescription) -> f64 {
+    let diameter = system.diameters.iter().copied().fold(0.0, f64::max);
+    Room::new(&system.space, diameter).shortest()
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 mod vectors;
 
+use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Series, Variable};
-use super::schedule::Schedule;
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
 use crate::model::measurement_plan as plan;
@@ -26,7 +26,7 @@ const FEWEST_VECTORS: f64 = 6.0;
 /// Without a periodic axis there are no wave vectors, and nothing is measured. Those of a sheared box change while its images slide.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct StructureFactor {
-    schedule: Schedule,
+    times: BudgetedTimes,
     /// In a sheared box those of the last sample.
     shells: Vec<Shell>,
     curve: CurveAverage,
@@ -44,24 +44,24 @@ struct Sliding {
 
 impl StructureFactor {
     pub fn new(plan: &plan::StructureFactor, setup: &Setup<'_>) -> Self {
-        let subject = setup.subject;
-        let count = subject.moving.len().max(1) as f64;
-        let diameter = subject.moving.iter().map(|&id| subject.diameters[subject.species[id as usize] as usize]);
+        let system = setup.system;
+        let count = system.moving.len().max(1) as f64;
+        let diameter = system.moving.iter().map(|&id| system.diameters[system.species[id as usize] as usize]);
         let diameter = diameter.fold(0.0, f64::max);
         let default = if diameter > 0.0 { 6.0 * PI / diameter } else { f64::INFINITY };
         let per_shell = (MOST_PRODUCTS / count / vectors::MOST_SHELLS).clamp(FEWEST_VECTORS, MOST_VECTORS);
         let (largest, per_shell) = (plan.largest.unwrap_or(default), trunc_to_usize(per_shell));
-        let is_sliding = subject.shear_rate != 0.0;
+        let is_sliding = system.shear_rate != 0.0;
         let shells = if is_sliding {
-            vectors::all_shells(&subject.space, setup.sample.displacement, largest, per_shell)
+            vectors::all_shells(&system.space, setup.sample.displacement, largest, per_shell)
         } else {
-            vectors::shells(&subject.space, largest, per_shell)
+            vectors::shells(&system.space, largest, per_shell)
         };
         let products: usize = shells.iter().map(|shell| shell.vectors.len()).sum();
         let powers: usize = longest(&shells).iter().sum();
         Self {
             // Two complex products for each vector, and one for each power.
-            schedule: Schedule::new(setup, plan.interval, count * (4 * products + 4 * powers) as f64),
+            times: BudgetedTimes::new(setup, plan.interval, count * (4 * products + 4 * powers) as f64),
             curve: CurveAverage::new(shells.len()),
             sliding: is_sliding.then(|| Sliding { largest, per_shell, wave_numbers: CurveAverage::new(shells.len()) }),
             shells,
@@ -104,22 +104,22 @@ fn longest(shells: &[Shell]) -> [usize; 3] {
 
 impl Instrument for StructureFactor {
     fn next_sample(&self) -> f64 {
-        self.schedule.next()
+        self.times.next()
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        if !self.schedule.is_due(sample.time) {
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !self.times.is_due(sample.time) {
             return;
         }
         if let Some(sliding) = &mut self.sliding {
             let Sliding { largest, per_shell, wave_numbers } = sliding;
-            self.shells = vectors::all_shells(&subject.space, sample.displacement, *largest, *per_shell);
+            self.shells = vectors::all_shells(&system.space, sample.displacement, *largest, *per_shell);
             // A shell without vectors adds nothing.
             let of = |shell: &Shell| if shell.vectors.is_empty() { f64::NAN } else { shell.wave_number };
             wave_numbers.add_all(self.shells.iter().map(of));
         }
-        let sums = density_modes(&self.shells, sample, subject);
-        let count = subject.moving.len() as f64;
+        let sums = density_modes(&self.shells, sample, system);
+        let count = system.moving.len() as f64;
         let mut rest = &sums[..];
         let mut values = Vec::with_capacity(self.shells.len());
         for shell in &self.shells {
@@ -131,7 +131,7 @@ impl Instrument for StructureFactor {
         self.curve.add_all(values);
     }
 
-    fn report(&self, _subject: &Subject, measured: &mut Measured) {
+    fn report(&self, _subject: &SystemDescription, measured: &mut Measured) {
         let shells = self.measured_shells();
         if shells.is_empty() {
             return;
@@ -165,7 +165,7 @@ fn product([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
 /// `sum_j exp(i q.r_j)` for all vectors of all shells, one after the other.
 ///
 /// One sine and cosine for each particle and axis; powers follow by multiplication, with errors of `n` units in the last place.
-fn density_modes(shells: &[Shell], sample: &Sample<'_>, subject: &Subject) -> Vec<[f64; 2]> {
+fn density_modes(shells: &[Shell], sample: &Sample<'_>, system: &SystemDescription) -> Vec<[f64; 2]> {
     let longest = longest(shells);
     let multiples: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.iter().copied()).collect();
     // Where the power of each axis is in its table, which begins with the most negative one.
@@ -173,14 +173,14 @@ fn density_modes(shells: &[Shell], sample: &Sample<'_>, subject: &Subject) -> Ve
     let places: Vec<[usize; 3]> = multiples.iter().map(place).collect();
     let mut tables = longest.map(|most| vec![[1.0, 0.0]; 2 * most + 1]);
     let mut sums = vec![[0.0; 2]; multiples.len()];
-    for &id in &subject.moving {
+    for &id in &system.moving {
         let mut position = sample.positions[id as usize];
         if sample.displacement != 0.0 {
             // The phase along x is that of the point in the plane of the box's lower corner that the point comes from, sheared.
-            position.x -= sample.displacement * ((position.y - subject.space.lower.y) / subject.space.size.y);
+            position.x -= sample.displacement * ((position.y - system.space.lower.y) / system.space.size.y);
         }
         for k in (0..3).filter(|&k| longest[k] > 0) {
-            let phase = 2.0 * PI * ((position[k] - subject.space.lower[k]) / subject.space.size[k]);
+            let phase = 2.0 * PI * ((position[k] - system.space.lower[k]) / system.space.size[k]);
             let (sine, cosine) = libm::sincos(phase);
             let mut power = [1.0, 0.0];
             for n in 1..=longest[k] {

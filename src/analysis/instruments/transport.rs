@@ -5,12 +5,12 @@ mod report;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
 
+use super::block_times::{BlockTimes, feasible};
 use super::free_time::mean_free_time;
 use super::instrument::{Instrument, Setup};
 use super::momentum_flow::{HeatFlow, MomentumFlow, trace};
 use super::quantity::Measured;
-use super::stretches::{Stretches, feasible};
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
 use crate::engine::event::Event;
@@ -71,7 +71,7 @@ struct Moments {
 /// J. Chem. Phys. 53, 3813 (1970), [doi:10.1063/1.1673845](https://doi.org/10.1063/1.1673845).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Transport {
-    samples: Stretches,
+    samples: BlockTimes,
     start: f64,
     interval: f64,
     lags: usize,
@@ -91,32 +91,32 @@ impl Transport {
     /// Where they are left open, the span is 40 mean free times, or a twentieth of the duration if that is less, with 20 to 80
     /// intervals, two in a mean free time.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
-        let &Setup { subject, sample, duration } = setup;
+        let &Setup { system, sample, duration } = setup;
         let (interval, lags) = grid(plan, setup);
-        let species = |id: &u32| subject.species[*id as usize];
-        let is_pure = subject.moving.windows(2).all(|pair| species(&pair[0]) == species(&pair[1]));
-        let flow = MomentumFlow::new(&sample, subject);
-        let drift = subject.drift(sample.velocities);
+        let species = |id: &u32| system.species[*id as usize];
+        let is_pure = system.moving.windows(2).all(|pair| species(&pair[0]) == species(&pair[1]));
+        let flow = MomentumFlow::new(&sample, system);
+        let drift = system.drift(sample.velocities);
         Self {
-            samples: Stretches::new(sample.time, None, duration, SAMPLES),
+            samples: BlockTimes::new(sample.time, None, duration, SAMPLES),
             start: sample.time,
             interval,
             lags,
             written: 0,
-            heat: (is_pure && !subject.has_wells).then(|| HeatFlow::new(&sample, subject, &drift)),
+            heat: (is_pure && !system.has_wells).then(|| HeatFlow::new(&sample, system, &drift)),
             flow,
             moments: VecDeque::new(),
             virial: None,
             average: CurveAverage::new(CURVES * lags),
-            is_meaningful: subject.is_homogeneous
-                && subject.conserves_momentum
-                && subject.is_elastic
-                && !subject.is_accelerated,
+            is_meaningful: system.is_homogeneous
+                && system.conserves_momentum
+                && system.is_elastic
+                && !system.is_accelerated,
         }
     }
 
     /// Goes on to a time up to which nothing happens, and writes moments down on the way.
-    fn pass(&mut self, time: f64, subject: &Subject) {
+    fn pass(&mut self, time: f64, system: &SystemDescription) {
         loop {
             let due = self.start + self.written as f64 * self.interval;
             if due > time {
@@ -126,13 +126,13 @@ impl Transport {
             if let Some(heat) = &mut self.heat {
                 heat.pass(due);
             }
-            self.write(due, subject);
+            self.write(due, system);
         }
     }
 
-    fn write(&mut self, time: f64, subject: &Subject) {
+    fn write(&mut self, time: f64, system: &SystemDescription) {
         let sum = |k: usize| self.flow.kinetic[k] + self.flow.collisional[k];
-        let dimensions = subject.space.dimensions() as f64;
+        let dimensions = system.space.dimensions() as f64;
         let now = Moments {
             shear: [sum(3), sum(4), sum(5)],
             bulk: (trace(&self.flow.kinetic) + trace(&self.flow.collisional)) / dimensions,
@@ -164,7 +164,7 @@ impl Transport {
 
 /// Interval and number of lags.
 fn grid(plan: &Plan, setup: &Setup<'_>) -> (f64, usize) {
-    let free_time = mean_free_time(setup.subject, &setup.sample);
+    let free_time = mean_free_time(setup.system, &setup.sample);
     let part = setup.duration / SPANS;
     let longest = free_time.map_or(part, |time| part.min(LONGEST_FREE_TIMES * time));
     let chosen = |span: f64| {
@@ -187,15 +187,15 @@ impl Instrument for Transport {
         if self.is_meaningful { self.samples.next() } else { f64::INFINITY }
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         if !self.is_meaningful {
             return;
         }
-        self.pass(sample.time, subject);
-        self.flow.synchronise(sample, subject);
+        self.pass(sample.time, system);
+        self.flow.synchronise(sample, system);
         let drift = *self.flow.drift();
         if let Some(heat) = &mut self.heat {
-            heat.synchronise(sample, subject, &drift);
+            heat.synchronise(sample, system, &drift);
         }
         self.samples.pass(sample.time);
     }
@@ -204,17 +204,17 @@ impl Instrument for Transport {
         self.is_meaningful
     }
 
-    fn event(&mut self, event: &Event, subject: &Subject) {
-        self.pass(event.time, subject);
-        let transfer = self.flow.event(event, subject);
+    fn event(&mut self, event: &Event, system: &SystemDescription) {
+        self.pass(event.time, system);
+        let transfer = self.flow.event(event, system);
         if let Some(heat) = &mut self.heat {
             heat.pass(event.time);
             heat.event(&transfer);
         }
     }
 
-    fn report(&self, subject: &Subject, measured: &mut Measured) {
-        report::report(self, subject, measured);
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        report::report(self, system, measured);
     }
 }
 

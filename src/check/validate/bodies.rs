@@ -1,6 +1,6 @@
 //! Single motions with exact answers.
 
-use super::trial::{Compared, Fault, Watch, advance, build};
+use super::state_point::{Compared, Fault, Watch, advance, build};
 use super::{Comparison, Source};
 use crate::Vector;
 use crate::engine::{Simulation, Until};

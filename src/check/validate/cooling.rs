@@ -2,7 +2,7 @@
 //!
 //! The law takes the velocities of particles that are about to collide as uncorrelated, which holds for small `1 - e^2` and dilute gases only.
 
-use super::trial::{Compared, Watch, advance, build, mean};
+use super::state_point::{Compared, Watch, advance, build, mean};
 use super::{Comparison, Source};
 use crate::engine::Simulation;
 use crate::model::potential::Potential;

@@ -1,6 +1,6 @@
 //! The pressure of a dilute gas of square wells, against its exact virial coefficients.
 
-use super::trial::{Compared, Watch, build, equilibration, finish, observable};
+use super::state_point::{Compared, Watch, build, equilibration, finish, observable};
 use super::{Comparison, Effort, Source};
 use crate::analysis::published::{second_virial_of_square_well, third_virial_of_square_well};
 use crate::analysis::statistics::Estimate;

@@ -1,7 +1,7 @@
 //! Hard spheres and disks in equilibrium, and their crystal.
 
 use super::finite_size::{FINITE, fewer_contacts, shift_of_contact_value};
-use super::trial::{Compared, Watch, build, equilibration, finish, number, observable};
+use super::state_point::{Compared, Watch, build, equilibration, finish, number, observable};
 use super::{Comparison, Effort, Source};
 use crate::analysis::published::{self, HardSphereFluid};
 use crate::model::MeasurementPlan;

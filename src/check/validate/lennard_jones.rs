@@ -2,7 +2,7 @@
 //!
 //! Averages of a stepped potential differ from those of the smooth one by the square of the width of its steps: two widths tell how much.
 
-use super::trial::{Compared, Watch, build, finish, observable};
+use super::state_point::{Compared, Watch, build, finish, observable};
 use super::{Comparison, Source};
 use crate::analysis::statistics::Estimate;
 use crate::model::error::PotentialError;

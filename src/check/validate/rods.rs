@@ -4,7 +4,7 @@
 //! meet `|v_i - v_j| t / (L - N sigma)` times in a time `t`, rounded up or down, with the impulse `m |v_i - v_j|`: the count is known to
 //! one for each pair, and the mean over any time to the speed of one contact for each.
 
-use super::trial::{Compared, Watch, advance, build};
+use super::state_point::{Compared, Watch, advance, build};
 use super::{Comparison, Source};
 use crate::analysis::published;
 use crate::engine::Simulation;

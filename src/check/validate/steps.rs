@@ -1,6 +1,6 @@
 //! The exact law of events at the edge of a square well.
 
-use super::trial::{Compared, Watch, advance, build, equilibration, mean};
+use super::state_point::{Compared, Watch, advance, build, equilibration, mean};
 use super::{Comparison, Effort, Source};
 use crate::analysis::published;
 use crate::analysis::statistics::Estimate;

@@ -50,12 +50,11 @@ impl Monitor {
 impl<R: Recorder> Driver<'_, R> {
     /// Watches the observables from now on, if the equilibration ends by them.
     pub(super) fn begin_monitor(&mut self) {
-        let is_watched =
-            self.course.stage.stage == Stage::Equilibration && self.simulation.scene().run.until_stationary;
-        self.course.monitor = is_watched.then(|| {
+        let is_watched = self.state.stage.stage == Stage::Equilibration && self.simulation.scene().run.until_stationary;
+        self.state.monitor = is_watched.then(|| {
             let mut observer = Observer::new(self.simulation.scene());
             observer.row(&self.simulation);
-            let step = (EVENTS_PER_LOOK * observer.meaning().moving as u64).max(1);
+            let step = (EVENTS_PER_LOOK * observer.applicable().moving as u64).max(1);
             let next = self.simulation.tally().physical().saturating_add(step);
             Monitor { observer, next, step, looks: 0, asked_at: FEWEST_LOOKS }
         });
@@ -64,8 +63,8 @@ impl<R: Recorder> Driver<'_, R> {
     /// Ends an equilibration that goes on until nothing drifts where that is so, and the run where it never will be.
     pub(super) fn look_at_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.tally().physical();
-        let is_limited = self.course.stage.limit != Limit::default();
-        let Some(monitor) = self.course.monitor.as_mut().filter(|monitor| events >= monitor.next) else {
+        let is_limited = self.state.stage.limit != Limit::default();
+        let Some(monitor) = self.state.monitor.as_mut().filter(|monitor| events >= monitor.next) else {
             return ControlFlow::Continue(());
         };
         monitor.observer.row(&self.simulation);

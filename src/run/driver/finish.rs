@@ -8,35 +8,35 @@ use crate::run::{Ending, Finished, Recorder, Stretch};
 impl<R: Recorder> Driver<'_, R> {
     /// The last row and frame, and the audit.
     pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, R::Error> {
-        let is_measured = self.course.stage.stage == Stage::Measurement;
+        let is_measured = self.state.stage.stage == Stage::Measurement;
         let wall_seconds =
-            self.course.earlier_seconds + self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
+            self.state.earlier_seconds + self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
         if !is_measured {
-            self.course.before = *self.simulation.tally();
-            self.course.counts_before = self.simulation.event_counts();
+            self.state.before = *self.simulation.tally();
+            self.state.counts_before = self.simulation.event_counts();
             self.keep()?;
         }
         self.record(true, true)?;
-        if let Some(measurement) = self.course.measurement.as_mut().filter(|_| is_measured) {
+        if let Some(measurement) = self.state.measurement.as_mut().filter(|_| is_measured) {
             let snapshot = self.simulation.snapshot();
-            measurement.instruments.end(&Sample::of(&snapshot), &self.subject);
+            measurement.instruments.end(&Sample::of(&snapshot), &self.system);
         }
         let now = self.simulation.time();
-        let start = if is_measured { self.course.stage.time } else { now };
+        let start = if is_measured { self.state.stage.time } else { now };
         Ok(Finished {
             stretch: Stretch {
                 start,
                 duration: now - start,
-                tally: self.simulation.tally().since(&self.course.before),
+                tally: self.simulation.tally().since(&self.state.before),
                 wall_seconds,
             },
-            event_counts: self.simulation.event_counts().since(&self.course.counts_before),
+            event_counts: self.simulation.event_counts().since(&self.state.counts_before),
             ending,
-            stage: self.course.stage.stage,
-            observables: if is_measured { self.course.observer.estimates() } else { Vec::new() },
-            stationarity: if is_measured { self.course.observer.stationarity() } else { Vec::new() },
-            measured: self.course.measured(&self.subject),
-            audit: self.course.ledger.close(&self.simulation),
+            stage: self.state.stage.stage,
+            observables: if is_measured { self.state.observer.estimates() } else { Vec::new() },
+            stationarity: if is_measured { self.state.observer.stationarity() } else { Vec::new() },
+            measured: self.state.measured(&self.system),
+            audit: self.state.ledger.close(&self.simulation),
             simulation: self.simulation,
         })
     }

@@ -39,7 +39,7 @@ pub(in crate::run) struct PressureLook {
 impl<R: Recorder> Driver<'_, R> {
     /// The growth of the present stage.
     pub(super) fn growth(&self) -> Option<Growth> {
-        match self.course.stage.stage {
+        match self.state.stage.stage {
             Stage::Preparation(number) => self.simulation.scene().run.stages[number as usize].growth,
             _ => None,
         }
@@ -68,9 +68,9 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Averages the pressure from now on.
     fn begin_look(&mut self) {
-        let contacts = (CONTACTS * self.course.observer.meaning().moving as u64).div_ceil(2).max(1);
+        let contacts = (CONTACTS * self.state.observer.applicable().moving as u64).div_ceil(2).max(1);
         let tally = self.simulation.tally();
-        self.course.pressure_look = Some(PressureLook {
+        self.state.pressure_look = Some(PressureLook {
             since: self.simulation.time(),
             next: tally.physical().saturating_add(contacts),
             exchanged: 0.0,
@@ -81,24 +81,24 @@ impl<R: Recorder> Driver<'_, R> {
 
     fn temperature(&self) -> f64 {
         let energy = self.simulation.energy();
-        self.course.observer.meaning().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
+        self.state.observer.applicable().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
     /// Physical events at which it is looked next whether growing spheres have come to a pressure, or an equilibration to its end.
     pub(super) fn next_look(&self) -> u64 {
-        let pressure = self.course.pressure_look.map_or(u64::MAX, |look| look.next);
-        self.course.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
+        let pressure = self.state.pressure_look.map_or(u64::MAX, |look| look.next);
+        self.state.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
     }
 
     /// Ends a piece of the time in which the pressure is averaged, as before velocities are scaled.
     pub(super) fn end_piece(&mut self) {
-        if self.course.pressure_look.is_none() {
+        if self.state.pressure_look.is_none() {
             return;
         }
         let (virial, temperature) = (self.simulation.tally().virial, self.temperature());
-        let meaning = self.course.observer.meaning();
-        let components = meaning.dimensions * meaning.moving as f64;
-        let Some(look) = &mut self.course.pressure_look else { return };
+        let applicable = self.state.observer.applicable();
+        let components = applicable.dimensions * applicable.moving as f64;
+        let Some(look) = &mut self.state.pressure_look else { return };
         let mean = 0.5 * (look.temperature + temperature);
         if virial > look.virial {
             look.exchanged += (virial - look.virial) / (components * mean);
@@ -108,9 +108,9 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Begins the next piece, after they are scaled.
     pub(super) fn begin_piece(&mut self) {
-        if let Some(mut look) = self.course.pressure_look {
+        if let Some(mut look) = self.state.pressure_look {
             look.temperature = self.temperature();
-            self.course.pressure_look = Some(look);
+            self.state.pressure_look = Some(look);
         }
     }
 
@@ -118,11 +118,11 @@ impl<R: Recorder> Driver<'_, R> {
     /// their size.
     pub(super) fn look_at_growth(&mut self) -> ControlFlow<Option<Ending>> {
         let Some(growth) = self.growth() else { return ControlFlow::Continue(()) };
-        if self.course.pressure_look.is_none_or(|look| self.simulation.tally().physical() < look.next) {
+        if self.state.pressure_look.is_none_or(|look| self.simulation.tally().physical() < look.next) {
             return ControlFlow::Continue(());
         }
         self.end_piece();
-        let Some(look) = self.course.pressure_look else { return ControlFlow::Continue(()) };
+        let Some(look) = self.state.pressure_look else { return ControlFlow::Continue(()) };
         let factor = 1.0 + look.exchanged / (self.simulation.time() - look.since);
         self.begin_look();
         match growth.until {
@@ -165,11 +165,11 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::analysis::instruments::Subject;
+    use crate::analysis::instruments::SystemDescription;
     use crate::engine::Simulation;
     use crate::model::potential::Potential;
     use crate::model::{RunPlan, StagePlan, Thermostat};
-    use crate::run::{Course, Ending, Progress};
+    use crate::run::{Ending, Progress, RunState};
     use crate::scene::{Amount, Arrangement, SceneBuilder};
 
     /// The factor by which 32 spheres have grown when they have come to a pressure, at most `step` events at a time.
@@ -189,12 +189,12 @@ mod tests {
             .build()
             .unwrap();
         let simulation = Simulation::new(scene);
-        let (course, subject) = (Course::new(&simulation), Subject::of(simulation.scene()));
+        let (state, system) = (RunState::new(&simulation), SystemDescription::of(simulation.scene()));
         let watch = &mut |_: &Progress| ControlFlow::Continue(());
         let mut driver = Driver {
             simulation,
-            course,
-            subject,
+            state,
+            system,
             recorder: &mut (),
             watch,
             started: None,

@@ -5,31 +5,31 @@ use std::time::Instant;
 use super::Driver;
 use super::pace::Pace;
 use crate::analysis::instruments::{Instruments, Sample, Setup, scalars};
-use crate::analysis::ticks::Ticks;
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::model::Limit;
-use crate::run::course::Measurement;
+use crate::run::state::Measurement;
 use crate::run::{Ending, Recorder};
 
 /// A stage without a limit in time that has written so many rows or frames since its last event fills the disk.
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
-/// A tick so close to the end, of the whole stretch, falls on it but for rounding.
+/// A sampling time so close to the end, of the whole stretch, falls on it but for rounding.
 const NEAR: f64 = 1e-9;
 
 impl<R: Recorder> Driver<'_, R> {
     /// The measured stretch, from where it is.
     pub(super) fn measure(&mut self) -> Result<Ending, R::Error> {
-        if self.course.measurement.is_none() {
+        if self.state.measurement.is_none() {
             self.record(true, true)?;
-            self.course.before = *self.simulation.tally();
-            self.course.counts_before = self.simulation.event_counts();
+            self.state.before = *self.simulation.tally();
+            self.state.counts_before = self.simulation.event_counts();
         }
         self.started = Some(Instant::now());
-        if self.course.stage.limit == Limit::default() {
+        if self.state.stage.limit == Limit::default() {
             self.keep()?;
             return Ok(Ending::Events);
         }
-        if self.course.measurement.is_none() {
+        if self.state.measurement.is_none() {
             match self.pace()? {
                 Ok(pace) => self.set_up(pace),
                 Err(ending) => {
@@ -38,11 +38,11 @@ impl<R: Recorder> Driver<'_, R> {
                 }
             }
         }
-        let ending = self.tick()?;
+        let ending = self.sample_until_end()?;
         // From before the last row and frame, so that the run can be continued as if it had not ended here.
         self.keep()?;
         if ending == Ending::Time
-            && let Some(ending) = self.advance(self.course.stage.end().0, u64::MAX)?
+            && let Some(ending) = self.advance(self.state.stage.end().0, u64::MAX)?
         {
             return Ok(ending);
         }
@@ -51,22 +51,22 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// A stage before the measured stretch, from where it is; says what ends the run in it.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, R::Error> {
-        if self.course.rows.is_none() {
+        if self.state.rows.is_none() {
             self.record(true, false)?;
             match self.pace_of_rows()? {
-                Ok(rows) => self.course.rows = Some(rows),
+                Ok(rows) => self.state.rows = Some(rows),
                 Err(ending) => return Ok(Some(ending)),
             }
         }
-        let (end_time, end_events) = self.course.stage.end();
+        let (end_time, end_events) = self.state.stage.end();
         loop {
-            let tick = self.course.rows.as_ref().map_or(f64::INFINITY, Ticks::next);
-            match self.advance(tick.min(end_time), end_events)? {
+            let due = self.state.rows.as_ref().map_or(f64::INFINITY, SamplingTimes::next);
+            match self.advance(due.min(end_time), end_events)? {
                 Some(over) if over.is_early() => return Ok(Some(over)),
                 Some(_) => return Ok(None),
                 None if self.is_over => return Ok(None),
-                None if tick >= end_time - NEAR * (end_time - self.course.stage.time) => {
-                    // To its end, from a tick that is short of it by rounding.
+                None if due >= end_time - NEAR * (end_time - self.state.stage.time) => {
+                    // To its end, from a sampling time that is short of it by rounding.
                     let ending = self.advance(end_time, end_events)?;
                     return Ok(ending.filter(Ending::is_early));
                 }
@@ -76,8 +76,8 @@ impl<R: Recorder> Driver<'_, R> {
             if self.is_too_quiet() {
                 return Ok(Some(Ending::GaveUp));
             }
-            let now = self.simulation.time().max(tick);
-            if let Some(rows) = &mut self.course.rows {
+            let now = self.simulation.time().max(due);
+            if let Some(rows) = &mut self.state.rows {
                 rows.pass(now);
             }
         }
@@ -89,42 +89,42 @@ impl<R: Recorder> Driver<'_, R> {
             Instruments::default()
         } else {
             let snapshot = self.simulation.snapshot();
-            let setup = Setup { subject: &self.subject, sample: Sample::of(&snapshot), duration };
+            let setup = Setup { system: &self.system, sample: Sample::of(&snapshot), duration };
             Instruments::new(plan, &setup)
         };
-        self.course.measurement = Some(Measurement { rows, frames, instruments });
+        self.state.measurement = Some(Measurement { rows, frames, instruments });
     }
 
-    /// Goes from tick to tick, up to the last one before the end.
-    fn tick(&mut self) -> Result<Ending, R::Error> {
-        let (end_time, end_events) = self.course.stage.end();
+    /// Advances from one sampling time to the next, up to the last one before the end.
+    fn sample_until_end(&mut self) -> Result<Ending, R::Error> {
+        let (end_time, end_events) = self.state.stage.end();
         loop {
-            let Some(measurement) = &self.course.measurement else { return Ok(Ending::Time) };
+            let Some(measurement) = &self.state.measurement else { return Ok(Ending::Time) };
             let (row, frame) = (measurement.rows.next(), measurement.frames.next());
             let sample = measurement.instruments.next_sample();
-            let tick = row.min(frame).min(sample);
-            if let Some(ending) = self.advance(tick.min(end_time), end_events)? {
+            let due = row.min(frame).min(sample);
+            if let Some(ending) = self.advance(due.min(end_time), end_events)? {
                 return Ok(ending);
             }
-            if tick >= end_time - NEAR * (end_time - self.course.stage.time) {
+            if due >= end_time - NEAR * (end_time - self.state.stage.time) {
                 return Ok(Ending::Time);
             }
-            self.record(row <= tick, frame <= tick)?;
+            self.record(row <= due, frame <= due)?;
             // By the clock of the simulation that may be a rounding too early.
-            let now = self.simulation.time().max(tick);
+            let now = self.simulation.time().max(due);
             let is_too_quiet = self.is_too_quiet();
-            let Some(measurement) = &mut self.course.measurement else { return Ok(Ending::Time) };
-            if sample <= tick {
+            let Some(measurement) = &mut self.state.measurement else { return Ok(Ending::Time) };
+            if sample <= due {
                 let snapshot = self.simulation.snapshot();
-                measurement.instruments.sample(&Sample { time: now, ..Sample::of(&snapshot) }, &self.subject);
+                measurement.instruments.sample(&Sample { time: now, ..Sample::of(&snapshot) }, &self.system);
             }
             if is_too_quiet {
                 return Ok(Ending::GaveUp);
             }
-            if row <= tick {
+            if row <= due {
                 measurement.rows.pass(now);
             }
-            if frame <= tick {
+            if frame <= due {
                 measurement.frames.pass(now);
             }
         }
@@ -132,23 +132,23 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Counts a row or frame, and says whether there were too many of them since the last event.
     fn is_too_quiet(&mut self) -> bool {
-        self.course.quiet_rows += 1;
-        self.course.quiet_rows > MOST_QUIET_ROWS && self.course.stage.limit.time.is_none()
+        self.state.quiet_rows += 1;
+        self.state.quiet_rows > MOST_QUIET_ROWS && self.state.stage.limit.time.is_none()
     }
 
     /// Hands out a row and a frame of now, unless that was done.
     pub(super) fn record(&mut self, has_row: bool, has_frame: bool) -> Result<(), R::Error> {
         let now = Some(self.simulation.time());
-        if has_row && self.course.last_row != now {
-            self.course.last_row = now;
-            let row = self.course.observer.row(&self.simulation);
-            self.course.ledger.see(&row);
-            self.recorder.row(self.course.stage.stage, &row)?;
+        if has_row && self.state.last_row != now {
+            self.state.last_row = now;
+            let row = self.state.observer.row(&self.simulation);
+            self.state.ledger.see(&row);
+            self.recorder.row(self.state.stage.stage, &row)?;
         }
-        if has_frame && self.course.last_frame != now {
-            self.course.last_frame = now;
+        if has_frame && self.state.last_frame != now {
+            self.state.last_frame = now;
             let snapshot = self.simulation.snapshot();
-            let scalars = scalars(&self.simulation.scene().measure, &Sample::of(&snapshot), &self.subject);
+            let scalars = scalars(&self.simulation.scene().measure, &Sample::of(&snapshot), &self.system);
             self.recorder.frame(&snapshot, scalars)?;
         }
         Ok(())

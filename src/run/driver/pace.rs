@@ -1,7 +1,7 @@
 //! How often a run writes, where the scene leaves it open.
 
 use super::{Driver, Monitor};
-use crate::analysis::ticks::Ticks;
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::model::Limit;
 use crate::run::{Ending, Recorder};
 
@@ -20,8 +20,8 @@ const MOST_WORK: u64 = 20_000_000;
 
 /// When a measured stretch writes, and how long it will last, as far as is known `[time]`.
 pub(super) struct Pace {
-    pub rows: Ticks,
-    pub frames: Ticks,
+    pub rows: SamplingTimes,
+    pub frames: SamplingTimes,
     pub duration: f64,
 }
 
@@ -31,11 +31,11 @@ impl<R: Recorder> Driver<'_, R> {
     ///
     /// Where only the number of events is known, a look ahead at the first of them tells how long the run will last.
     pub(super) fn pace(&mut self) -> Result<Result<Pace, Ending>, R::Error> {
-        let start = self.course.stage.time;
+        let start = self.state.stage.time;
         let scene = self.simulation.scene();
         let (thermo, frame) = (scene.output.thermo_interval, scene.output.frame_interval);
         let is_given = thermo.is_some() && frame.is_some() && scene.measure.is_empty();
-        let duration = match self.course.stage.limit {
+        let duration = match self.state.stage.limit {
             Limit { time: Some(time), events: None } => time,
             _ if is_given => f64::INFINITY,
             Limit { time, events } => match self.look_ahead(time, events.unwrap_or(u64::MAX))? {
@@ -44,17 +44,17 @@ impl<R: Recorder> Driver<'_, R> {
             },
         };
         let ticks = |given: Option<f64>, aim| match given {
-            Some(interval) => Ticks::given(start, interval),
-            None => Ticks::expecting(start, duration, aim, 0.0),
+            Some(interval) => SamplingTimes::given(start, interval),
+            None => SamplingTimes::expecting(start, duration, aim, 0.0),
         };
         Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration }))
     }
 
     /// The times of rows in a stage before the measured stretch; or the ending, if the caller wants no more while they are chosen.
-    pub(super) fn pace_of_rows(&mut self) -> Result<Result<Ticks, Ending>, R::Error> {
-        let (start, limit) = (self.course.stage.time, self.course.stage.limit);
+    pub(super) fn pace_of_rows(&mut self) -> Result<Result<SamplingTimes, Ending>, R::Error> {
+        let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
-            return Ok(Ok(Ticks::given(start, interval)));
+            return Ok(Ok(SamplingTimes::given(start, interval)));
         }
         let duration = match limit {
             Limit { time: Some(time), events: None } => Some(time),
@@ -66,7 +66,7 @@ impl<R: Recorder> Driver<'_, R> {
                 Some(growth) => Some(SOME_GROWTH / growth.rate),
                 // An equilibration that ends by itself: as long as that takes at least.
                 None => {
-                    match self.look_ahead(None, 1000 * self.course.monitor.as_ref().map_or(1, Monitor::shortest))? {
+                    match self.look_ahead(None, 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest))? {
                         Some(expected) => Some(rounded(expected / 1000.0)),
                         None => return Ok(Err(Ending::Interrupted)),
                     }
@@ -74,7 +74,7 @@ impl<R: Recorder> Driver<'_, R> {
             },
         };
         let duration = duration.filter(|duration| duration.is_finite() && *duration > 0.0).unwrap_or(f64::INFINITY);
-        Ok(Ok(Ticks::expecting(start, duration, ROWS, 0.0)))
+        Ok(Ok(SamplingTimes::expecting(start, duration, ROWS, 0.0)))
     }
 
     /// How long so many events will take, from the first thousandth of them, or of a limit in time; `None` if the caller wants no more.
@@ -85,24 +85,24 @@ impl<R: Recorder> Driver<'_, R> {
     /// A copy goes ahead and is dropped, so that the run itself has its rows, frames and samples from the start of the stretch on. A checkpoint
     /// from meanwhile is none: a run that is killed now looks ahead again, from the same state to the same bits.
     fn look_ahead(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
-        let present = (self.simulation.clone(), self.course.clone());
+        let present = (self.simulation.clone(), self.state.clone());
         (self.is_ahead, self.patience) = (true, self.work().saturating_add(MOST_WORK));
         let mut expected = self.pilot(limit, events);
         // By what was done, not by where it gave up, which depends on the clock.
         if self.work() > self.patience
             && let Ok(Some(expected)) = &mut expected
         {
-            let crossing = self.course.crossing;
+            let crossing = self.state.crossing;
             *expected = limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 });
         }
         (self.is_ahead, self.patience) = (false, u64::MAX);
-        (self.simulation, self.course) = present;
+        (self.simulation, self.state) = present;
         self.is_over = false;
         expected
     }
 
     fn pilot(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
-        let start = self.course.stage;
+        let start = self.state.stage;
         let (_, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
         let mut pilot = events.div_ceil(1000).min(LONGEST);

@@ -3,14 +3,14 @@ use crate::Vector;
 use crate::model::space::Space;
 
 /// `cells^3` cells of a lattice with sites in units of the edges of its cell.
-fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (Subject, Vec<Vector>) {
+fn lattice(cell: Vector, sites: &[[f64; 3]], cells: u32) -> (SystemDescription, Vec<Vector>) {
     let size = cell * f64::from(cells);
     let space = Space { lower: Vector::zeros(), size, boundary: [Boundary::Periodic; 3] };
     let corner =
         |k: u32| Vector::new(f64::from(k % cells), f64::from(k / cells % cells), f64::from(k / (cells * cells)));
     let at = |k: u32| sites.iter().map(move |site| (corner(k) + Vector::from(*site)).component_mul(&cell));
     let positions: Vec<Vector> = (0..cells * cells * cells).flat_map(at).collect();
-    (Subject::of_points(space, u32::try_from(positions.len()).unwrap()), positions)
+    (SystemDescription::of_points(space, u32::try_from(positions.len()).unwrap()), positions)
 }
 
 fn sample<'a>(time: f64, positions: &'a [Vector], velocities: &'a [Vector]) -> Sample<'a> {
@@ -32,9 +32,9 @@ fn crystals_have_their_exact_order() {
         ("sc", cube, &[[0.0; 3]][..], 1.2, 0.35355, 0.76376),
         ("hcp", hcp_cell, &hcp[..], 1.2, 0.48476, 0.09722),
     ] {
-        let (subject, positions) = lattice(cell, sites, 4);
+        let (system, positions) = lattice(cell, sites, 4);
         for (degree, expected) in [(6, q6), (4, q4)] {
-            let values = per_particle(&subject, &sample(0.0, &positions, &[]), cutoff, degree);
+            let values = per_particle(&system, &sample(0.0, &positions, &[]), cutoff, degree);
             // The values are known to five digits.
             assert!(values.iter().all(|&value| (value - expected).abs() < 6e-6), "{name}: {}", values[0]);
         }
@@ -43,18 +43,18 @@ fn crystals_have_their_exact_order() {
 
 #[test]
 fn a_triangular_lattice_is_hexatic_and_its_instrument_says_so() {
-    let (mut subject, positions) = lattice(Vector::new(1.0, 3.0_f64.sqrt(), 1.0), &[[0.0; 3], [0.5, 0.5, 0.0]], 4);
-    subject.space.boundary[2] = Boundary::Flat;
-    subject.space.size[2] = 0.0;
+    let (mut system, positions) = lattice(Vector::new(1.0, 3.0_f64.sqrt(), 1.0), &[[0.0; 3], [0.5, 0.5, 0.0]], 4);
+    system.space.boundary[2] = Boundary::Flat;
+    system.space.size[2] = 0.0;
     let positions: Vec<Vector> = positions[..32].to_vec();
-    let subject = Subject::of_points(subject.space, 32);
+    let system = SystemDescription::of_points(system.space, 32);
     let velocities = vec![Vector::zeros(); 32];
     let plan = plan::BondOrder { cutoff: None, bins: Some(10), interval: Some(1.0) };
-    let setup = Setup { subject: &subject, sample: sample(0.0, &positions, &velocities), duration: 20.0 };
+    let setup = Setup { system: &system, sample: sample(0.0, &positions, &velocities), duration: 20.0 };
     let mut instrument = BondOrder::new(&plan, &setup);
-    (1..=20).for_each(|k| instrument.sample(&sample(f64::from(k), &positions, &velocities), &subject));
+    (1..=20).for_each(|k| instrument.sample(&sample(f64::from(k), &positions, &velocities), &system));
     let mut measured = Measured::default();
-    instrument.report(&subject, &mut measured);
+    instrument.report(&system, &mut measured);
     let value = |name: &str| measured.numbers.iter().find(|number| number.name == name).unwrap().mean.unwrap();
     assert_eq!(value("neighbours"), 6.0);
     assert!((value("psi6") - 1.0).abs() < 1e-12 && (value("psi6_global") - 1.0).abs() < 1e-12);
@@ -73,26 +73,26 @@ fn a_triangular_lattice_is_hexatic_in_a_sheared_box_that_its_rows_fit() {
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };
     let site = |k: u32| Vector::new(f64::from(k % 6) + 0.5 * f64::from(k / 6 % 2), f64::from(k / 6) * height, 0.0);
     let positions: Vec<Vector> = (0..30).map(site).collect();
-    let subject = Subject::of_points(space, 30);
+    let system = SystemDescription::of_points(space, 30);
     for (displacement, is_perfect) in [(0.5, true), (-1.5, true), (0.0, false)] {
         let sample = Sample { displacement, ..sample(0.0, &positions, &[]) };
-        let values = per_particle(&subject, &sample, 1.2, 6);
+        let values = per_particle(&system, &sample, 1.2, 6);
         assert_eq!(values.iter().all(|value| *value > 1.0 - 1e-6), is_perfect, "{displacement}: {values:?}");
     }
 }
 
 #[test]
 fn without_neighbours_there_is_no_order_and_no_nan() {
-    let subject = Subject::of_points(Space::periodic_cube(50.0), 2);
+    let system = SystemDescription::of_points(Space::periodic_cube(50.0), 2);
     let positions = [Vector::zeros(), Vector::repeat(20.0)];
     let velocities = [Vector::zeros(); 2];
-    assert_eq!(per_particle(&subject, &sample(0.0, &positions, &velocities), 1.4, 6), [0.0, 0.0]);
-    assert_eq!(per_particle(&subject, &sample(0.0, &positions, &velocities), 100.0, 99), [0.0, 0.0]);
-    let setup = Setup { subject: &subject, sample: sample(0.0, &positions, &velocities), duration: 20.0 };
+    assert_eq!(per_particle(&system, &sample(0.0, &positions, &velocities), 1.4, 6), [0.0, 0.0]);
+    assert_eq!(per_particle(&system, &sample(0.0, &positions, &velocities), 100.0, 99), [0.0, 0.0]);
+    let setup = Setup { system: &system, sample: sample(0.0, &positions, &velocities), duration: 20.0 };
     let mut instrument = BondOrder::new(&plan::BondOrder::default(), &setup);
-    instrument.sample(&sample(10.0, &positions, &velocities), &subject);
+    instrument.sample(&sample(10.0, &positions, &velocities), &system);
     let mut measured = Measured::default();
-    instrument.report(&subject, &mut measured);
+    instrument.report(&system, &mut measured);
     assert_eq!(measured.numbers[0].mean, Some(0.0));
     assert!(measured.numbers[1..].iter().all(|number| number.mean.is_none()));
     assert!(measured.curves[0].series.iter().all(|series| series.values.iter().all(Option::is_none)));
@@ -104,16 +104,16 @@ fn the_columns_of_a_trajectory_are_those_of_their_degree() {
     let boundary = [Boundary::Periodic, Boundary::Periodic, Boundary::Flat];
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 6.0, 0.0), boundary };
     let positions: Vec<Vector> = (0..36).map(|k| Vector::new(f64::from(k % 6), f64::from(k / 6), 0.0)).collect();
-    let subject = Subject::of_points(space, 36);
+    let system = SystemDescription::of_points(space, 36);
     let plan = plan::BondOrder { cutoff: Some(1.2), ..plan::BondOrder::default() };
-    let scalars = scalars(&plan, &subject, &sample(0.0, &positions, &[]));
+    let scalars = scalars(&plan, &system, &sample(0.0, &positions, &[]));
     let values = |name: &str| scalars.iter().find(|scalar| scalar.name == name).unwrap().values.clone();
     assert_eq!(scalars.len(), 2);
     assert!(values("psi6").iter().all(|value| value.abs() < 1e-12));
     assert!(values("psi4").iter().all(|value| (value - 1.0).abs() < 1e-12));
     // On a line there are no directions.
-    let line = Subject::of_points(
-        Space { boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat], ..subject.space },
+    let line = SystemDescription::of_points(
+        Space { boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat], ..system.space },
         36,
     );
     assert!(super::scalars(&plan, &line, &sample(0.0, &positions, &[])).is_empty());

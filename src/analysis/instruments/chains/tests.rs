@@ -2,11 +2,11 @@ use super::*;
 use crate::model::space::Space;
 
 /// Two straight chains of four across the box's sides, a ring of three, and a particle on its own.
-fn scene(displacement: f64) -> (Subject, Vec<Vector>) {
-    let subject = Subject {
+fn scene(displacement: f64) -> (SystemDescription, Vec<Vector>) {
+    let system = SystemDescription {
         bonds: vec![[0, 1], [1, 2], [2, 3], [4, 5], [5, 6], [6, 7], [8, 9], [9, 10], [8, 10]],
         bond_lengths: [0.5, 1.5],
-        ..Subject::of_points(Space::periodic_cube(5.0), 12)
+        ..SystemDescription::of_points(Space::periodic_cube(5.0), 12)
     };
     let mut positions: Vec<Vector> = (0..4).map(|k| Vector::new((3.5 + f64::from(k)) % 5.0, 0.0, 4.9)).collect();
     positions.extend((0..4).map(|k| {
@@ -15,16 +15,16 @@ fn scene(displacement: f64) -> (Subject, Vec<Vector>) {
     }));
     positions.extend([Vector::zeros(), Vector::new(1.0, 0.0, 0.0), Vector::new(0.5, 0.75_f64.sqrt(), 0.0)]);
     positions.push(Vector::repeat(2.5));
-    (subject, positions)
+    (system, positions)
 }
 
 fn sample(time: f64, positions: &[Vector], displacement: f64) -> Sample<'_> {
     Sample { time, positions, velocities: &[], images: &[], displacement }
 }
 
-fn measured(instrument: &Chains, subject: &Subject) -> Measured {
+fn measured(instrument: &Chains, system: &SystemDescription) -> Measured {
     let mut measured = Measured::default();
-    instrument.report(subject, &mut measured);
+    instrument.report(system, &mut measured);
     measured
 }
 
@@ -35,17 +35,17 @@ fn sizes_are_those_of_straight_chains_and_triangles() {
 }
 
 fn check_sizes(displacement: f64) {
-    let (subject, positions) = scene(displacement);
+    let (system, positions) = scene(displacement);
     let plan = plan::Chains { bins: Some(10), interval: Some(1.0) };
-    let setup = Setup { subject: &subject, sample: sample(0.0, &positions, displacement), duration: 10.0 };
+    let setup = Setup { system: &system, sample: sample(0.0, &positions, displacement), duration: 10.0 };
     let mut instrument = Chains::new(&plan, &setup);
     for k in 1..=10 {
-        instrument.sample(&sample(f64::from(k), &positions, displacement), &subject);
+        instrument.sample(&sample(f64::from(k), &positions, displacement), &system);
         // A checkpoint in between changes nothing.
         let record = serde_json::to_string(&instrument).unwrap();
         instrument = serde_json::from_str(&record).unwrap();
     }
-    let Measured { numbers, curves } = measured(&instrument, &subject);
+    let Measured { numbers, curves } = measured(&instrument, &system);
     let value = |name: &str| numbers.iter().find(|number| number.name == name).unwrap();
     let is = |name: &str, expected: f64| (value(name).mean.unwrap() - expected).abs() < 1e-12;
     assert!(is("bond_length", (6.0 + 3.75) / 9.0) && is("mean_square_bond_length", (6.0 + 3.0 * 1.5625) / 9.0));
@@ -70,12 +70,12 @@ fn check_sizes(displacement: f64) {
 
 #[test]
 fn without_bonds_there_is_nothing_to_say() {
-    let subject = Subject::of_points(Space::periodic_cube(5.0), 2);
+    let system = SystemDescription::of_points(Space::periodic_cube(5.0), 2);
     let positions = [Vector::zeros(), Vector::repeat(1.0)];
-    let setup = Setup { subject: &subject, sample: sample(0.0, &positions, 0.0), duration: 10.0 };
+    let setup = Setup { system: &system, sample: sample(0.0, &positions, 0.0), duration: 10.0 };
     let mut instrument = Chains::new(&plan::Chains::default(), &setup);
     let next = instrument.next_sample();
-    instrument.sample(&sample(next, &positions, 0.0), &subject);
+    instrument.sample(&sample(next, &positions, 0.0), &system);
     assert!(instrument.next_sample() > next);
-    assert_eq!(measured(&instrument, &subject), Measured::default());
+    assert_eq!(measured(&instrument, &system), Measured::default());
 }

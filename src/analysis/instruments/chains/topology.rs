@@ -1,6 +1,6 @@
 //! Which particles hang together, and in which order.
 
-use crate::analysis::instruments::subject::Subject;
+use crate::analysis::instruments::system::SystemDescription;
 use crate::base::numbers::id;
 use std::collections::VecDeque;
 
@@ -23,10 +23,10 @@ pub(super) struct Component {
 
 impl Topology {
     /// The components, those with an end first, in the order of their first ids.
-    pub fn of(subject: &Subject) -> Self {
-        let (starts, partners) = adjacency(subject);
+    pub fn of(system: &SystemDescription) -> Self {
+        let (starts, partners) = adjacency(system);
         let partners_of = |id: u32| &partners[starts[id as usize]..starts[id as usize + 1]];
-        let count = id(subject.species.len());
+        let count = id(system.species.len());
         let ends = (0..count).filter(|&id| partners_of(id).len() == 1);
         let others = (0..count).filter(|&id| partners_of(id).len() > 1);
         let mut is_known = vec![false; count as usize];
@@ -56,13 +56,13 @@ impl Topology {
 }
 
 /// Where the partners of each particle begin, and the partners.
-fn adjacency(subject: &Subject) -> (Vec<usize>, Vec<u32>) {
-    let mut starts = vec![0; subject.species.len() + 1];
-    subject.bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);
+fn adjacency(system: &SystemDescription) -> (Vec<usize>, Vec<u32>) {
+    let mut starts = vec![0; system.species.len() + 1];
+    system.bonds.iter().flatten().for_each(|&id| starts[id as usize + 1] += 1);
     (1..starts.len()).for_each(|id| starts[id] += starts[id - 1]);
     let mut next = starts.clone();
-    let mut partners = vec![0; 2 * subject.bonds.len()];
-    for &[a, b] in &subject.bonds {
+    let mut partners = vec![0; 2 * system.bonds.len()];
+    for &[a, b] in &system.bonds {
         for (one, other) in [(a, b), (b, a)] {
             partners[next[one as usize]] = other;
             next[one as usize] += 1;
@@ -77,7 +77,10 @@ mod tests {
     use crate::model::space::Space;
 
     fn topology(count: u32, bonds: &[[u32; 2]]) -> Topology {
-        Topology::of(&Subject { bonds: bonds.to_vec(), ..Subject::of_points(Space::periodic_cube(9.0), count) })
+        Topology::of(&SystemDescription {
+            bonds: bonds.to_vec(),
+            ..SystemDescription::of_points(Space::periodic_cube(9.0), count)
+        })
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::analysis::instruments::block_times::{EARLY, feasible};
 use crate::analysis::instruments::free_time::mean_free_time;
 use crate::analysis::instruments::instrument::Setup;
-use crate::analysis::instruments::stretches::{EARLY, feasible};
 use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
 use crate::model::measurement_plan::Diffusion as Plan;
 
@@ -45,7 +45,7 @@ impl Lags {
     /// `interval = span / steps`. Where they are left open, the span is 100 mean free times or a quarter of the duration if that is less,
     /// and there are 50 to 500 steps, five in a mean free time. Without a mean free time, a quarter of the duration and 100 steps.
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
-        let free_time = mean_free_time(setup.subject, &setup.sample);
+        let free_time = mean_free_time(setup.system, &setup.sample);
         let quarter = 0.25 * setup.duration;
         let (interval, steps) = match (plan.interval, plan.span) {
             (Some(interval), Some(span)) => (interval, (span / interval).round()),
@@ -139,7 +139,7 @@ pub(super) fn next_logarithmic(ticks: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::analysis::instruments::trial::{hard_spheres, instrument};
+    use crate::analysis::instruments::test_system::{hard_spheres, instrument};
 
     #[test]
     fn logarithmic_times_follow_each_other() {
@@ -157,8 +157,8 @@ mod tests {
 
     #[test]
     fn times_fit_the_fluid_and_the_run() {
-        let (subject, simulation) = hard_spheres(108, 0.3);
-        let lags = |plan: Plan, duration| instrument(&simulation, &subject, duration, |setup| Lags::new(&plan, setup));
+        let (system, simulation) = hard_spheres(108, 0.3);
+        let lags = |plan: Plan, duration| instrument(&simulation, &system, duration, |setup| Lags::new(&plan, setup));
         let long = lags(Plan::default(), 1000.0);
         // The mean free time is 0.099: 500 steps of a fifth of it, and origins spread over the run.
         assert_eq!(long.steps, 500);

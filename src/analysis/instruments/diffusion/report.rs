@@ -5,42 +5,42 @@ use super::tracers::Tracers;
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
 use crate::analysis::instruments::quantity::{Curve, Measured, Number, Series, Variable};
 use crate::analysis::instruments::slope::{of_means, straight_slope};
-use crate::analysis::instruments::subject::Subject;
+use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::Estimate;
 
 /// What has to be left of the autocorrelation after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
 const SMOOTH: f64 = 0.8;
 
-pub(super) fn report(diffusion: &Diffusion, subject: &Subject, measured: &mut Measured) {
+pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured: &mut Measured) {
     let groups = diffusion.tracers.groups();
     for group in 0..groups {
-        let (suffix, of) = match group.checked_sub(1).and_then(|index| species(diffusion, subject, index)) {
+        let (suffix, of) = match group.checked_sub(1).and_then(|index| species(diffusion, system, index)) {
             Some(name) => (format!("_{name}"), format!(" of {name}")),
             None => (String::new(), String::new()),
         };
         let unit = "length^2 / time";
         let (name, title) = (format!("diffusion_coefficient{suffix}"), format!("Diffusion coefficient{of}"));
-        let einstein = einstein(diffusion, subject, group);
-        measured.numbers.push(Number::estimated(&name, &title, unit, einstein, &method(EINSTEIN, subject)));
+        let einstein = einstein(diffusion, system, group);
+        measured.numbers.push(Number::estimated(&name, &title, unit, einstein, &method(EINSTEIN, system)));
         let name = format!("diffusion_coefficient_green_kubo{suffix}");
         let title = format!("Diffusion coefficient{of}, Green and Kubo");
         let green_kubo = green_kubo(diffusion, group);
-        measured.numbers.push(Number::estimated(&name, &title, unit, green_kubo, &method(GREEN_KUBO, subject)));
+        measured.numbers.push(Number::estimated(&name, &title, unit, green_kubo, &method(GREEN_KUBO, system)));
     }
-    measured.curves.push(linear(diffusion, subject, MSD));
-    measured.curves.push(logarithmic(diffusion, subject));
-    measured.curves.push(linear(diffusion, subject, VACF));
-    measured.curves.push(linear(diffusion, subject, INTEGRAL));
+    measured.curves.push(linear(diffusion, system, MSD));
+    measured.curves.push(logarithmic(diffusion, system));
+    measured.curves.push(linear(diffusion, system, VACF));
+    measured.curves.push(linear(diffusion, system, INTEGRAL));
 }
 
 /// How something is measured, with what differs in a sheared box.
-fn method(at_rest: &str, subject: &Subject) -> String {
-    if subject.shear_rate == 0.0 { at_rest.to_owned() } else { format!("{at_rest} {SHEARED}") }
+fn method(at_rest: &str, system: &SystemDescription) -> String {
+    if system.shear_rate == 0.0 { at_rest.to_owned() } else { format!("{at_rest} {SHEARED}") }
 }
 
-fn species<'a>(diffusion: &Diffusion, subject: &'a Subject, index: usize) -> Option<&'a str> {
+fn species<'a>(diffusion: &Diffusion, system: &'a SystemDescription, index: usize) -> Option<&'a str> {
     let id = *diffusion.tracers.species.get(index)?;
-    Some(subject.species_names.get(id as usize)?)
+    Some(system.species_names.get(id as usize)?)
 }
 
 /// First element of a linear curve.
@@ -49,11 +49,11 @@ fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
 }
 
 /// `D = 1 / (2 d) d<r^2>/dt`, `d` the number of axes, over the straight part.
-fn einstein(diffusion: &Diffusion, subject: &Subject, group: usize) -> Option<Estimate> {
+fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> Option<Estimate> {
     let steps = diffusion.lags.steps;
     let offset = offset(diffusion, group, MSD);
     let slope = straight_slope(steps, diffusion.lags.interval(), offset, of_means(&diffusion.linear))?;
-    let scale = 0.5 / Tracers::dimensions(subject);
+    let scale = 0.5 / Tracers::dimensions(system);
     Some(Estimate { mean: slope.mean * scale, standard_error: slope.standard_error.map(|error| error * scale) })
 }
 
@@ -68,7 +68,7 @@ fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     diffusion.linear.estimate(offset(diffusion, group, INTEGRAL) + steps).filter(|_| is_smooth)
 }
 
-fn linear(diffusion: &Diffusion, subject: &Subject, kind: usize) -> Curve {
+fn linear(diffusion: &Diffusion, system: &SystemDescription, kind: usize) -> Curve {
     let steps = diffusion.lags.steps;
     let times = (0..=steps).map(|step| diffusion.lags.interval() * step as f64).collect();
     let elements = |group| (0..=steps).map(|step| offset(diffusion, group, kind) + step).collect();
@@ -82,15 +82,15 @@ fn linear(diffusion: &Diffusion, subject: &Subject, kind: usize) -> Curve {
     Curve {
         name: name.to_owned(),
         title: title.to_owned(),
-        method: self::method(method, subject),
+        method: self::method(method, system),
         variables: vec![time(times)],
-        series: series(diffusion, subject, symbol, unit, &diffusion.linear, elements),
+        series: series(diffusion, system, symbol, unit, &diffusion.linear, elements),
         is_logarithmic: [false, false],
         published: Vec::new(),
     }
 }
 
-fn logarithmic(diffusion: &Diffusion, subject: &Subject) -> Curve {
+fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
     let average = &diffusion.logarithmic;
     let numbers: Vec<usize> = (0..LOGARITHMIC).filter(|&number| average.mean(number).is_some()).collect();
     let times = numbers.iter().map(|&number| diffusion.lags.duration(logarithmic_ticks(number))).collect();
@@ -98,9 +98,9 @@ fn logarithmic(diffusion: &Diffusion, subject: &Subject) -> Curve {
     Curve {
         name: "mean_squared_displacement_logarithmic".to_owned(),
         title: "Mean squared displacement at logarithmic times".to_owned(),
-        method: method(DISPLACEMENT, subject),
+        method: method(DISPLACEMENT, system),
         variables: vec![time(times)],
-        series: series(diffusion, subject, "<dr^2>", "length^2", average, elements),
+        series: series(diffusion, system, "<dr^2>", "length^2", average, elements),
         is_logarithmic: [true, true],
         published: Vec::new(),
     }
@@ -113,14 +113,14 @@ fn time(values: Vec<f64>) -> Variable {
 /// One series for each group of particles.
 fn series(
     diffusion: &Diffusion,
-    subject: &Subject,
+    system: &SystemDescription,
     symbol: &str,
     unit: &str,
     average: &crate::analysis::statistics::CurveAverage,
     elements: impl Fn(usize) -> Vec<usize>,
 ) -> Vec<Series> {
     let of = |group: usize| {
-        let name = group.checked_sub(1).and_then(|index| species(diffusion, subject, index));
+        let name = group.checked_sub(1).and_then(|index| species(diffusion, system, index));
         let estimates: Vec<_> = elements(group).into_iter().map(|element| average.estimate(element)).collect();
         Series {
             name: name.map_or(symbol.to_owned(), |name| format!("{symbol} {name}")),

@@ -1,5 +1,5 @@
 use super::*;
-use crate::analysis::instruments::trial::{
+use crate::analysis::instruments::test_system::{
     Recorded, equilibrate, estimate, hard_spheres, instrument, measure, number, report, start,
 };
 use crate::analysis::published::HardSphereFluid;
@@ -8,17 +8,17 @@ use crate::model::potential::Potential;
 use crate::model::space::Space;
 use crate::scene::{Amount, Lattice, SceneBuilder};
 
-fn diffusion(simulation: &Simulation, subject: &Subject, plan: &Plan, duration: f64) -> Diffusion {
-    instrument(simulation, subject, duration, |setup| Diffusion::new(plan, setup))
+fn diffusion(simulation: &Simulation, system: &SystemDescription, plan: &Plan, duration: f64) -> Diffusion {
+    instrument(simulation, system, duration, |setup| Diffusion::new(plan, setup))
 }
 
 #[test]
 fn a_hard_sphere_fluid_diffuses_as_published() {
-    let (subject, mut simulation) = hard_spheres(500, 0.3);
+    let (system, mut simulation) = hard_spheres(500, 0.3);
     equilibrate(&mut simulation, 50);
-    let mut instrument = diffusion(&simulation, &subject, &Plan::default(), 40.0);
-    measure(&mut simulation, &subject, &mut instrument, 40.0);
-    let measured = report(&instrument, &subject);
+    let mut instrument = diffusion(&simulation, &system, &Plan::default(), 40.0);
+    measure(&mut simulation, &system, &mut instrument, 40.0);
+    let measured = report(&instrument, &system);
     let (einstein, error) = estimate(&measured, "diffusion_coefficient");
     let published = HardSphereFluid::reduced(0.3).simulated_diffusion_coefficient();
     // A periodic box of finite size slows particles down, by some per cent here (Yeh and Hummer): published values differ by as much.
@@ -30,10 +30,10 @@ fn a_hard_sphere_fluid_diffuses_as_published() {
 
 #[test]
 fn the_start_is_ballistic_and_has_the_temperature() {
-    let (subject, mut simulation) = hard_spheres(108, 0.3);
-    let mut instrument = diffusion(&simulation, &subject, &Plan::default(), 4.0);
-    measure(&mut simulation, &subject, &mut instrument, 4.0);
-    let measured = report(&instrument, &subject);
+    let (system, mut simulation) = hard_spheres(108, 0.3);
+    let mut instrument = diffusion(&simulation, &system, &Plan::default(), 4.0);
+    measure(&mut simulation, &system, &mut instrument, 4.0);
+    let measured = report(&instrument, &system);
     let curve = |name: &str| measured.curves.iter().find(|curve| curve.name == name).unwrap();
     // The temperature is exactly 1, so that <v^2> is 3 at each origin.
     let vacf = &curve("velocity_autocorrelation").series[0];
@@ -76,11 +76,11 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
         .particle("B", particle(5.0, 5.0), particle(3.0, 1.0))
         .build()
         .unwrap();
-    let (subject, mut simulation) = start(scene);
+    let (system, mut simulation) = start(scene);
     let plan = Plan { interval: Some(0.5), span: Some(8.0) };
-    let mut instrument = diffusion(&simulation, &subject, &plan, 40.0);
-    measure(&mut simulation, &subject, &mut instrument, 40.0);
-    let measured = report(&instrument, &subject);
+    let mut instrument = diffusion(&simulation, &system, &plan, 40.0);
+    measure(&mut simulation, &system, &mut instrument, 40.0);
+    let measured = report(&instrument, &system);
     let curve = &measured.curves[0];
     assert_eq!(curve.series.iter().map(|s| s.name.as_str()).collect::<Vec<_>>(), ["<dr^2>", "<dr^2> A", "<dr^2> B"]);
     // Relative to the centre of mass, (4, 1), A flies at 3 and B at -1: 9 / (1 - 1/4) = 12, 1 / (1 - 3/4) = 4, and 8 in the mean.
@@ -106,11 +106,11 @@ fn in_a_sheared_box_the_flight_across_the_flow_is_exact() {
         .particle("B", crate::Vector::repeat(5.0), crate::Vector::new(3.0, 1.0, -1.0))
         .build()
         .unwrap();
-    let (subject, mut simulation) = start(scene);
+    let (system, mut simulation) = start(scene);
     let plan = Plan { interval: Some(0.5), span: Some(8.0) };
-    let mut instrument = diffusion(&simulation, &subject, &plan, 40.0);
-    measure(&mut simulation, &subject, &mut instrument, 40.0);
-    let measured = report(&instrument, &subject);
+    let mut instrument = diffusion(&simulation, &system, &plan, 40.0);
+    measure(&mut simulation, &system, &mut instrument, 40.0);
+    let measured = report(&instrument, &system);
     // Along y and z, relative to the centre of mass that flies at (2, -1/4), A flies at (3, 9/4) and B at (-1, -3/4): 225/16 / (1 - 1/4),
     // 25/16 / (1 - 3/4), and their mean.
     for (curve, power) in [(0, 2), (2, 0)] {
@@ -135,27 +135,27 @@ fn memory_and_samples_are_bounded_in_a_long_run() {
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
         .fill(Lattice::SimpleCubic, "A", 2, Amount::PackingFraction(0.001))
         .temperature(1.0);
-    let (subject, mut simulation) = start(scene.build().unwrap());
+    let (system, mut simulation) = start(scene.build().unwrap());
     let plan = Plan { interval: Some(1.0), span: Some(4.0) };
-    let mut instrument = diffusion(&simulation, &subject, &plan, 1000.0);
+    let mut instrument = diffusion(&simulation, &system, &plan, 1000.0);
     let mut samples = 0;
     while instrument.next_sample() <= 5000.0 {
         simulation.advance(crate::engine::Until::time(instrument.next_sample())).unwrap();
-        instrument.sample(&Sample::of(&simulation.snapshot()), &subject);
+        instrument.sample(&Sample::of(&simulation.snapshot()), &system);
         assert!(instrument.origins.len() <= MOST_LONG + MOST_YOUNG);
         samples += 1;
     }
     // An origin every 4 time units, with 4 linear times and ten logarithmic ones between them.
     assert!((5000 / 4 * 14..5000 / 4 * 14 + 100).contains(&samples), "{samples}");
-    let measured = report(&instrument, &subject);
+    let measured = report(&instrument, &system);
     let times = &measured.curves[1].variables[0].values;
     assert_eq!(times.last(), Some(&4096.0), "the first origin sees the whole run");
 }
 
 #[test]
 fn it_goes_on_from_a_record_bit_by_bit() {
-    let (subject, mut simulation) = hard_spheres(32, 0.2);
-    let mut both = Recorded::new(diffusion(&simulation, &subject, &Plan::default(), 4.0));
-    measure(&mut simulation, &subject, &mut both, 1.3);
+    let (system, mut simulation) = hard_spheres(32, 0.2);
+    let mut both = Recorded::new(diffusion(&simulation, &system, &Plan::default(), 4.0));
+    measure(&mut simulation, &system, &mut both, 1.3);
     assert_eq!(both.again, both.instrument);
 }

@@ -5,7 +5,7 @@ use rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
 
 use crate::Vector;
-use crate::analysis::instruments::subject::{Sample, Subject};
+use crate::analysis::instruments::system::{Sample, SystemDescription};
 use crate::base::numbers::id;
 
 /// The stream of random numbers for the choice, apart from those of a start, which count from 0.
@@ -44,9 +44,9 @@ pub(super) struct Frame {
 
 impl Tracers {
     /// At most `most` of the particles that move.
-    pub fn new(sample: &Sample<'_>, subject: &Subject, most: usize) -> Self {
-        let ids = choice(&subject.moving, most, subject.seed);
-        let species_of = |id: &u32| subject.species[*id as usize];
+    pub fn new(sample: &Sample<'_>, system: &SystemDescription, most: usize) -> Self {
+        let ids = choice(&system.moving, most, system.seed);
+        let species_of = |id: &u32| system.species[*id as usize];
         let mut species: Vec<u32> = ids.iter().map(species_of).collect();
         species.sort_unstable();
         species.dedup();
@@ -54,22 +54,22 @@ impl Tracers {
             ids.iter().map(|particle| id(species.partition_point(|s| *s < species_of(particle)))).collect();
         let mut counts = vec![0; species.len()];
         let mut scales = vec![1.0; species.len()];
-        let followed: Vec<usize> = subject.axes().filter(|&axis| subject.shear_rate == 0.0 || axis > 0).collect();
+        let followed: Vec<usize> = system.axes().filter(|&axis| system.shear_rate == 0.0 || axis > 0).collect();
         for (id, kind) in ids.iter().zip(&kinds) {
             counts[*kind as usize] += 1;
-            if subject.conserved_axes != [false; 3] {
-                let parts = followed.iter().map(|&axis| subject.free_part(subject.masses[*id as usize], axis));
+            if system.conserved_axes != [false; 3] {
+                let parts = followed.iter().map(|&axis| system.free_part(system.masses[*id as usize], axis));
                 scales[*kind as usize] = followed.len() as f64 / parts.sum::<f64>();
             }
         }
-        let drift = across(subject, subject.common_velocity(sample.velocities));
+        let drift = across(system, system.common_velocity(sample.velocities));
         Self { ids, kinds, species, counts, scales, drift, start: sample.time }
     }
 
     /// Number of axes that are followed.
-    pub fn dimensions(subject: &Subject) -> f64 {
-        let along = if subject.shear_rate == 0.0 { 0 } else { 1 };
-        (subject.space.dimensions() - along) as f64
+    pub fn dimensions(system: &SystemDescription) -> f64 {
+        let along = if system.shear_rate == 0.0 { 0 } else { 1 };
+        (system.space.dimensions() - along) as f64
     }
 
     /// Number of curves: of all particles, and of each species if there are several.
@@ -77,12 +77,12 @@ impl Tracers {
         if self.species.len() > 1 { 1 + self.species.len() } else { 1 }
     }
 
-    pub fn frame(&self, sample: &Sample<'_>, subject: &Subject) -> Frame {
+    pub fn frame(&self, sample: &Sample<'_>, system: &SystemDescription) -> Frame {
         let drifted = self.drift * (sample.time - self.start);
         let ids = || self.ids.iter().map(|&id| id as usize);
         Frame {
-            positions: ids().map(|id| across(subject, sample.unwrapped(id, &subject.space)) - drifted).collect(),
-            velocities: ids().map(|id| across(subject, sample.velocities[id]) - self.drift).collect(),
+            positions: ids().map(|id| across(system, sample.unwrapped(id, &system.space)) - drifted).collect(),
+            velocities: ids().map(|id| across(system, sample.velocities[id]) - self.drift).collect(),
         }
     }
 
@@ -102,8 +102,8 @@ impl Tracers {
 }
 
 /// The components that are followed: all, or those across the flow of a sheared box.
-fn across(subject: &Subject, vector: Vector) -> Vector {
-    if subject.shear_rate == 0.0 { vector } else { Vector::new(0.0, vector.y, vector.z) }
+fn across(system: &SystemDescription, vector: Vector) -> Vector {
+    if system.shear_rate == 0.0 { vector } else { Vector::new(0.0, vector.y, vector.z) }
 }
 
 /// A random choice in the old order; each has the same chance.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::analysis::instruments::trial::{Recorded, hard_spheres, instrument, measure, number, report, start};
+use crate::analysis::instruments::test_system::{Recorded, hard_spheres, instrument, measure, number, report, start};
 use crate::engine::Simulation;
 use crate::model::space::Space;
 use crate::scene::SceneBuilder;
@@ -9,7 +9,7 @@ fn plan(axis: &str, at: f64) -> Plan {
 }
 
 /// Two particles that meet nobody, in a periodic cube of edge 10: 2 times around along x in 10 time units, 3.5 times back along y.
-fn two() -> (Subject, Simulation) {
+fn two() -> (SystemDescription, Simulation) {
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(10.0))
         .species("A", 1.0, 1.0)
@@ -23,10 +23,10 @@ fn two() -> (Subject, Simulation) {
 }
 
 fn counted(plan: &Plan, duration: f64) -> Option<f64> {
-    let (subject, mut simulation) = two();
-    let mut flow = instrument(&simulation, &subject, duration, |setup| Flow::new(plan, setup));
-    measure(&mut simulation, &subject, &mut flow, duration);
-    number(&report(&flow, &subject), "flow_gate_count").mean
+    let (system, mut simulation) = two();
+    let mut flow = instrument(&simulation, &system, duration, |setup| Flow::new(plan, setup));
+    measure(&mut simulation, &system, &mut flow, duration);
+    number(&report(&flow, &system), "flow_gate_count").mean
 }
 
 #[test]
@@ -57,10 +57,10 @@ fn only_what_crosses_inside_the_rectangle_counts() {
 
 #[test]
 fn a_steady_flow_has_its_rate_and_curve() {
-    let (subject, mut simulation) = two();
-    let mut flow = instrument(&simulation, &subject, 1000.0, |setup| Flow::new(&plan("x", 4.0), setup));
-    measure(&mut simulation, &subject, &mut flow, 1000.0);
-    let measured = report(&flow, &subject);
+    let (system, mut simulation) = two();
+    let mut flow = instrument(&simulation, &system, 1000.0, |setup| Flow::new(&plan("x", 4.0), setup));
+    measure(&mut simulation, &system, &mut flow, 1000.0);
+    let measured = report(&flow, &system);
     let rate = number(&measured, "flow_gate_rate");
     // Every 5 time units.
     assert!((rate.mean.unwrap() - 0.2).abs() < 1e-9, "{rate:?}");
@@ -75,9 +75,9 @@ fn a_steady_flow_has_its_rate_and_curve() {
 
 #[test]
 fn it_goes_on_from_a_record_bit_by_bit() {
-    let (subject, mut simulation) = hard_spheres(32, 0.2);
-    let mut both = Recorded::new(instrument(&simulation, &subject, 10.0, |setup| Flow::new(&plan("x", 1.0), setup)));
-    measure(&mut simulation, &subject, &mut both, 1.0);
+    let (system, mut simulation) = hard_spheres(32, 0.2);
+    let mut both = Recorded::new(instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan("x", 1.0), setup)));
+    measure(&mut simulation, &system, &mut both, 1.0);
     assert_eq!(both.again, both.instrument);
     assert!(both.instrument.passages.total() != 0 || both.instrument.passages.rate().is_some());
 }

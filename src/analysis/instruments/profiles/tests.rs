@@ -12,21 +12,21 @@ fn uniform(random: &mut ChaCha8Rng) -> f64 {
 
 /// Sets up an instrument and shows it frames of positions and velocities.
 fn measure(
-    subject: &Subject,
+    system: &SystemDescription,
     plan: &plan::Profile,
     mut frame: impl FnMut() -> (Vec<Vector>, Vec<Vector>),
 ) -> (Profile, Measured) {
     let (positions, velocities) = frame();
     let sample = Sample { time: 0.0, positions: &positions, velocities: &velocities, images: &[], displacement: 0.0 };
-    let mut profile = Profile::new(plan, &Setup { subject, sample, duration: FRAMES as f64 });
+    let mut profile = Profile::new(plan, &Setup { system, sample, duration: FRAMES as f64 });
     for k in 1..=FRAMES {
         let (positions, velocities) = frame();
         let sample =
             Sample { time: k as f64, positions: &positions, velocities: &velocities, images: &[], displacement: 0.0 };
-        profile.sample(&sample, subject);
+        profile.sample(&sample, system);
     }
     let mut measured = Measured::default();
-    profile.report(subject, &mut measured);
+    profile.report(system, &mut measured);
     (profile, measured)
 }
 
@@ -37,14 +37,14 @@ fn plan(bins: [u64; 3]) -> plan::Profile {
 
 #[test]
 fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
-    let mut subject = Subject::of_points(Space::periodic_cube(4.0), 60);
-    subject.conserved_axes = [false; 3];
-    subject.masses = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { 3.0 }).collect();
+    let mut system = SystemDescription::of_points(Space::periodic_cube(4.0), 60);
+    system.conserved_axes = [false; 3];
+    system.masses = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { 3.0 }).collect();
     let mut random = ChaCha8Rng::seed_from_u64(11);
     // No particles where y > 3; velocity x is the number of the cell; thermal velocities have the temperature 1/12.
     let frame = || {
         let (mut positions, mut velocities) = (Vec::new(), Vec::new());
-        for mass in &subject.masses {
+        for mass in &system.masses {
             let position = Vector::from_fn(|k, _| uniform(&mut random) * if k == 1 { 3.0 } else { 4.0 });
             let thermal = Vector::from_fn(|_, _| (uniform(&mut random) - 0.5) / mass.sqrt());
             positions.push(position);
@@ -52,7 +52,7 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
         }
         (positions, velocities)
     };
-    let (_, measured) = measure(&subject, &plan([1, 4, 1]), frame);
+    let (_, measured) = measure(&system, &plan([1, 4, 1]), frame);
     let curve = &measured.curves[0];
     assert_eq!((curve.name.as_str(), curve.variables.len()), ("profile_p", 1));
     assert_eq!(curve.variables[0].values, [0.5, 1.5, 2.5, 3.5]);
@@ -77,16 +77,16 @@ fn a_shear_flow_of_hot_particles_is_found_within_its_errors() {
 
 #[test]
 fn a_report_fits_no_more_spectra_than_it_has_errors() {
-    let subject = Subject::of_points(Space::periodic_cube(4.0), 60);
+    let system = SystemDescription::of_points(Space::periodic_cube(4.0), 60);
     let mut random = ChaCha8Rng::seed_from_u64(12);
     let frame = || {
         let mut vectors = || (0..60).map(|_| Vector::from_fn(|_, _| 4.0 * uniform(&mut random))).collect();
         (vectors(), vectors())
     };
-    let (profile, _) = measure(&subject, &plan([2, 2, 2]), frame);
+    let (profile, _) = measure(&system, &plan([2, 2, 2]), frame);
     let before = fits();
     let mut measured = Measured::default();
-    profile.report(&subject, &mut measured);
+    profile.report(&system, &mut measured);
     // Density, velocity and temperature. Of all the means that they come from, no errors are asked for.
     assert_eq!(fits() - before, 5 * 8);
 }
@@ -95,14 +95,14 @@ fn a_report_fits_no_more_spectra_than_it_has_errors() {
 fn the_density_of_a_grid_adds_up_and_has_its_cells_in_order() {
     let mut space = Space::periodic_cube(6.0);
     space.lower = Vector::new(-3.0, 0.0, 0.0);
-    let mut subject = Subject::of_points(space, 2);
-    subject.species_names.push("B".to_owned());
+    let mut system = SystemDescription::of_points(space, 2);
+    system.species_names.push("B".to_owned());
     let frame = || {
         // One a rounding error below the lower side, the other in the third cell along x and the second along z.
         let positions = vec![Vector::new((-3.0_f64).next_down(), 1.0, 5.9), Vector::new(0.1, 5.0, 3.1)];
         (positions, vec![Vector::new(2.0, 0.0, 0.0); 2])
     };
-    let (_, measured) = measure(&subject, &plan([4, 1, 2]), frame);
+    let (_, measured) = measure(&system, &plan([4, 1, 2]), frame);
     let curve = &measured.curves[0];
     let names: Vec<&str> = curve.variables.iter().map(|variable| variable.name.as_str()).collect();
     assert_eq!(names, ["x", "z"]);
@@ -112,15 +112,15 @@ fn the_density_of_a_grid_adds_up_and_has_its_cells_in_order() {
         .collect();
     assert_eq!(filled, [[0.75, 4.5], [2.25, 4.5]]);
     let other = plan::Profile { species: Some("B".to_owned()), ..plan([4, 1, 2]) };
-    let (_, measured) = measure(&subject, &other, frame);
+    let (_, measured) = measure(&system, &other, frame);
     assert!(measured.curves[0].series[0].values.iter().all(|value| *value == Some(0.0)));
 }
 
 #[test]
 fn a_grid_over_a_part_counts_what_is_in_it_and_stays_affordable() {
-    let subject = Subject::of_points(Space::periodic_cube(6.0), 1);
+    let system = SystemDescription::of_points(Space::periodic_cube(6.0), 1);
     let part = plan::Profile { lower: Some([4.0, 0.0, 0.0]), upper: Some([7.0, 6.0, 6.0]), ..plan([3, 1, 1]) };
-    let (_, measured) = measure(&subject, &part, || (vec![Vector::new(0.5, 1.0, 1.0)], vec![Vector::zeros()]));
+    let (_, measured) = measure(&system, &part, || (vec![Vector::new(0.5, 1.0, 1.0)], vec![Vector::zeros()]));
     assert_eq!(measured.curves[0].series[0].values, [Some(0.0), Some(0.0), Some(1.0 / 36.0)]);
     assert_eq!(affordable([200, 200, 5]), [200, 50, 1]);
     assert_eq!(affordable([0, 3, u64::MAX]), [1, 3, 3333]);
@@ -128,14 +128,15 @@ fn a_grid_over_a_part_counts_what_is_in_it_and_stays_affordable() {
 
 #[test]
 fn two_velocities_have_one_degree_of_freedom_between_them() {
-    let subject = Subject { conserved_axes: [false; 3], ..Subject::of_points(Space::periodic_cube(6.0), 1) };
+    let system =
+        SystemDescription { conserved_axes: [false; 3], ..SystemDescription::of_points(Space::periodic_cube(6.0), 1) };
     let mut sign = 1.0;
     let frame = || {
         sign = -sign;
         (vec![Vector::repeat(1.0)], vec![Vector::new(5.0 + sign, 0.0, 0.0)])
     };
     // Two samples, at times 199 and 398, of velocities 4 and 6: 2 / (3 (2 - 1)).
-    let (_, measured) = measure(&subject, &plan::Profile { interval: Some(199.0), ..plan([1; 3]) }, frame);
+    let (_, measured) = measure(&system, &plan::Profile { interval: Some(199.0), ..plan([1; 3]) }, frame);
     let curve = &measured.curves[0];
     assert!((curve.series[4].values[0].unwrap() - 2.0 / 3.0).abs() < 1e-12, "{:?}", curve.series[4]);
     assert_eq!((curve.series[1].values[0], curve.variables.len()), (Some(5.0), 1));
@@ -145,10 +146,10 @@ fn two_velocities_have_one_degree_of_freedom_between_them() {
 fn what_streams_in_a_sheared_box_is_not_hot() {
     // Uniform in y, moving only as the box streams, in one cell: velocities differ by up to 8, and nothing is hot.
     let mut random = ChaCha8Rng::seed_from_u64(9);
-    let subject = Subject { shear_rate: 2.0, ..Subject::of_points(Space::periodic_cube(4.0), 100) };
-    let (_, measured) = measure(&subject, &plan([1, 1, 1]), || {
+    let system = SystemDescription { shear_rate: 2.0, ..SystemDescription::of_points(Space::periodic_cube(4.0), 100) };
+    let (_, measured) = measure(&system, &plan([1, 1, 1]), || {
         let positions: Vec<Vector> = (0..100).map(|_| Vector::from_fn(|_, _| 4.0 * uniform(&mut random))).collect();
-        let velocities = positions.iter().map(|position| subject.streaming_velocity(position)).collect();
+        let velocities = positions.iter().map(|position| system.streaming_velocity(position)).collect();
         (positions, velocities)
     });
     let series =

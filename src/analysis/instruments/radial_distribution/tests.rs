@@ -9,13 +9,13 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 /// Shows an instrument one frame after the other, at times 1, 2, ...
-fn measure(subject: &Subject, plan: &plan::RadialDistribution, frames: &[Vec<Vector>]) -> Measured {
-    measure_sheared(subject, plan, frames, 0.0)
+fn measure(system: &SystemDescription, plan: &plan::RadialDistribution, frames: &[Vec<Vector>]) -> Measured {
+    measure_sheared(system, plan, frames, 0.0)
 }
 
 /// The same where the next image up is displaced.
 fn measure_sheared(
-    subject: &Subject,
+    system: &SystemDescription,
     plan: &plan::RadialDistribution,
     frames: &[Vec<Vector>],
     displacement: f64,
@@ -23,11 +23,11 @@ fn measure_sheared(
     let velocities = vec![Vector::zeros(); frames[0].len()];
     let sample =
         |k: usize| Sample { time: k as f64, positions: &frames[k], velocities: &velocities, images: &[], displacement };
-    let setup = Setup { subject, sample: sample(0), duration: frames.len() as f64 };
+    let setup = Setup { system, sample: sample(0), duration: frames.len() as f64 };
     let mut instrument = RadialDistribution::new(plan, &setup);
-    (1..frames.len()).for_each(|k| instrument.sample(&sample(k), subject));
+    (1..frames.len()).for_each(|k| instrument.sample(&sample(k), system));
     let mut measured = Measured::default();
-    instrument.report(subject, &mut measured);
+    instrument.report(system, &mut measured);
     measured
 }
 
@@ -55,7 +55,7 @@ fn an_ideal_gas_has_no_structure_in_any_dimension_and_any_box() {
     ] {
         let space = Space { lower: Vector::new(1.0, -2.0, 0.5), size, boundary };
         let frames = random_frames(129, 40, &space);
-        let curve = &measure(&Subject::of_points(space, 40), &plan(3.0, 6), &frames).curves[0];
+        let curve = &measure(&SystemDescription::of_points(space, 40), &plan(3.0, 6), &frames).curves[0];
         for bin in 0..6 {
             let (value, error) = (curve.series[0].values[bin].unwrap(), curve.series[0].standard_errors[bin].unwrap());
             assert!(error < 0.15 && (value - 1.0).abs() < 4.0 * error, "{boundary:?} {bin}: {value} +- {error}");
@@ -66,12 +66,12 @@ fn an_ideal_gas_has_no_structure_in_any_dimension_and_any_box() {
 #[test]
 fn two_species_are_told_apart_and_a_static_one_counts_as_a_partner() {
     let space = Space::periodic_cube(6.0);
-    let mut subject = Subject::of_points(space.clone(), 5);
-    subject.species_names = ["A", "B", "wall"].map(str::to_owned).to_vec();
-    (subject.diameters, subject.cores) = (vec![1.0; 3], crate::model::SpeciesPairs::new(3));
-    (subject.species, subject.moving) = (vec![0, 1, 1, 2, 2], vec![0, 1, 2]);
+    let mut system = SystemDescription::of_points(space.clone(), 5);
+    system.species_names = ["A", "B", "wall"].map(str::to_owned).to_vec();
+    (system.diameters, system.cores) = (vec![1.0; 3], crate::model::SpeciesPairs::new(3));
+    (system.species, system.moving) = (vec![0, 1, 1, 2, 2], vec![0, 1, 2]);
     let positions: Vec<Vector> = [0.0, 0.6, 1.6, 5.5, 5.0].iter().map(|&x| Vector::new(x, 0.0, 0.0)).collect();
-    let curve = &measure(&subject, &plan(2.0, 2), &vec![positions; 9]).curves[0];
+    let curve = &measure(&system, &plan(2.0, 2), &vec![positions; 9]).curves[0];
     let shell = |bin: usize| 4.0 / 3.0 * std::f64::consts::PI * [1.0, 7.0][bin] / 216.0;
     // Pairs in bins [0, 1) and [1, 2): A-B 0.6 | 1.6; A-wall 0.5 | 1.0; B-B | (1.0); B-wall | 1.1, 1.6.
     for (name, bins, pairs) in [
@@ -99,14 +99,14 @@ fn a_crystal_has_its_neighbours_at_exact_distances() {
     // The cell's edge is sqrt(2), so that neighbours are at sqrt(n).
     let edge = 2.0_f64.sqrt();
     let positions: Vec<Vector> = (0..64).flat_map(|k| sites.map(|site| edge * (corner(k) + site))).collect();
-    let subject = Subject::of_points(Space::periodic_cube(4.0 * edge), 256);
+    let system = SystemDescription::of_points(Space::periodic_cube(4.0 * edge), 256);
     let (cutoff, bins) = (2.5, 250);
-    let curve = &measure(&subject, &plan(cutoff, bins), &vec![positions; 9]).curves[0];
+    let curve = &measure(&system, &plan(cutoff, bins), &vec![positions; 9]).curves[0];
     let width = cutoff / bins as f64;
     let mut found = [0.0; 7];
     for (r, value) in curve.variables[0].values.iter().zip(&curve.series[0].values) {
         let shell = 4.0 / 3.0 * std::f64::consts::PI * ((r + 0.5 * width).powi(3) - (r - 0.5 * width).powi(3));
-        let neighbours = value.unwrap() * shell * 255.0 / subject.space.volume();
+        let neighbours = value.unwrap() * shell * 255.0 / system.space.volume();
         if neighbours > 0.0 {
             let number = (r * r).round();
             assert!((r - number.sqrt()).abs() < 1.01 * width, "neighbours at {r}");
@@ -145,9 +145,9 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
         let around = triples([-9..10, -9..10, if is_flat { 0..1 } else { -9..10 }]);
         let distances: Vec<f64> = around.into_iter().map(|cell| site(cell).norm()).filter(|r| *r > 0.0).collect();
         let count = positions.len();
-        let subject = Subject::of_points(space.clone(), id(count));
+        let system = SystemDescription::of_points(space.clone(), id(count));
         let (cutoff, bins) = (2.15, 215);
-        let curve = &measure_sheared(&subject, &plan(cutoff, bins), &vec![positions; 3], displacement).curves[0];
+        let curve = &measure_sheared(&system, &plan(cutoff, bins), &vec![positions; 3], displacement).curves[0];
         let (room, width) = (Room::new(&space, 1.0), cutoff / bins as f64);
         for (bin, value) in curve.series[0].values.iter().enumerate() {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * width);
@@ -162,9 +162,9 @@ fn a_sheared_crystal_has_the_neighbours_of_its_lattice() {
 
 #[test]
 fn cutoffs_stay_below_half_a_period_and_bins_below_their_limit() {
-    let subject = Subject::of_points(Space::periodic_cube(6.0), 2);
+    let system = SystemDescription::of_points(Space::periodic_cube(6.0), 2);
     let positions = vec![Vector::zeros(), Vector::repeat(1.0)];
-    let curve = &measure(&subject, &plan(100.0, u64::MAX), &vec![positions; 2]).curves[0];
+    let curve = &measure(&system, &plan(100.0, u64::MAX), &vec![positions; 2]).curves[0];
     assert_eq!(curve.variables[0].values.len(), 2000);
     assert!((curve.variables[0].values[1999] - (3.0 - 0.5 * 3.0 / 2000.0)).abs() < 1e-12);
 }
@@ -179,19 +179,19 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
         .temperature(1.0)
         .build()
         .unwrap();
-    let subject = Subject::of(&scene);
+    let system = SystemDescription::of(&scene);
     let mut simulation = Simulation::new(scene);
     simulation.advance(Until::time(10.0)).unwrap();
     let (start, before) = (simulation.snapshot(), *simulation.tally());
     let plan = plan::RadialDistribution { cutoff: Some(2.0), bins: Some(50), interval: Some(0.1) };
-    let setup = Setup { subject: &subject, sample: Sample::of(&start), duration: 40.0 };
+    let setup = Setup { system: &system, sample: Sample::of(&start), duration: 40.0 };
     let mut instrument = RadialDistribution::new(&plan, &setup);
     for _ in 0..400 {
         simulation.advance(Until::time(instrument.next_sample())).unwrap();
-        instrument.sample(&Sample::of(&simulation.snapshot()), &subject);
+        instrument.sample(&Sample::of(&simulation.snapshot()), &system);
     }
     let mut measured = Measured::default();
-    instrument.report(&subject, &mut measured);
+    instrument.report(&system, &mut measured);
     let number = &measured.numbers[0];
     let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
     assert_eq!(number.name, "contact_value_A_A");

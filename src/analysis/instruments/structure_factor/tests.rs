@@ -5,7 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
-    let subject = Subject::of_points(space.clone(), u32::try_from(frames[0].len()).unwrap());
+    let system = SystemDescription::of_points(space.clone(), u32::try_from(frames[0].len()).unwrap());
     let velocities = vec![Vector::zeros(); frames[0].len()];
     let sample = |k: usize| Sample {
         time: k as f64,
@@ -15,9 +15,9 @@ fn measure(space: &Space, frames: &[Vec<Vector>]) -> StructureFactor {
         displacement: 0.0,
     };
     let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
-    let setup = Setup { subject: &subject, sample: sample(0), duration: frames.len() as f64 };
+    let setup = Setup { system: &system, sample: sample(0), duration: frames.len() as f64 };
     let mut instrument = StructureFactor::new(&plan, &setup);
-    (1..frames.len()).for_each(|k| instrument.sample(&sample(k), &subject));
+    (1..frames.len()).for_each(|k| instrument.sample(&sample(k), &system));
     instrument
 }
 
@@ -31,11 +31,11 @@ fn modes_of_a_sheared_box_are_the_sums_of_their_definition_whichever_image_is_ta
     let space = Space { size: Vector::new(8.0, 5.0, 6.0), ..space };
     let positions: Vec<Vector> =
         (0..20).map(|k| Vector::from_fn(|axis, _| (f64::from(k) * (1.3 + axis as f64)).rem_euclid(5.0))).collect();
-    let subject = Subject::of_points(space.clone(), 20);
+    let system = SystemDescription::of_points(space.clone(), 20);
     for displacement in [1.1, -3.7] {
         let shells = vectors::all_shells(&space, displacement, 20.0, 20);
         let modes =
-            |positions: &[Vector]| density_modes(&shells, &Sample { positions, displacement, ..empty() }, &subject);
+            |positions: &[Vector]| density_modes(&shells, &Sample { positions, displacement, ..empty() }, &system);
         let sums = modes(&positions);
         let up = Vector::new(displacement, space.size.y, 0.0);
         let images = modes(&positions.iter().map(|position| position + up).collect::<Vec<_>>());
@@ -64,16 +64,16 @@ fn a_lattice_that_fits_a_sheared_box_scatters_into_its_reciprocal_lattice_only()
     let space = Space { lower: Vector::zeros(), size: Vector::new(6.0, 5.0 * height, 0.0), boundary };
     let site = |k: u32| Vector::new(f64::from(k % 6) + 0.5 * f64::from(k / 6 % 2), f64::from(k / 6) * height, 0.0);
     let positions: Vec<Vector> = (0..30).map(site).collect();
-    let subject = Subject { shear_rate: 1.0, ..Subject::of_points(space, 30) };
+    let system = SystemDescription { shear_rate: 1.0, ..SystemDescription::of_points(space, 30) };
     let plan = plan::StructureFactor { largest: Some(9.0), interval: Some(1.0) };
-    let setup = Setup { subject: &subject, sample: empty(), duration: 10.0 };
+    let setup = Setup { system: &system, sample: empty(), duration: 10.0 };
     let mut instrument = StructureFactor::new(&plan, &setup);
     // 0.5 and less by whole spacings: the lattice is the same, its vectors are others.
     for (time, displacement) in [(1.0, 0.5), (2.0, -1.5), (3.0, 2.5)] {
         let sample = Sample { time, positions: &positions, displacement, ..empty() };
-        instrument.sample(&sample, &subject);
+        instrument.sample(&sample, &system);
         let mut peaks = 0;
-        let modes = density_modes(&instrument.shells, &sample, &subject);
+        let modes = density_modes(&instrument.shells, &sample, &system);
         for [re, im] in modes {
             let square = re * re + im * im;
             let is_peak = (square - 900.0).abs() < 1e-9;
@@ -83,7 +83,7 @@ fn a_lattice_that_fits_a_sheared_box_scatters_into_its_reciprocal_lattice_only()
         assert_eq!(peaks, 3, "{displacement}");
     }
     let mut measured = Measured::default();
-    instrument.report(&subject, &mut measured);
+    instrument.report(&system, &mut measured);
     let (q, values) = (&measured.curves[0].variables[0].values, &measured.curves[0].series[0].values);
     let peak = 4.0 * PI / 3.0_f64.sqrt();
     let width = q.windows(2).map(|two| two[1] - two[0]).fold(f64::INFINITY, f64::min);
@@ -99,10 +99,10 @@ fn modes_are_the_sums_of_their_definition() {
     let space = Space { lower: Vector::new(-1.0, 3.0, 0.5), size: Vector::new(8.0, 5.0, 6.0), boundary };
     let positions: Vec<Vector> =
         (0..20).map(|k| Vector::from_fn(|axis, _| (f64::from(k) * (1.3 + axis as f64)).rem_euclid(5.0))).collect();
-    let subject = Subject::of_points(space.clone(), 20);
+    let system = SystemDescription::of_points(space.clone(), 20);
     let sample = Sample { positions: &positions, ..empty() };
     let shells = vectors::shells(&space, 20.0, 20);
-    let sums = density_modes(&shells, &sample, &subject);
+    let sums = density_modes(&shells, &sample, &system);
     let all: Vec<[i32; 3]> = shells.iter().flat_map(|shell| shell.vectors.clone()).collect();
     assert_eq!(sums.len(), all.len());
     for (n, [re, im]) in all.iter().zip(sums) {

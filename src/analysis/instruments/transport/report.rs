@@ -4,14 +4,14 @@ use super::{BULK, BULK_MEAN, HEAT, SHEAR, Transport};
 use crate::analysis::instruments::momentum_flow::trace;
 use crate::analysis::instruments::quantity::{Curve, Measured, Number, Series, Variable};
 use crate::analysis::instruments::slope::straight_slope;
-use crate::analysis::instruments::subject::Subject;
+use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::Estimate;
 
 const VISCOSITY: &str = "mass length^(2 - D) / time";
 const CONDUCTIVITY: &str = "length^(2 - D) / time";
 
-pub(super) fn report(transport: &Transport, subject: &Subject, measured: &mut Measured) {
-    let scales = scales(transport, subject);
+pub(super) fn report(transport: &Transport, system: &SystemDescription, measured: &mut Measured) {
+    let scales = scales(transport, system);
     let number = |kind: usize, name: &str, title: &str, unit: &str, method: &str| {
         let scale = scales[kind];
         let slope = scale.and_then(|scale| Some(scaled(slope(transport, kind)?, scale)));
@@ -29,13 +29,13 @@ pub(super) fn report(transport: &Transport, subject: &Subject, measured: &mut Me
 }
 
 /// What takes `<dG^2> / t` to a coefficient, by curve; none where it means nothing.
-fn scales(transport: &Transport, subject: &Subject) -> [Option<f64>; 4] {
-    let dimensions = subject.space.dimensions() as f64;
-    let freedom = dimensions * (subject.moving.len() as f64 - 1.0);
+fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4] {
+    let dimensions = system.space.dimensions() as f64;
+    let freedom = dimensions * (system.moving.len() as f64 - 1.0);
     let elapsed = transport.flow.time() - transport.start;
     // The mean of the temperature over all of the time.
     let temperature = trace(&transport.flow.kinetic) / (freedom * elapsed);
-    let viscosity = Some(0.5 / (subject.space.volume() * temperature))
+    let viscosity = Some(0.5 / (system.space.volume() * temperature))
         .filter(|scale| transport.is_meaningful && scale.is_finite() && *scale > 0.0);
     let heat = viscosity.filter(|_| transport.heat.is_some()).map(|scale| scale / temperature);
     [viscosity.filter(|_| dimensions > 1.0), viscosity, viscosity, heat]

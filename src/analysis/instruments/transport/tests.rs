@@ -1,5 +1,5 @@
 use super::*;
-use crate::analysis::instruments::trial::{
+use crate::analysis::instruments::test_system::{
     Recorded, equilibrate, estimate, hard_spheres, instrument, measure, number, report, start,
 };
 use crate::analysis::published::HardSphereFluid;
@@ -7,19 +7,19 @@ use crate::engine::Simulation;
 use crate::model::potential::Potential;
 use crate::scene::{Amount, Lattice, SceneBuilder};
 
-fn transport(simulation: &Simulation, subject: &Subject, duration: f64) -> Transport {
-    instrument(simulation, subject, duration, |setup| Transport::new(&Plan::default(), setup))
+fn transport(simulation: &Simulation, system: &SystemDescription, duration: f64) -> Transport {
+    instrument(simulation, system, duration, |setup| Transport::new(&Plan::default(), setup))
 }
 
 #[test]
 fn a_hard_sphere_fluid_has_the_coefficients_of_enskog() {
-    let (subject, mut simulation) = hard_spheres(256, 0.2);
+    let (system, mut simulation) = hard_spheres(256, 0.2);
     equilibrate(&mut simulation, 50);
     // 14 mean free times are enough at this density, and errors grow with the span.
     let plan = Plan { interval: None, span: Some(3.0) };
-    let mut instrument = instrument(&simulation, &subject, 500.0, |setup| Transport::new(&plan, setup));
-    measure(&mut simulation, &subject, &mut instrument, 500.0);
-    let measured = report(&instrument, &subject);
+    let mut instrument = instrument(&simulation, &system, 500.0, |setup| Transport::new(&plan, setup));
+    measure(&mut simulation, &system, &mut instrument, 500.0);
+    let measured = report(&instrument, &system);
     let fluid = HardSphereFluid::reduced(0.2);
     // Simulations deviate from Enskog by some per cent at this density (Alder, Gass and Wainwright), and small systems of constant energy and
     // momentum have less: in long runs 108 spheres had 5, 5 and 11 % less than Enskog, 500 had 1, 4 and 4 %, each to within 2 to 4 %.
@@ -46,10 +46,10 @@ fn wells_have_no_conductivity_and_dissipation_leaves_nothing() {
             .unwrap();
         start(scene)
     };
-    let values = |(subject, mut simulation): (Subject, Simulation)| {
-        let mut instrument = transport(&simulation, &subject, 10.0);
-        measure(&mut simulation, &subject, &mut instrument, 10.0);
-        let measured = report(&instrument, &subject);
+    let values = |(system, mut simulation): (SystemDescription, Simulation)| {
+        let mut instrument = transport(&simulation, &system, 10.0);
+        measure(&mut simulation, &system, &mut instrument, 10.0);
+        let measured = report(&instrument, &system);
         let finals = |curve: usize, series: usize| *measured.curves[curve].series[series].values.last().unwrap();
         assert!(number(&measured, "thermal_conductivity").mean.is_none());
         [finals(0, 0), finals(0, 1), finals(1, 0)].map(|value| value.is_some_and(|value| value > 0.0))
@@ -63,9 +63,9 @@ fn moments_do_not_depend_on_the_frame() {
     let run = |drift: f64| {
         let mut scene = hard_spheres(32, 0.2).1.scene().clone();
         scene.particles.iter_mut().for_each(|particle| particle.velocity.x += drift);
-        let (subject, mut simulation) = start(scene);
-        let mut instrument = transport(&simulation, &subject, 1.0);
-        measure(&mut simulation, &subject, &mut instrument, 0.6);
+        let (system, mut simulation) = start(scene);
+        let mut instrument = transport(&simulation, &system, 1.0);
+        measure(&mut simulation, &system, &mut instrument, 0.6);
         assert!(simulation.tally().core > 10);
         *instrument.moments.back().unwrap()
     };
@@ -78,8 +78,8 @@ fn moments_do_not_depend_on_the_frame() {
 
 #[test]
 fn it_goes_on_from_a_record_bit_by_bit() {
-    let (subject, mut simulation) = hard_spheres(32, 0.2);
-    let mut both = Recorded::new(transport(&simulation, &subject, 10.0));
-    measure(&mut simulation, &subject, &mut both, 3.0);
+    let (system, mut simulation) = hard_spheres(32, 0.2);
+    let mut both = Recorded::new(transport(&simulation, &system, 10.0));
+    measure(&mut simulation, &system, &mut both, 3.0);
     assert_eq!(both.again, both.instrument);
 }

@@ -1,47 +1,47 @@
-//! Even times at which something is written or looked at.
+//! Equidistant sampling times.
 
 use serde::{Deserialize, Serialize};
 
-/// Times `start + k interval`, `k = 1, 2, ...`, each from one multiplication.
+/// Equidistant sampling times `start + k interval`, `k = 1, 2, ...`, each from one multiplication.
 ///
 /// An interval that the scene gives is kept. One that was chosen is doubled whenever there are twice as many
-/// ticks as were aimed at, because the duration that it was chosen from may be a poor guess.
+/// times as were aimed at, because the duration that it was chosen from may be a poor guess.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Ticks {
+pub(crate) struct SamplingTimes {
     start: f64,
     interval: f64,
     index: f64,
-    /// Number of ticks since the interval was last doubled, and how many are aimed at; none if it is kept.
+    /// Number of times since the interval was last doubled, and how many are aimed at; none if it is kept.
     chosen: Option<[u32; 2]>,
 }
 
-impl Ticks {
-    /// Ticks at a given interval.
+impl SamplingTimes {
+    /// Times at a given interval.
     pub fn given(start: f64, interval: f64) -> Self {
         Self { start, interval, index: 1.0, chosen: None }
     }
 
-    /// Some `aim` ticks in a duration that is expected, no closer to each other than `shortest`.
+    /// Some `aim` times in a duration that is expected, no closer to each other than `shortest`.
     pub fn expecting(start: f64, duration: f64, aim: u32, shortest: f64) -> Self {
         Self { chosen: Some([0, aim]), ..Self::given(start, (duration / f64::from(aim)).max(shortest)) }
     }
 
-    /// Between two ticks now `[time]`.
+    /// The sampling interval `[time]`.
     pub fn interval(&self) -> f64 {
         self.interval
     }
 
-    /// The next tick.
+    /// The next time.
     pub fn next(&self) -> f64 {
         self.start + self.index * self.interval
     }
 
-    /// Goes on to the first tick after `time`.
+    /// Goes on to the first time after `time`.
     pub fn pass(&mut self, time: f64) {
         self.pass_early(time, 0.0);
     }
 
-    /// The same, where a time that is early by this part of the interval is taken for that of the tick, because times are rounded.
+    /// The same, where a time that is early by this part of the interval is taken for that time, because times are rounded.
     pub fn pass_early(&mut self, time: f64, early: f64) {
         if let Some([count, aim]) = &mut self.chosen {
             *count += 1;
@@ -51,7 +51,7 @@ impl Ticks {
             }
         }
         self.index = ((time - self.start) / self.interval + early).floor() + 1.0;
-        // Rounding leaves a tick that is not after `time`, also where the interval is below the spacing of numbers.
+        // Rounding leaves a time that is not after `time`, also where the interval is below the spacing of numbers.
         let mut step = 1.0;
         while self.next() <= time {
             self.index += step;
@@ -66,28 +66,28 @@ mod tests {
 
     #[test]
     fn a_given_interval_is_kept_and_does_not_accumulate_rounding() {
-        let mut ticks = Ticks::given(1.0, 0.1);
+        let mut times = SamplingTimes::given(1.0, 0.1);
         for k in 1..=1000 {
-            assert_eq!(ticks.next(), 1.0 + f64::from(k) * 0.1);
-            ticks.pass(ticks.next());
+            assert_eq!(times.next(), 1.0 + f64::from(k) * 0.1);
+            times.pass(times.next());
         }
     }
 
     #[test]
     fn ticks_that_were_passed_are_left_out() {
-        let mut ticks = Ticks::given(0.0, 1.0);
-        ticks.pass(7.5);
-        assert_eq!(ticks.next(), 8.0);
-        ticks.pass(8.0);
-        assert_eq!(ticks.next(), 9.0);
+        let mut times = SamplingTimes::given(0.0, 1.0);
+        times.pass(7.5);
+        assert_eq!(times.next(), 8.0);
+        times.pass(8.0);
+        assert_eq!(times.next(), 9.0);
     }
 
     #[test]
     fn a_chosen_interval_doubles_when_the_run_lasts_longer_than_expected() {
-        let mut ticks = Ticks::expecting(0.0, 20.0, 20, 0.0);
+        let mut times = SamplingTimes::expecting(0.0, 20.0, 20, 0.0);
         let mut count = 0;
-        while ticks.next() <= 20.0 * 1024.0 {
-            ticks.pass(ticks.next());
+        while times.next() <= 20.0 * 1024.0 {
+            times.pass(times.next());
             count += 1;
         }
         assert!((200..=240).contains(&count), "{count}");
@@ -95,18 +95,18 @@ mod tests {
 
     #[test]
     fn an_interval_below_the_spacing_of_numbers_ends() {
-        let mut ticks = Ticks::given(1e10, 1e-90);
-        ticks.pass(1e10);
-        assert!(ticks.next() > 1e10);
+        let mut times = SamplingTimes::given(1e10, 1e-90);
+        times.pass(1e10);
+        assert!(times.next() > 1e10);
     }
 
     #[test]
     fn a_rounded_time_is_not_asked_for_twice() {
-        let mut ticks = Ticks::given(1.0, 0.1);
+        let mut times = SamplingTimes::given(1.0, 0.1);
         for k in 1..=1000 {
             let due = 1.0 + f64::from(k) * 0.1;
-            assert_eq!(ticks.next(), due);
-            ticks.pass_early(if k % 2 == 0 { due.next_down() } else { due.next_up() }, 1e-6);
+            assert_eq!(times.next(), due);
+            times.pass_early(if k % 2 == 0 { due.next_down() } else { due.next_up() }, 1e-6);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Which quantities mean something in a scene.
+//! The observables that apply to a scene.
 
 use crate::Vector;
 use crate::engine::Simulation;
@@ -8,9 +8,9 @@ use crate::model::space::{Boundary, Face, Space};
 use crate::model::{CountRegion, Scene};
 use serde::{Deserialize, Serialize};
 
-/// What can be measured in a scene, and the constants that it takes.
+/// The observables that apply to a scene, and the constants of their formulas: degrees of freedom, densities, conserved momenta.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Meaning {
+pub struct ApplicableObservables {
     /// Number of particles that move.
     pub moving: usize,
     /// Number of axes that are not flat, `D`.
@@ -21,7 +21,7 @@ pub struct Meaning {
     pub conserved_axes: [bool; 3],
     /// Whether nothing from outside changes the total momentum: no walls, no gravity, no static particles.
     pub conserves_momentum: bool,
-    /// Whether a kinetic temperature means something: particles that are not accelerated, at least two of them.
+    /// Whether a kinetic temperature is defined: particles that are not accelerated, at least two of them.
     pub has_temperature: bool,
     /// Whether the virial gives a pressure: of a homogeneous fluid, or on the walls of one that nothing but walls confines.
     pub has_pressure: bool,
@@ -46,8 +46,8 @@ pub struct Meaning {
     regions: Vec<CountRegion>,
 }
 
-impl Meaning {
-    /// What means something in this scene.
+impl ApplicableObservables {
+    /// The observables that apply to this scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let species_of = |index: usize| &scene.species[scene.particles[index].species.0 as usize];
@@ -212,19 +212,24 @@ mod tests {
 
     #[test]
     fn a_periodic_fluid_has_everything_but_a_height() {
-        let meaning = Meaning::of(&pair().build().unwrap());
-        assert!(meaning.conserves_momentum && meaning.has_temperature && meaning.has_pressure && meaning.has_core);
-        assert!(!meaning.has_wells && !meaning.has_height());
-        assert_eq!(meaning.degrees_of_freedom, 3.0);
-        assert_eq!(meaning.number_density, 0.002);
+        let applicable = ApplicableObservables::of(&pair().build().unwrap());
+        assert!(
+            applicable.conserves_momentum
+                && applicable.has_temperature
+                && applicable.has_pressure
+                && applicable.has_core
+        );
+        assert!(!applicable.has_wells && !applicable.has_height());
+        assert_eq!(applicable.degrees_of_freedom, 3.0);
+        assert_eq!(applicable.number_density, 0.002);
         // The two move at 1 against their common velocity of 2: K' = 2, T = 2 * 2 / 3.
-        assert_eq!(meaning.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(4.0 / 3.0));
+        assert_eq!(applicable.temperature(10.0, &Vector::new(8.0, 0.0, 0.0)), Some(4.0 / 3.0));
     }
 
     #[test]
     fn walls_gravity_and_static_particles_take_meaning_away() {
         let walls = Space { boundary: [Boundary::walls(1.0); 3], ..Space::periodic_cube(10.0) };
-        let walled = Meaning::of(&pair().space(walls).build().unwrap());
+        let walled = ApplicableObservables::of(&pair().space(walls).build().unwrap());
         assert!(!walled.conserves_momentum && !walled.is_homogeneous && walled.has_temperature);
         assert!(walled.has_pressure && walled.pressed_walls == [[true; 2]; 3]);
         assert_eq!(walled.degrees_of_freedom, 6.0);
@@ -234,13 +239,13 @@ mod tests {
             boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
             ..Space::periodic_cube(10.0)
         };
-        let slit = Meaning::of(&pair().space(slit).build().unwrap());
+        let slit = ApplicableObservables::of(&pair().space(slit).build().unwrap());
         assert!(!slit.conserves_momentum && slit.conserved_axes == [false, true, true]);
         assert_eq!(slit.degrees_of_freedom, 4.0);
         assert_eq!(slit.temperature(10.0, &Vector::new(8.0, 4.0, 0.0)), Some(2.0 * (10.0 - 2.0) / 4.0));
         assert_eq!(slit.drift(&Vector::new(8.0, 4.0, 0.0)), Vector::new(0.0, 1.0, 0.0));
 
-        let falling = Meaning::of(&pair().gravity(Vector::new(0.0, 0.0, -1.0)).build().unwrap());
+        let falling = ApplicableObservables::of(&pair().gravity(Vector::new(0.0, 0.0, -1.0)).build().unwrap());
         assert!(!falling.conserves_momentum && !falling.has_pressure && !falling.has_temperature);
         assert!(falling.has_height());
 
@@ -248,7 +253,7 @@ mod tests {
             .static_species("S", 1.0)
             .interaction("A", "S", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
             .particle("S", Vector::zeros(), Vector::zeros());
-        let with_static = Meaning::of(&with_static.build().unwrap());
+        let with_static = ApplicableObservables::of(&with_static.build().unwrap());
         assert!(!with_static.conserves_momentum && !with_static.has_pressure && with_static.has_wells);
         assert_eq!(with_static.moving, 2);
     }

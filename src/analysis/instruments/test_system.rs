@@ -1,11 +1,11 @@
-//! Short simulations for the tests of instruments.
+//! Test systems: short simulations for the tests of instruments.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Measured, Number};
-use super::subject::{Sample, Subject};
+use super::system::{Sample, SystemDescription};
 use crate::engine::event::Event;
 use crate::engine::{Simulation, Until};
 use crate::model::Scene;
@@ -13,7 +13,7 @@ use crate::model::potential::Potential;
 use crate::scene::{Amount, Lattice, SceneBuilder};
 
 /// Hard spheres of diameter, mass and temperature 1 in a periodic cube, from a crystal.
-pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (Subject, Simulation) {
+pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (SystemDescription, Simulation) {
     start(
         SceneBuilder::new("fluid")
             .seed(5)
@@ -27,8 +27,8 @@ pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (Subject, Simul
 }
 
 /// A scene and its constants.
-pub(super) fn start(scene: Scene) -> (Subject, Simulation) {
-    (Subject::of(&scene), Simulation::new(scene))
+pub(super) fn start(scene: Scene) -> (SystemDescription, Simulation) {
+    (SystemDescription::of(&scene), Simulation::new(scene))
 }
 
 /// Goes on without measuring.
@@ -40,27 +40,32 @@ pub(super) fn equilibrate(simulation: &mut Simulation, events_per_particle: u64)
 /// A new instrument at the time where a simulation is.
 pub(super) fn instrument<I>(
     simulation: &Simulation,
-    subject: &Subject,
+    system: &SystemDescription,
     duration: f64,
     new: impl FnOnce(&Setup<'_>) -> I,
 ) -> I {
     let snapshot = simulation.snapshot();
-    new(&Setup { subject, sample: Sample::of(&snapshot), duration })
+    new(&Setup { system, sample: Sample::of(&snapshot), duration })
 }
 
 /// Goes on for a time and shows an instrument what it wants to see, and at the end everything.
-pub(super) fn measure(simulation: &mut Simulation, subject: &Subject, instrument: &mut dyn Instrument, duration: f64) {
+pub(super) fn measure(
+    simulation: &mut Simulation,
+    system: &SystemDescription,
+    instrument: &mut dyn Instrument,
+    duration: f64,
+) {
     let end = simulation.time() + duration;
     loop {
         let time = instrument.next_sample().min(end);
         let has_events = instrument.has_events();
         let show = |event: &_| {
             if has_events {
-                instrument.event(event, subject);
+                instrument.event(event, system);
             }
         };
         simulation.advance_with(Until::time(time), show).unwrap();
-        instrument.sample(&Sample::of(&simulation.snapshot()), subject);
+        instrument.sample(&Sample::of(&simulation.snapshot()), system);
         if time >= end {
             return;
         }
@@ -84,9 +89,9 @@ impl<I: Instrument + Serialize + DeserializeOwned> Instrument for Recorded<I> {
         self.instrument.next_sample()
     }
 
-    fn sample(&mut self, sample: &Sample<'_>, subject: &Subject) {
-        self.instrument.sample(sample, subject);
-        self.again.sample(sample, subject);
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        self.instrument.sample(sample, system);
+        self.again.sample(sample, system);
         self.again = serde_json::from_str(&serde_json::to_string(&self.again).unwrap()).unwrap();
     }
 
@@ -94,20 +99,20 @@ impl<I: Instrument + Serialize + DeserializeOwned> Instrument for Recorded<I> {
         self.instrument.has_events()
     }
 
-    fn event(&mut self, event: &Event, subject: &Subject) {
-        self.instrument.event(event, subject);
-        self.again.event(event, subject);
+    fn event(&mut self, event: &Event, system: &SystemDescription) {
+        self.instrument.event(event, system);
+        self.again.event(event, system);
     }
 
-    fn report(&self, subject: &Subject, measured: &mut Measured) {
-        self.again.report(subject, measured);
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        self.again.report(system, measured);
     }
 }
 
 /// What an instrument tells.
-pub(super) fn report(instrument: &dyn Instrument, subject: &Subject) -> Measured {
+pub(super) fn report(instrument: &dyn Instrument, system: &SystemDescription) -> Measured {
     let mut measured = Measured::default();
-    instrument.report(subject, &mut measured);
+    instrument.report(system, &mut measured);
     let numbers = measured.numbers.iter().flat_map(|number| [number.mean, number.standard_error]);
     let series = measured.curves.iter().flat_map(|curve| &curve.series);
     let values = series.flat_map(|series| series.values.iter().chain(&series.standard_errors).copied());

@@ -1,13 +1,15 @@
-//! What an instrument is shown: the constants of a scene, and its particles at one time.
+//! What an instrument measures: the description of the system, constant in time, and its state at one time.
 
 use crate::Vector;
 use crate::engine::Snapshot;
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::{Bond, InteractionId, Scene, SpeciesPairs};
 
-/// What stays the same while a scene is measured, by particle id.
+/// Description of the simulated system, constant during a measurement: box, species, masses, bonds, conserved quantities.
+///
+/// Lists over particles are in the order of their ids.
 #[derive(Debug, Clone)]
-pub struct Subject {
+pub struct SystemDescription {
     /// The box.
     pub space: Space,
     /// Names of the species.
@@ -46,7 +48,7 @@ pub struct Subject {
     pub seed: u64,
 }
 
-impl Subject {
+impl SystemDescription {
     /// The constants of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
@@ -56,7 +58,7 @@ impl Subject {
             |bond: &Bond| [potential(&bond.interaction).core().unwrap_or(0.0), potential(&bond.interaction).range()];
         let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
-        let meaning = crate::analysis::observables::Meaning::of(scene);
+        let applicable = crate::analysis::observables::ApplicableObservables::of(scene);
         let is_soft = |boundary: &Boundary| {
             let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
             matches!(boundary, Boundary::Bounded { lower, upper } if is_soft(lower) || is_soft(upper))
@@ -76,13 +78,13 @@ impl Subject {
             cores: scene.table.map(|id| potential(&id).core()),
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
-            conserves_momentum: meaning.conserves_momentum,
-            conserved_axes: meaning.conserved_axes,
+            conserves_momentum: applicable.conserves_momentum,
+            conserved_axes: applicable.conserved_axes,
             is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
-            is_homogeneous: meaning.is_homogeneous,
+            is_homogeneous: applicable.is_homogeneous,
             is_elastic: scene.interactions.iter().all(|interaction| interaction.restitution == 1.0)
                 && !scene.space.boundary.iter().any(is_soft),
-            has_wells: meaning.has_wells,
+            has_wells: applicable.has_wells,
             shear_rate: scene.shear_rate.unwrap_or(0.0),
             seed: scene.seed,
         }
@@ -167,7 +169,7 @@ impl Subject {
     }
 }
 
-/// All particles at one time, in the order of their ids.
+/// Positions, velocities and images of all particles at one time, in the order of their ids.
 #[derive(Debug, Clone, Copy)]
 pub struct Sample<'a> {
     /// Simulated time `[time]`.

@@ -1,4 +1,4 @@
-//! How a point is run.
+//! A state point: its scene, built and run.
 
 use std::ops::ControlFlow;
 

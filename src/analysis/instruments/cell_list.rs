@@ -1,6 +1,6 @@
-//! Pairs of particles that are closer than a range, found with cells.
+//! A cell list: pairs of particles that are closer than a range.
 
-use super::subject::Sample;
+use super::system::Sample;
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
 use crate::model::space::{Boundary, Space, nearest_image};
@@ -8,11 +8,11 @@ use crate::model::space::{Boundary, Space, nearest_image};
 /// Cells are this much wider than the range: round-off of positions hides no pair.
 const MARGIN: f64 = 1.0 + 1e-6;
 
-/// Particles sorted into cells no smaller than a range; pairs by their nearest image.
+/// A cell list for one sample: particles sorted into cells no smaller than a range; pairs by their minimum image.
 ///
 /// The range may be at most half of the shortest period.
 #[derive(Debug)]
-pub(super) struct Near {
+pub(super) struct CellList {
     periods: Vector,
     /// Of the next image up along y, along x.
     displacement: f64,
@@ -25,7 +25,7 @@ pub(super) struct Near {
     positions: Vec<Vector>,
 }
 
-impl Near {
+impl CellList {
     /// Sorts particles with these ids into cells.
     pub fn new(space: &Space, range: f64, ids: &[u32], sample: &Sample<'_>) -> Self {
         let &Sample { positions, displacement, .. } = sample;
@@ -222,13 +222,13 @@ mod tests {
                 };
                 let all = ids.iter().flat_map(|&a| ids.iter().filter(move |&&b| b > a).map(move |&b| (a, b)));
                 let expected: Vec<(u32, u32)> = all.filter(is_near).collect();
-                let near = Near::new(&space, range, &ids, &sample(&points, displacement));
+                let cells = CellList::new(&space, range, &ids, &sample(&points, displacement));
                 let mut found = Vec::new();
-                near.for_each_pair(|a, b, _| found.push((a.min(b), a.max(b))));
+                cells.for_each_pair(|a, b, _| found.push((a.min(b), a.max(b))));
                 found.sort_unstable();
                 assert_eq!(found, expected);
                 let mut ends = 0;
-                near.for_each_particle(|id, separations| {
+                cells.for_each_particle(|id, separations| {
                     ends += separations.len();
                     let others = ids.iter().filter(|&&other| other != id);
                     let apart = others.map(|&other| points[id as usize] - points[other as usize]);
@@ -247,11 +247,11 @@ mod tests {
     #[test]
     fn nothing_and_far_away_are_no_trouble() {
         let space = Space { lower: Vector::zeros(), size: Vector::repeat(1.0), boundary: [Boundary::OPEN; 3] };
-        Near::new(&space, 1.0, &[], &sample(&[], 0.0)).for_each_pair(|_, _, _| panic!("no particles"));
+        CellList::new(&space, 1.0, &[], &sample(&[], 0.0)).for_each_pair(|_, _, _| panic!("no particles"));
         let points = [Vector::repeat(1e40), Vector::repeat(-1e40), Vector::zeros(), Vector::new(0.5, 0.0, 0.0)];
         let mut found = Vec::new();
-        let near = Near::new(&space, 1.0, &[0, 1, 2, 3], &sample(&points, 0.0));
-        near.for_each_pair(|a, b, square| found.push((a, b, square)));
+        let cells = CellList::new(&space, 1.0, &[0, 1, 2, 3], &sample(&points, 0.0));
+        cells.for_each_pair(|a, b, square| found.push((a, b, square)));
         assert_eq!(found, [(2, 3, 0.25)]);
     }
 }

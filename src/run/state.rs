@@ -1,12 +1,12 @@
-//! How far a run has come: everything besides the simulation that decides what it does next.
+//! The state of a run besides the simulation: the stage, its limits, sampling times, instruments and means.
 
 use serde::{Deserialize, Serialize};
 
 use super::driver::{Monitor, PressureLook};
 use super::progress::Stage;
-use crate::analysis::instruments::{Instruments, Subject};
+use crate::analysis::instruments::{Instruments, SystemDescription};
 use crate::analysis::observables::Observer;
-use crate::analysis::ticks::Ticks;
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::engine::event::{EventCounts, Tally};
 use crate::engine::{Simulation, Until};
 use crate::model::{Limit, Thermostat};
@@ -76,14 +76,14 @@ impl Aim {
 /// What the measured stretch has so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Measurement {
-    pub rows: Ticks,
-    pub frames: Ticks,
+    pub rows: SamplingTimes,
+    pub frames: SamplingTimes,
     pub instruments: Instruments,
 }
 
-/// How far a run has come. With the simulation it is all that a run needs to go on.
+/// State of a run: the stage, sampling times, instruments and means. With the simulation it is all that a checkpoint holds.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Course {
+pub struct RunState {
     pub(super) stage: Start,
     pub(super) observer: Observer,
     pub(super) ledger: Ledger,
@@ -101,7 +101,7 @@ pub struct Course {
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
     /// When rows are written in a stage before the measured stretch.
-    pub(super) rows: Option<Ticks>,
+    pub(super) rows: Option<SamplingTimes>,
     pub(super) measurement: Option<Measurement>,
     /// What had happened before the measured stretch.
     pub(super) before: Tally,
@@ -121,16 +121,16 @@ pub struct Course {
     pub(super) pressure_look: Option<PressureLook>,
 }
 
-impl Course {
+impl RunState {
     /// At the start of a scene.
     pub(crate) fn new(simulation: &Simulation) -> Self {
         let observer = Observer::new(simulation.scene());
         let crossing = crossing_time(simulation);
-        let moving = observer.meaning().moving as u64;
+        let moving = observer.applicable().moving as u64;
         Self {
             ledger: Ledger::open(
                 simulation,
-                observer.meaning().conserves_momentum && !simulation.scene().run.has_kicks(),
+                observer.applicable().conserves_momentum && !simulation.scene().run.has_kicks(),
             ),
             stage: Start::of(simulation, Stage::first(&simulation.scene().run), Limit::default()),
             observer,
@@ -170,8 +170,8 @@ impl Course {
     }
 
     /// What was measured so far.
-    pub(super) fn measured(&self, subject: &Subject) -> crate::analysis::instruments::Measured {
-        self.measurement.as_ref().map(|measurement| measurement.instruments.report(subject)).unwrap_or_default()
+    pub(super) fn measured(&self, system: &SystemDescription) -> crate::analysis::instruments::Measured {
+        self.measurement.as_ref().map(|measurement| measurement.instruments.report(system)).unwrap_or_default()
     }
 }
 

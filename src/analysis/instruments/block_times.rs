@@ -1,6 +1,6 @@
-//! Even stretches of time that instruments cut a run into.
+//! Ends of the equal blocks of time that a measurement is divided into.
 
-use crate::analysis::ticks::Ticks;
+use crate::analysis::sampling_times::SamplingTimes;
 use serde::{Deserialize, Serialize};
 
 /// Part of an interval by which a sample may come early and still be the one that was asked for: times are rounded.
@@ -14,16 +14,16 @@ pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
 
-/// Even stretches, whose length the plan gives or the run chooses.
+/// End times of equal blocks, whose length the plan gives or the run chooses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Stretches(Ticks);
+pub(super) struct BlockTimes(SamplingTimes);
 
-impl Stretches {
+impl BlockTimes {
     /// At a given interval, or some `aim` samples in a duration.
     pub fn new(start: f64, given: Option<f64>, duration: f64, aim: u32) -> Self {
         Self(match given {
-            Some(interval) => Ticks::given(start, feasible(interval, duration)),
-            None => Ticks::expecting(start, duration, aim, 0.0),
+            Some(interval) => SamplingTimes::given(start, feasible(interval, duration)),
+            None => SamplingTimes::expecting(start, duration, aim, 0.0),
         })
     }
 
@@ -49,9 +49,9 @@ mod tests {
 
     #[test]
     fn a_given_interval_is_not_shorter_than_a_run_can_bear() {
-        let mut stretches = Stretches::new(1e20, Some(1e-90), 1.0, 10);
-        stretches.pass(1e20);
-        assert!(stretches.next() > 1e20);
-        assert_eq!(Stretches::new(0.0, Some(1e-90), 1.0, 10).next(), 1e-8);
+        let mut blocks = BlockTimes::new(1e20, Some(1e-90), 1.0, 10);
+        blocks.pass(1e20);
+        assert!(blocks.next() > 1e20);
+        assert_eq!(BlockTimes::new(0.0, Some(1e-90), 1.0, 10).next(), 1e-8);
     }
 }

@@ -1,7 +1,7 @@
-//! When an instrument looks at the particles.
+//! Sampling times of instruments whose samples cost much.
 
 use super::instrument::Setup;
-use crate::analysis::ticks::Ticks;
+use crate::analysis::sampling_times::SamplingTimes;
 use crate::base::numbers::trunc_to_u32;
 use serde::{Deserialize, Serialize};
 
@@ -18,22 +18,22 @@ const FREE: f64 = 5e8;
 /// for that in a fluid, some four microseconds.
 const PER_FLIGHT: f64 = 200.0;
 
-/// Even times of samples, which the plan gives or the run chooses.
+/// Equidistant sampling times at the interval of the plan, or as many as a budget of operations allows.
 ///
 /// An interval that is not given is chosen for 200 samples in the expected duration; for fewer, but not less than 16, where those
 /// would take longer than a second and than a tenth of the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Schedule(Ticks);
+pub(super) struct BudgetedTimes(SamplingTimes);
 
-impl Schedule {
+impl BudgetedTimes {
     /// Samples of some `work` each, a number of floating-point operations.
     pub fn new(setup: &Setup<'_>, given: Option<f64>, work: f64) -> Self {
         let start = setup.sample.time;
         // Times closer than this are the same number.
         let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
         Self(match given {
-            Some(interval) => Ticks::given(start, interval.max(shortest)),
-            None => Ticks::expecting(start, setup.duration, trunc_to_u32(aim(setup, work)), shortest),
+            Some(interval) => SamplingTimes::given(start, interval.max(shortest)),
+            None => SamplingTimes::expecting(start, setup.duration, trunc_to_u32(aim(setup, work)), shortest),
         })
     }
 
@@ -54,12 +54,12 @@ impl Schedule {
 
 /// How many samples to aim at.
 fn aim(setup: &Setup<'_>, work: f64) -> f64 {
-    let (subject, sample) = (setup.subject, &setup.sample);
-    let count = subject.moving.len().max(1) as f64;
+    let (system, sample) = (setup.system, &setup.sample);
+    let count = system.moving.len().max(1) as f64;
     let square = |&id: &u32| sample.velocities.get(id as usize).map_or(0.0, |v| v.norm_squared());
-    let speed = (subject.moving.iter().map(square).sum::<f64>() / count).sqrt();
-    let room = subject.space.volume() / count;
-    let spacing = match subject.space.dimensions() {
+    let speed = (system.moving.iter().map(square).sum::<f64>() / count).sqrt();
+    let room = system.space.volume() / count;
+    let spacing = match system.space.dimensions() {
         3 => libm::cbrt(room),
         2 => room.sqrt(),
         _ => room,
@@ -71,43 +71,43 @@ fn aim(setup: &Setup<'_>, work: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::subject::{Sample, Subject};
+    use super::super::system::{Sample, SystemDescription};
     use super::*;
     use crate::Vector;
     use crate::model::space::Space;
 
-    fn schedule(start: f64, duration: f64, given: Option<f64>, work: f64) -> Schedule {
-        let subject = Subject::of_points(Space::periodic_cube(10.0), 1000);
+    fn times(start: f64, duration: f64, given: Option<f64>, work: f64) -> BudgetedTimes {
+        let system = SystemDescription::of_points(Space::periodic_cube(10.0), 1000);
         let velocities = vec![Vector::new(1.0, 0.0, 0.0); 1000];
         let sample = Sample { time: start, positions: &[], velocities: &velocities, images: &[], displacement: 0.0 };
-        Schedule::new(&Setup { subject: &subject, sample, duration }, given, work)
+        BudgetedTimes::new(&Setup { system: &system, sample, duration }, given, work)
     }
 
     #[test]
     fn times_are_multiples_and_begin_after_the_start() {
-        let mut schedule = schedule(5.0, 100.0, Some(0.1), 1.0);
-        assert!(!schedule.is_due(5.0));
+        let mut times = times(5.0, 100.0, Some(0.1), 1.0);
+        assert!(!times.is_due(5.0));
         for k in 1..1000 {
-            assert_eq!(schedule.next(), 5.0 + f64::from(k) * 0.1);
-            assert!(schedule.is_due(schedule.next()));
+            assert_eq!(times.next(), 5.0 + f64::from(k) * 0.1);
+            assert!(times.is_due(times.next()));
         }
-        assert!(schedule.is_due(1e3) && schedule.next() > 1e3 && schedule.next() < 1e3 + 0.2);
+        assert!(times.is_due(1e3) && times.next() > 1e3 && times.next() < 1e3 + 0.2);
     }
 
     #[test]
     fn dear_samples_are_fewer() {
-        assert_eq!(schedule(0.0, 100.0, None, 1.0).next(), 0.5);
+        assert_eq!(times(0.0, 100.0, None, 1.0).next(), 0.5);
         // 5e8 operations, and 100 lengths of flight for 1000 particles at 200 each: 2e7.
-        assert_eq!(schedule(0.0, 100.0, None, 5.2e6).next(), 1.0);
-        assert_eq!(schedule(0.0, 100.0, None, 1e12).next(), 100.0 / 16.0);
+        assert_eq!(times(0.0, 100.0, None, 5.2e6).next(), 1.0);
+        assert_eq!(times(0.0, 100.0, None, 1e12).next(), 100.0 / 16.0);
     }
 
     #[test]
     fn an_interval_of_its_own_choice_doubles() {
-        let mut schedule = schedule(0.0, 1.0, None, 1.0);
+        let mut times = times(0.0, 1.0, None, 1.0);
         let mut count = 0;
-        while schedule.next() < 1000.0 {
-            assert!(schedule.is_due(schedule.next()));
+        while times.next() < 1000.0 {
+            assert!(times.is_due(times.next()));
             count += 1;
         }
         assert!(count < 200 * 12, "{count}");
@@ -115,10 +115,10 @@ mod tests {
 
     #[test]
     fn an_interval_below_the_spacing_of_numbers_still_goes_on() {
-        let mut schedule = schedule(1e6, 1.0, Some(1e-300), 1.0);
+        let mut times = times(1e6, 1.0, Some(1e-300), 1.0);
         for _ in 0..100 {
-            let now = schedule.next();
-            assert!(schedule.is_due(now) && schedule.next() > now);
+            let now = times.next();
+            assert!(times.is_due(now) && times.next() > now);
         }
     }
 }
