@@ -32,19 +32,20 @@ fn spheres(
     temperature: f64,
 ) -> Result<Scene, Box<dyn Error>> {
     let lattice = if is_fluid { Lattice::BodyCentredCubic } else { Lattice::FaceCentredCubic };
-    let mut scene = SceneBuilder::new("rate")
+    let scene = SceneBuilder::new("rate")
         .species("sphere", 1.0, 1.0)
         .interaction("sphere", "sphere", potential, 1.0)
         .fill(lattice, "sphere", count, amount)
         .temperature(temperature)
         .build()?;
     let mut random = 1_u64;
-    for last in (1..scene.particles.len()).rev() {
+    let mut parts = scene.into_parts();
+    for last in (1..parts.particles.len()).rev() {
         // Knuth's linear congruential generator: any permutation will do.
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        scene.particles.swap(last, (random >> 33) as usize % (last + 1));
+        parts.particles.swap(last, (random >> 33) as usize % (last + 1));
     }
-    Ok(scene)
+    Ok(Scene::new(parts)?)
 }
 
 fn system(arguments: &[String]) -> Result<(Scene, f64), Box<dyn Error>> {
@@ -74,7 +75,7 @@ fn system(arguments: &[String]) -> Result<(Scene, f64), Box<dyn Error>> {
 
 fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let (scene, before) = system(arguments)?;
-    let particles = scene.particles.len() as f64;
+    let particles = scene.particles().len() as f64;
     let start = Instant::now();
     let mut simulation = Simulation::new(scene);
     simulation.advance(Until::events(1))?;

@@ -23,6 +23,6 @@ pub use momentum::Influence;
 pub use output_plan::{AuditPlan, CountRegion, Format, OutputPlan, Region};
 pub use potential::Potential;
 pub use run_plan::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
-pub use scene::{Bond, Interaction, InteractionId, Particle, ParticleId, Scene, Species, SpeciesId};
+pub use scene::{Bond, Interaction, InteractionId, Particle, ParticleId, Scene, SceneParts, Species, SpeciesId};
 pub use space::Space;
 pub use species_pairs::SpeciesPairs;

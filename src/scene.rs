@@ -24,6 +24,7 @@ mod limits;
 mod mesh;
 pub(crate) mod names;
 mod occupancy;
+mod parts;
 mod place;
 mod placement;
 mod planning;

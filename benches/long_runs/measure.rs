@@ -45,8 +45,8 @@ impl Start {
     pub fn of(simulation: &Simulation) -> Self {
         let energy = simulation.energy();
         let scene = simulation.scene();
-        let has_no_frame = scene.space.is_fully_periodic()
-            && scene.species.iter().all(|s| !s.is_static() && s.acceleration.norm() == 0.0);
+        let has_no_frame = scene.space().is_fully_periodic()
+            && scene.species().iter().all(|s| !s.is_static() && s.acceleration.norm() == 0.0);
         Self { energy: energy.kinetic + energy.potential, momentum: energy.momentum, conserves_momentum: has_no_frame }
     }
 
@@ -55,7 +55,7 @@ impl Start {
         let dissipated = tally.dissipated.total();
         let scale = self.energy.abs().max(energy.kinetic).max(dissipated);
         let scene = simulation.scene();
-        let masses = scene.particles.iter().map(|particle| scene.species[particle.species.0 as usize].mass);
+        let masses = scene.particles().iter().map(|particle| scene.species()[particle.species.0 as usize].mass);
         let speeds = simulation.snapshot().velocities;
         let momenta: f64 = masses.zip(&speeds).map(|(mass, velocity)| mass * velocity.norm()).sum();
         Row {

@@ -6,6 +6,7 @@ use super::oracle::random::Random;
 use super::plot::{Panel, Series, draw};
 use super::sheet::{Sheet, number};
 use carom::engine::{Simulation, Until};
+use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::scene::{Amount, Lattice, SceneBuilder};
 use std::fs;
@@ -67,7 +68,7 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
     let [size, packing_fraction] = arguments else { return Err("a size and a packing fraction".into()) };
     let (size, packing_fraction): (u64, f64) = (size.parse()?, packing_fraction.parse()?);
     let stopwatch = Stopwatch::start();
-    let mut scene = SceneBuilder::new("size")
+    let scene = SceneBuilder::new("size")
         .species("sphere", 1.0, 1.0)
         .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "sphere", size, Amount::PackingFraction(packing_fraction))
@@ -76,9 +77,11 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
     let placed = stopwatch.seconds();
     // Neighbours in space are not neighbours in memory, as in a fluid that has been simulated for long.
     let mut random = Random::new(size);
-    for last in (1..scene.particles.len()).rev() {
-        scene.particles.swap(last, random.below(last + 1));
+    let mut parts = scene.into_parts();
+    for last in (1..parts.particles.len()).rev() {
+        parts.particles.swap(last, random.below(last + 1));
     }
+    let scene = Scene::new(parts)?;
     let stopwatch = Stopwatch::start();
     let mut simulation = Simulation::new(scene);
     simulation.advance(Until::events(1))?;

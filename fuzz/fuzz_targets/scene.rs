@@ -5,7 +5,7 @@
 
 use std::ops::ControlFlow;
 
-use carom::model::Scene;
+use carom::model::{Limit, Scene};
 use carom::check::verify::{End, Fault, Stretch, Violation, verify};
 use libfuzzer_sys::fuzz_target;
 
@@ -17,14 +17,16 @@ fuzz_target!(|text: &str| {
     if text.contains("path") {
         return;
     }
-    let Ok(mut scene) = Scene::from_toml(text, "fuzz.toml") else { return };
-    if scene.particles.len() > MOST || scene.is_driven() {
+    let Ok(scene) = Scene::from_toml(text, "fuzz.toml") else { return };
+    if scene.particles().len() > MOST || scene.is_driven() {
         return;
     }
     // No longer than it takes the fastest to go a few hundred times through the box.
-    let fastest = scene.particles.iter().map(|particle| particle.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
+    let fastest = scene.particles().iter().map(|particle| particle.velocity.norm()).fold(f64::MIN_POSITIVE, f64::max);
     let longest = 100.0 * scene.longest_range() / fastest;
-    scene.run.limit.time = Some(scene.run.limit.time.map_or(longest, |time| time.min(longest)));
+    let planned = scene.run().limit;
+    let limit = Limit { time: Some(planned.time.map_or(longest, |time| time.min(longest))), ..planned };
+    let Ok(scene) = scene.with_limit(limit) else { return };
     let certificate = verify(scene, Stretch { from: 0, events: 30 }, &mut |_| ControlFlow::Continue(()));
     match certificate.end {
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {}

@@ -34,7 +34,7 @@ impl Check {
         let mut warnings = warnings(&scene);
         let mut text = description(&scene);
         text.push_str(&needs(&estimate, per_second));
-        let folder = PathBuf::from("runs").join(&scene.name);
+        let folder = PathBuf::from("runs").join(scene.name());
         warnings.extend(too_much(&estimate, free_disk(&folder)));
         for warning in &warnings {
             text.push_str(&format!("warning: {warning}\n"));
@@ -49,10 +49,10 @@ impl Check {
 }
 
 fn description(scene: &Scene) -> String {
-    let mut lines = vec![format!("{}, seed {}", scene.name, scene.seed)];
+    let mut lines = vec![format!("{}, seed {}", scene.name(), scene.seed())];
     let mut add = |line: String| lines.push(format!("  {line}"));
     add(describe::population(scene));
-    for species in &scene.species {
+    for species in scene.species() {
         add(describe_species(species));
     }
     add(format!("space: {}", describe::space(scene)));
@@ -62,26 +62,26 @@ fn description(scene: &Scene) -> String {
     for interaction in describe::interactions(scene) {
         add(interaction);
     }
-    for mesh in &scene.meshes {
+    for mesh in scene.meshes() {
         let hole = mesh.hole.map_or_else(String::new, |hole| format!(", holes up to {} in radius", digits(hole)));
         add(format!("mesh `{}`: {}{hole}", mesh.name, plural(mesh.particles.len(), "sphere")));
     }
-    if let Some(time) = scene.contact_time {
+    if let Some(time) = scene.contact_time() {
         add(format!("TC model: contacts closer than {time} in time are elastic"));
     }
-    if let Some(rate) = scene.shear_rate {
+    if let Some(rate) = scene.shear_rate() {
         add(format!("sheared along x across y at a rate of {}", digits(rate)));
     }
     let choice = EngineChoice::new(scene);
     add(format!("engine: {choice}, {}", describe::reasons(scene, choice)));
-    for stage in &scene.run.stages {
+    for stage in &scene.run().stages {
         add(format!("stage {}", describe::stage(stage)));
     }
-    if scene.run.until_stationary || scene.run.equilibration != Limit::default() {
-        add(format!("equilibrates {}", describe::equilibration(&scene.run)));
+    if scene.run().until_stationary || scene.run().equilibration != Limit::default() {
+        add(format!("equilibrates {}", describe::equilibration(scene.run())));
     }
-    add(format!("measures {}", describe::limit(&scene.run.limit)));
-    if let Some(thermostat) = &scene.run.thermostat {
+    add(format!("measures {}", describe::limit(&scene.run().limit)));
+    if let Some(thermostat) = &scene.run().thermostat {
         add(format!("meanwhile {}", describe::thermostat(thermostat)));
     }
     lines.join("\n") + "\n"
@@ -160,18 +160,18 @@ fn describe_species(species: &Species) -> String {
 
 /// Number density and packing fraction of what moves, where the box has a volume that means something.
 fn density(scene: &Scene) -> Option<String> {
-    if !scene.space.is_fully_periodic() {
+    if !scene.space().is_fully_periodic() {
         return None;
     }
-    let volume = scene.space.volume();
-    let dimensions = scene.space.dimensions();
+    let volume = scene.space().volume();
+    let dimensions = scene.space().dimensions();
     let body = |diameter: f64| match dimensions {
         1 => diameter,
         2 => std::f64::consts::FRAC_PI_4 * diameter * diameter,
         _ => std::f64::consts::PI / 6.0 * diameter * diameter * diameter,
     };
     let moving = || {
-        let all = scene.particles.iter().map(|particle| (particle, &scene.species[particle.species.0 as usize]));
+        let all = scene.particles().iter().map(|particle| (particle, &scene.species()[particle.species.0 as usize]));
         all.filter(|(_, species)| !species.is_static())
     };
     let number_density = moving().count() as f64 / volume;
@@ -186,8 +186,8 @@ fn density(scene: &Scene) -> Option<String> {
 fn temperature(scene: &Scene) -> Option<f64> {
     let mut kinetic = 0.0;
     let mut momentum = Vector::zeros();
-    for particle in &scene.particles {
-        let species = &scene.species[particle.species.0 as usize];
+    for particle in scene.particles() {
+        let species = &scene.species()[particle.species.0 as usize];
         if !species.is_static() {
             let velocity = particle.velocity - scene.streaming_velocity(&particle.position);
             kinetic += 0.5 * species.mass * velocity.norm_squared();
@@ -203,9 +203,9 @@ fn few_digits(scene: &Scene) -> Vec<String> {
     const ROUNDINGS: f64 = 32.0;
     const MOST: f64 = 1e-8;
     let mut warnings = Vec::new();
-    let used = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
+    let used = || scene.particles().iter().map(|particle| &scene.species()[particle.species.0 as usize]);
     let smallest = used().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
-    let farthest = scene.space.lower.amax().max(scene.space.upper().amax());
+    let farthest = scene.space().lower.amax().max(scene.space().upper().amax());
     let lost = ROUNDINGS * f64::EPSILON * farthest / smallest;
     if smallest.is_finite() && lost > MOST {
         warnings.push(format!(
@@ -216,11 +216,11 @@ fn few_digits(scene: &Scene) -> Vec<String> {
     }
     let steps =
         |energies: &[f64]| energies.iter().filter(|energy| energy.is_finite()).fold(0.0, |a: f64, e| a.max(e.abs()));
-    let deepest = scene.interactions.iter().map(|it| steps(it.potential.energies())).fold(0.0, f64::max);
+    let deepest = scene.interactions().iter().map(|it| steps(it.potential.energies())).fold(0.0, f64::max);
     let kinetic = scene
-        .particles
+        .particles()
         .iter()
-        .map(|particle| (&scene.species[particle.species.0 as usize], particle.velocity.norm_squared()))
+        .map(|particle| (&scene.species()[particle.species.0 as usize], particle.velocity.norm_squared()))
         .filter(|(species, _)| !species.is_static())
         .map(|(species, squared)| 0.5 * species.mass * squared)
         .fold(0.0, f64::max);
@@ -257,11 +257,11 @@ fn warnings(scene: &Scene) -> Vec<String> {
         ));
     }
     warnings.extend(few_digits(scene));
-    let moving = scene.particles.iter().any(|particle| !scene.species[particle.species.0 as usize].is_static());
+    let moving = scene.particles().iter().any(|particle| !scene.species()[particle.species.0 as usize].is_static());
     if !moving {
         warnings.push("nothing in the scene moves".to_owned());
     }
-    let is_endless = scene.run.until_stationary && scene.run.equilibration == Limit::default();
+    let is_endless = scene.run().until_stationary && scene.run().equilibration == Limit::default();
     if is_endless && scene.cools_for_ever() {
         warnings.push(
             "contacts lose energy and nothing supplies any, so that the system cools for ever and equilibration = \"auto\" gives up: set run.equilibration_time or \
@@ -269,13 +269,13 @@ fn warnings(scene: &Scene) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if scene.run.limit == Limit::default() {
+    if scene.run().limit == Limit::default() {
         warnings.push("nothing says how long to measure".to_owned());
     }
     warnings.extend(burdens(scene));
-    let is_dissipative = scene.interactions.iter().any(|interaction| interaction.restitution < 1.0);
-    let is_falling = scene.species.iter().any(|species| species.acceleration.norm() > 0.0);
-    if is_dissipative && is_falling && scene.contact_time.is_none() {
+    let is_dissipative = scene.interactions().iter().any(|interaction| interaction.restitution < 1.0);
+    let is_falling = scene.species().iter().any(|species| species.acceleration.norm() > 0.0);
+    if is_dissipative && is_falling && scene.contact_time().is_none() {
         warnings.push(
             "particles that fall and lose energy come to rest in ever more contacts: consider dynamics.contact_time"
                 .to_owned(),

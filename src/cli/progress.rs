@@ -66,7 +66,7 @@ impl Display {
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
         let rate = Rate { since: Instant::now(), events: 0, per_second: 0.0 };
-        Self { name: scene.name.clone(), bar, is_quiet, shown: None, stage: None, rate }
+        Self { name: scene.name().to_owned(), bar, is_quiet, shown: None, stage: None, rate }
     }
 
     /// Shows how far the run is, if it is time to.

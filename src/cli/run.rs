@@ -104,10 +104,10 @@ impl Run {
     fn begin(&self, file: &Path) -> Result<(), Failure> {
         let mut scene = self.changes.load(file)?;
         if let Some(limit) = self.limit() {
-            scene.run.limit = limit;
+            scene = scene.with_limit(limit)?;
         }
-        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(&scene.name));
-        let inputs = scene.inputs.iter().map(|input| Path::new(&input.path));
+        let path = self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(scene.name()));
+        let inputs = scene.inputs().iter().map(|input| Path::new(&input.path));
         refuse_input(&path, inputs.chain([file]))?;
         let record = self.changes.record(&scene, file)?;
         let most = self.most_bytes(&scene, &path)?;
@@ -138,7 +138,7 @@ impl Run {
             folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
         }
         // Also where a kill came between a checkpoint with a new end and this.
-        folder.keep_limit(checkpoint.simulation.scene().run.limit)?;
+        folder.keep_limit(checkpoint.simulation.scene().run().limit)?;
         signals::watch();
         let mut display = Display::new(checkpoint.simulation.scene(), self.quiet);
         let Checkpoint { simulation, state, .. } = checkpoint;

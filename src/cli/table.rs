@@ -19,7 +19,7 @@ pub fn text(finished: &Finished) -> String {
     let scene = simulation.scene();
     let stretch = &finished.stretch;
     let mut lines = Lines::default();
-    lines.pair("scene", &format!("{}, seed {}", scene.name, scene.seed));
+    lines.pair("scene", &format!("{}, seed {}", scene.name(), scene.seed()));
     lines.pair("particles", &describe::population(scene));
     lines.pair("engine", &simulation.engine().to_string());
     lines.pair("", &describe::reasons(scene, simulation.engine()));
@@ -38,7 +38,7 @@ pub fn text(finished: &Finished) -> String {
         lines.title("mean and standard error");
         for (name, estimate) in &finished.observables {
             let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
-            let unit = text::unit(unit, scene.space.dimensions());
+            let unit = text::unit(unit, scene.space().dimensions());
             let verdict = finished.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
             let words = describe::observable(name, estimate, verdict, tally.physical());
             lines.pair(&name.replace('_', " "), &format!("{words} [{unit}]"));
@@ -56,7 +56,7 @@ pub fn text(finished: &Finished) -> String {
         }
     }
     lines.title("state of the measured stretch");
-    lines.pair("equilibrated", &Equilibrium::of(&finished.stationarity, scene.space.dimensions()).to_string());
+    lines.pair("equilibrated", &Equilibrium::of(&finished.stationarity, scene.space().dimensions()).to_string());
     audit(&mut lines, finished);
     lines.text()
 }
@@ -116,7 +116,7 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     }
     lines.pair("in invalid states", &text::plural(tally.in_invalid_state, "event"));
     lines.pair("at turning points", &text::plural(tally.turning_point, "event"));
-    if finished.simulation.scene().contact_time.is_some() {
+    if finished.simulation.scene().contact_time().is_some() {
         let contacts = tally.tc_contacts.max(1) as f64;
         let fraction = 100.0 * tally.tc_altered as f64 / contacts;
         lines.pair("TC model altered", &format!("{} contacts, {fraction:.2} % of them", tally.tc_altered));

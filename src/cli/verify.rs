@@ -133,8 +133,8 @@ impl Recorded {
     /// A scene with another seed or other particles is not that of the run.
     fn refuse_other(&self, scene: &Scene) -> Result<(), Failure> {
         let numbers = [
-            ("seed", scene.seed, self.summary.seed),
-            ("number of particles", scene.particles.len() as u64, self.summary.particles as u64),
+            ("seed", scene.seed(), self.summary.seed),
+            ("number of particles", scene.particles().len() as u64, self.summary.particles as u64),
         ];
         let Some((what, of_scene, of_run)) = numbers.into_iter().find(|(_, of_scene, of_run)| of_scene != of_run)
         else {
@@ -149,10 +149,10 @@ impl Recorded {
 
 fn header(scene: &Scene) -> String {
     let mut lines = Lines::default();
-    lines.pair("scene", &format!("{}, seed {}", scene.name, scene.seed));
+    lines.pair("scene", &format!("{}, seed {}", scene.name(), scene.seed()));
     lines.pair("particles", &describe::population(scene));
-    let moving = scene.particles.iter().filter(|p| !scene.species[p.species.0 as usize].is_static()).count() as f64;
-    let all = scene.particles.len() as f64;
+    let moving = scene.particles().iter().filter(|p| !scene.species()[p.species.0 as usize].is_static()).count() as f64;
+    let all = scene.particles().len() as f64;
     let pairs = moving * (all - moving) + 0.5 * moving * (moving - 1.0);
     lines.pair("rule", &format!("Algorithm 1 over all {pairs} pairs and all walls"));
     lines.text()

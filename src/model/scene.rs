@@ -85,52 +85,206 @@ pub struct Particle {
     pub velocity: Vector,
 }
 
-/// A validated scene. The fields are public to read; [`SceneBuilder`](crate::scene::SceneBuilder) makes one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Scene {
+/// Declares a scene and its parts, which have the same fields: closed there, open here.
+macro_rules! scene {
+    ($($(#[$doc:meta])* $field:ident: $type:ty,)*) => {
+        /// A validated scene: everything that decides a trajectory, and what is to be measured and written.
+        ///
+        /// [`SceneBuilder`](crate::scene::SceneBuilder) makes one in code, [`Scene::from_file`] from a file, and [`Scene::new`] from the
+        /// changed [`SceneParts`] of another one; all of them check it.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        pub struct Scene {
+            $($(#[$doc])* pub(crate) $field: $type,)*
+        }
+
+        /// The parts of a scene, to be changed: [`Scene::into_parts`] takes a scene apart, [`Scene::new`] checks what became of it.
+        #[derive(Debug, Clone, PartialEq)]
+        #[non_exhaustive]
+        pub struct SceneParts {
+            $($(#[$doc])* pub $field: $type,)*
+        }
+
+        impl Scene {
+            /// Takes the scene apart.
+            #[must_use]
+            pub fn into_parts(self) -> SceneParts {
+                let Self { $($field),* } = self;
+                SceneParts { $($field),* }
+            }
+
+            /// Puts the parts together as they are.
+            pub(crate) fn of_parts(parts: SceneParts) -> Self {
+                let SceneParts { $($field),* } = parts;
+                Self { $($field),* }
+            }
+        }
+    };
+}
+
+scene! {
     /// Name: the folder of a run.
-    pub name: String,
+    name: String,
     /// Seed of the random numbers that placed the particles and drew their velocities.
-    pub seed: u64,
+    seed: u64,
     /// Simulated time at the start `[time]`.
-    pub start_time: f64,
+    start_time: f64,
     /// The box.
-    pub space: Space,
+    space: Space,
     /// The species, at least one.
-    pub species: Vec<Species>,
+    species: Vec<Species>,
     /// The interactions that `table` and `bonds` refer to.
-    pub interactions: Vec<Interaction>,
+    interactions: Vec<Interaction>,
     /// The interactions of each two species; those without one pass through each other.
-    pub table: SpeciesPairs<InteractionId>,
+    table: SpeciesPairs<InteractionId>,
     /// Pairs that interact differently from their species.
-    pub bonds: Vec<Bond>,
+    bonds: Vec<Bond>,
     /// The particles, in the order of their ids.
-    pub particles: Vec<Particle>,
+    particles: Vec<Particle>,
     /// The surfaces among the particles; empty if there are none.
-    pub meshes: Vec<Mesh>,
+    meshes: Vec<Mesh>,
     /// Temperature of the walls of each axis `[energy]`; `None` where they reflect.
-    pub wall_temperatures: [Option<f64>; 3],
+    wall_temperatures: [Option<f64>; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
-    pub shear_rate: Option<f64>,
+    shear_rate: Option<f64>,
     /// Displacement at the start of the next image up along y, along x; 0 unless the box is sheared `[length]`.
-    pub displacement: f64,
+    displacement: f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
-    pub contact_time: Option<f64>,
+    contact_time: Option<f64>,
     /// Whether overlaps at the start are left to the stable rule instead of being an error.
-    pub allow_invalid_start: bool,
+    allow_invalid_start: bool,
     /// When the run's audit fails.
-    pub audit: AuditPlan,
+    audit: AuditPlan,
     /// How long.
-    pub run: RunPlan,
+    run: RunPlan,
     /// What to write.
-    pub output: OutputPlan,
+    output: OutputPlan,
     /// What to measure.
-    pub measure: MeasurementPlan,
+    measure: MeasurementPlan,
     /// The files that the particles come from, in the order of the tables that name them.
-    pub inputs: Vec<InputFile>,
+    inputs: Vec<InputFile>,
 }
 
 impl Scene {
+    /// Name: the folder of a run.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Seed of all random numbers.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Simulated time at the start `[time]`.
+    #[must_use]
+    pub fn start_time(&self) -> f64 {
+        self.start_time
+    }
+
+    /// The box.
+    #[must_use]
+    pub fn space(&self) -> &Space {
+        &self.space
+    }
+
+    /// The species, at least one; [`SpeciesId`] is an index into them.
+    #[must_use]
+    pub fn species(&self) -> &[Species] {
+        &self.species
+    }
+
+    /// The interactions of species and bonds; [`InteractionId`] is an index into them.
+    #[must_use]
+    pub fn interactions(&self) -> &[Interaction] {
+        &self.interactions
+    }
+
+    /// The interactions of each two species; those without one pass through each other.
+    #[must_use]
+    pub fn table(&self) -> &SpeciesPairs<InteractionId> {
+        &self.table
+    }
+
+    /// Pairs of particles that interact differently from their species.
+    #[must_use]
+    pub fn bonds(&self) -> &[Bond] {
+        &self.bonds
+    }
+
+    /// The particles at the start; [`ParticleId`] is an index into them.
+    #[must_use]
+    pub fn particles(&self) -> &[Particle] {
+        &self.particles
+    }
+
+    /// The surfaces among the particles.
+    #[must_use]
+    pub fn meshes(&self) -> &[Mesh] {
+        &self.meshes
+    }
+
+    /// Temperature of the walls of each axis `[energy]`; `None` where they reflect.
+    #[must_use]
+    pub fn wall_temperatures(&self) -> [Option<f64>; 3] {
+        self.wall_temperatures
+    }
+
+    /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
+    #[must_use]
+    pub fn shear_rate(&self) -> Option<f64> {
+        self.shear_rate
+    }
+
+    /// Displacement at the start of the next image up along y, along x; 0 unless the box is sheared `[length]`.
+    #[must_use]
+    pub fn displacement(&self) -> f64 {
+        self.displacement
+    }
+
+    /// Contact time of the TC model `[time]`; `None` switches the model off.
+    #[must_use]
+    pub fn contact_time(&self) -> Option<f64> {
+        self.contact_time
+    }
+
+    /// Whether overlaps at the start are left to the stable rule instead of being an error.
+    #[must_use]
+    pub fn allows_invalid_start(&self) -> bool {
+        self.allow_invalid_start
+    }
+
+    /// When the audit of a run fails.
+    #[must_use]
+    pub fn audit(&self) -> AuditPlan {
+        self.audit
+    }
+
+    /// The stages of a run, and how long it lasts.
+    #[must_use]
+    pub fn run(&self) -> &RunPlan {
+        &self.run
+    }
+
+    /// What a run writes.
+    #[must_use]
+    pub fn output(&self) -> &OutputPlan {
+        &self.output
+    }
+
+    /// What a run measures.
+    #[must_use]
+    pub fn measure(&self) -> &MeasurementPlan {
+        &self.measure
+    }
+
+    /// The files that the particles come from.
+    #[must_use]
+    pub fn inputs(&self) -> &[InputFile] {
+        &self.inputs
+    }
+
     /// Makes all diameters and hard cores larger by a factor.
     pub(crate) fn grow(&mut self, factor: f64) {
         self.species.iter_mut().for_each(|species| species.diameter *= factor);

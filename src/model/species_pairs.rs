@@ -36,6 +36,11 @@ impl<T: Copy> SpeciesPairs<T> {
         Self { species, values }
     }
 
+    /// The number of species.
+    pub(crate) fn species(&self) -> usize {
+        self.species
+    }
+
     /// The value of two species.
     #[inline]
     #[must_use]

@@ -89,7 +89,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    fn check_displacement(&self) -> Result<(), SceneError> {
+    pub(super) fn check_displacement(&self) -> Result<(), SceneError> {
         finite(self.displacement, Place::root().key("space").key("shear_rate"))?;
         if self.displacement != 0.0 && self.shear_rate.is_none() {
             let why =
@@ -100,7 +100,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    fn check_header(&self) -> Result<(), SceneError> {
+    pub(super) fn check_header(&self) -> Result<(), SceneError> {
         let is_good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if self.name.is_empty() || self.name.len() > 100 || !self.name.chars().all(is_good) {
             let expected = "up to 100 letters, digits, - and _: it becomes a folder";
@@ -132,7 +132,7 @@ impl SceneBuilder {
     }
 
     /// The species, with no acceleration yet.
-    fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
+    pub(super) fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
         if self.species.is_empty() {
             let kind = SceneErrorKind::Missing { key: "species", why: "a scene needs at least one [[species]]".into() };
             return Err(SceneError::new(Place::root(), kind));
@@ -163,7 +163,7 @@ impl SceneBuilder {
         Ok(species)
     }
 
-    fn set_accelerations(&self, species: &mut [Species], space: &Space) -> Result<(), SceneError> {
+    pub(super) fn set_accelerations(&self, species: &mut [Species], space: &Space) -> Result<(), SceneError> {
         let zero = Vector::zeros();
         on_flat_axes(&self.gravity, &zero, space, &Place::root().key("dynamics").key("gravity"))?;
         for (index, (species, draft)) in species.iter_mut().zip(&self.species).enumerate() {
@@ -179,7 +179,7 @@ impl SceneBuilder {
         Ok(())
     }
 
-    fn checked_space(&self, species: &[Species]) -> Result<Space, SceneError> {
+    pub(super) fn checked_space(&self, species: &[Species]) -> Result<Space, SceneError> {
         let place = Place::root().key("space");
         finite_vector(&self.lower, &place.key("lower"))?;
         for (k, boundary) in self.boundary.iter().enumerate() {

@@ -104,6 +104,11 @@ impl Groups {
         Ok(groups)
     }
 
+    /// Particles that have their places, bonds and meshes already.
+    pub(crate) fn given(particles: Vec<Particle>, bonds: Vec<(Bond, Place)>, meshes: Vec<Mesh>) -> Self {
+        Self { particles, bonds, meshes, starts: Vec::new() }
+    }
+
     /// Number of particles of each species.
     pub(crate) fn counts(&self, species: usize) -> Vec<usize> {
         let mut counts = vec![0; species];
@@ -121,6 +126,9 @@ impl Groups {
 
     /// Where the scene asks for a particle.
     pub(crate) fn place_of(&self, id: usize) -> Place {
+        if self.starts.is_empty() {
+            return Place::entry("particle", id);
+        }
         let group = self.starts.partition_point(|(first, _)| *first <= id);
         self.starts.get(group.wrapping_sub(1)).map_or_else(Place::root, |(_, place)| place.clone())
     }

@@ -119,6 +119,24 @@ impl<'a> Interactions<'a> {
         Ok(id)
     }
 
+    /// Interactions and a table of species that are complete already.
+    pub(crate) fn given(
+        list: Vec<Interaction>,
+        table: &SpeciesPairs<InteractionId>,
+        species: &'a [Species],
+    ) -> Result<Self, SceneError> {
+        for (index, interaction) in list.iter().enumerate() {
+            restitution(interaction.restitution, Place::entry("interaction", index).key("restitution"))?;
+        }
+        let is_in_list = table.iter().all(|(_, id)| (id.0 as usize) < list.len());
+        if table.species() != species.len() || !is_in_list {
+            let expected = format!("one of {} species and {} interactions", species.len(), list.len());
+            let kind = SceneErrorKind::value("a table of other species or interactions", expected);
+            return Err(SceneError::new(Place::root().key("interaction"), kind));
+        }
+        Ok(Self { drafts: &[], species, list, made: HashMap::new(), table: table.map(|id| Some(Some(id))) })
+    }
+
     /// The named interaction for a bond of two particles of these species.
     pub(crate) fn bond(
         &mut self,
@@ -135,6 +153,11 @@ impl<'a> Interactions<'a> {
             let expected = "an interaction with a potential";
             SceneError::new(place.clone(), SceneErrorKind::value(format!("`{name}`, which has none"), expected))
         })
+    }
+
+    /// Whether there is an interaction of this number.
+    pub(crate) fn has(&self, id: InteractionId) -> bool {
+        (id.0 as usize) < self.list.len()
     }
 
     /// What has been made so far.

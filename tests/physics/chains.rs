@@ -9,12 +9,12 @@ use carom::model::{ParticleId, Scene};
 fn worst_bond(scene: &Scene, now: &Snapshot) -> f64 {
     let excess = |bond: &carom::model::Bond| {
         let [a, b] = bond.pair.map(|id| now.positions[id.0 as usize]);
-        let distance = minimum_image(a - b, &scene.space.periods()).norm();
-        let potential: &Potential = &scene.interactions[bond.interaction.0 as usize].potential;
+        let distance = minimum_image(a - b, &scene.space().periods()).norm();
+        let potential: &Potential = &scene.interactions()[bond.interaction.0 as usize].potential;
         let core = potential.core().unwrap();
         ((distance - potential.range()) / potential.range()).max((core - distance) / core)
     };
-    scene.bonds.iter().map(excess).fold(f64::NEG_INFINITY, f64::max)
+    scene.bonds().iter().map(excess).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// A position is rounded to the spacing of its coordinates' floats, at most 16, in each of its six coordinates and at the
@@ -89,7 +89,7 @@ fn polymers_stay_whole() {
         simulation.advance(Until::events(30_000 * part)).unwrap();
         let scene = simulation.scene();
         assert!(worst_bond(scene, &simulation.snapshot()) < BOND_ROUND_OFF);
-        for bond in &scene.bonds {
+        for bond in scene.bonds() {
             assert_eq!(simulation.pair_state(bond.pair[0], bond.pair[1]), 1);
         }
     }

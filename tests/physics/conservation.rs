@@ -19,7 +19,7 @@ fn assert_conserved(mut simulation: Simulation, events: u64) {
     assert_eq!(simulation.advance(Until::events(events)), Ok(Reason::Events));
     let end = simulation.energy();
     let particles = simulation.moving() as f64;
-    let mass = simulation.scene().species.iter().map(|s| s.mass).filter(|m| m.is_finite()).fold(0.0, f64::max);
+    let mass = simulation.scene().species().iter().map(|s| s.mass).filter(|m| m.is_finite()).fold(0.0, f64::max);
     // The fastest pairs of an event are some ten times as energetic as the mean; on average they are less than twice.
     let typical = 2.0 * (start.kinetic.max(end.kinetic) / particles);
     let energy = 2.0 * ROUNDINGS * f64::EPSILON * events as f64 * typical;
@@ -82,8 +82,8 @@ fn species_of_unequal_mass_share_the_energy_evenly() {
         simulation.advance(Until::events(20_000 + block * 4_000)).unwrap();
         let now = simulation.snapshot();
         let (mut light, mut all) = (0.0, 0.0);
-        for (particle, velocity) in simulation.scene().particles.iter().zip(&now.velocities) {
-            let energy = simulation.scene().species[particle.species.0 as usize].mass * velocity.norm_squared();
+        for (particle, velocity) in simulation.scene().particles().iter().zip(&now.velocities) {
+            let energy = simulation.scene().species()[particle.species.0 as usize].mass * velocity.norm_squared();
             all += energy;
             light += if particle.species.0 == 0 { energy } else { 0.0 };
         }

@@ -40,16 +40,16 @@ const DISKS: [Boundary; 3] = [Boundary::Periodic, Boundary::Periodic, Boundary::
 
 /// The smallest distance of any two particles, in contact distances, over all pairs.
 fn closest(scene: &Scene) -> f64 {
-    let size = scene.space.size;
+    let size = scene.space().size;
     let mut closest = f64::INFINITY;
-    for (i, a) in scene.particles.iter().enumerate() {
-        for b in &scene.particles[..i] {
+    for (i, a) in scene.particles().iter().enumerate() {
+        for b in &scene.particles()[..i] {
             let mut apart: Vector = a.position - b.position;
             for k in (0..3).filter(|&k| size[k] > 0.0) {
                 apart[k] -= size[k] * (apart[k] / size[k]).round();
             }
             let Some(id) = scene.interaction_of(a.species, b.species) else { continue };
-            let Some(core) = scene.interactions[id.0 as usize].potential.core() else { continue };
+            let Some(core) = scene.interactions()[id.0 as usize].potential.core() else { continue };
             closest = closest.min(apart.norm() / core);
         }
     }
@@ -61,15 +61,15 @@ fn assert_valid(scene: &Scene, fraction: f64) {
     assert!(closest(scene) >= 1.0, "{}", closest(scene));
     // Of sums of a thousand terms.
     assert!((scene.packing_fraction() / fraction - 1.0).abs() < 1e-12, "{}", scene.packing_fraction());
-    let (lower, upper) = (scene.space.lower, scene.space.upper());
-    for particle in &scene.particles {
+    let (lower, upper) = (scene.space().lower, scene.space().upper());
+    for particle in scene.particles() {
         let position = particle.position;
         assert!((0..3).all(|k| position[k] >= lower[k] && (position[k] < upper[k] || lower[k] == upper[k])));
     }
 }
 
 fn mean_q6(scene: &Scene) -> f64 {
-    let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
+    let positions: Vec<Vector> = scene.particles().iter().map(|particle| particle.position).collect();
     let images = vec![[0; 3]; positions.len()];
     let sample =
         Sample { time: 0.0, positions: &positions, velocities: &positions, images: &images, displacement: 0.0 };
@@ -79,10 +79,10 @@ fn mean_q6(scene: &Scene) -> f64 {
 
 /// Number of pairs by distance relative to the one of as many points at random, for distances from 3 to 4 diameters in ten bins.
 fn far_pairs(scene: &Scene) -> [f64; 10] {
-    let (size, count) = (scene.space.size, scene.particles.len() as f64);
+    let (size, count) = (scene.space().size, scene.particles().len() as f64);
     let mut bins = [0.0; 10];
-    for (i, a) in scene.particles.iter().enumerate() {
-        for b in &scene.particles[..i] {
+    for (i, a) in scene.particles().iter().enumerate() {
+        for b in &scene.particles()[..i] {
             let apart = (a.position - b.position).zip_map(&size, |x, period| x - period * (x / period).round());
             let bin = (apart.norm() - 3.0) * 10.0;
             if (0.0..10.0).contains(&bin) {
@@ -92,7 +92,7 @@ fn far_pairs(scene: &Scene) -> [f64; 10] {
             }
         }
     }
-    let pairs = 0.5 * count * (count - 1.0) / scene.space.volume();
+    let pairs = 0.5 * count * (count - 1.0) / scene.space().volume();
     std::array::from_fn(|bin| {
         let (inner, outer) = (3.0 + 0.1 * bin as f64, 3.1 + 0.1 * bin as f64);
         bins[bin] / (pairs * 4.0 / 3.0 * std::f64::consts::PI * (outer.powi(3) - inner.powi(3)))
@@ -112,13 +112,13 @@ fn equal_spheres_start_dense_and_disordered() {
     assert!(shells.contains(&0.0) && shells.iter().any(|&value| value > 2.0), "{shells:?}");
     let fluid = far_pairs(&scene);
     assert!(fluid.iter().all(|value| (0.8..1.25).contains(value)), "{fluid:?}");
-    let momentum: Vector = scene.particles.iter().map(|particle| particle.velocity).sum();
+    let momentum: Vector = scene.particles().iter().map(|particle| particle.velocity).sum();
     assert!(momentum.norm() < 1e-11);
 }
 
 #[test]
 fn a_dense_start_follows_from_the_seed() {
-    let scene = |seed| mixture(200, 0.6).seed(seed).build().unwrap().particles;
+    let scene = |seed| mixture(200, 0.6).seed(seed).build().unwrap().into_parts().particles;
     assert_eq!(scene(1), scene(1));
     let (one, two) = (scene(1), scene(2));
     assert!(one.iter().zip(&two).all(|(a, b)| a.position != b.position));
@@ -129,7 +129,7 @@ fn mixtures_and_disks_start_dense() {
     assert_valid(&mixture(500, 0.62).build().unwrap(), 0.62);
     let disks = mixture(500, 0.7).boundary(DISKS).build().unwrap();
     assert_valid(&disks, 0.7);
-    assert!(disks.particles.iter().all(|particle| particle.position.z == 0.0));
+    assert!(disks.particles().iter().all(|particle| particle.position.z == 0.0));
     let rods = [Boundary::Periodic, Boundary::Flat, Boundary::Flat];
     assert_valid(&mixture(100, 0.9).boundary(rods).build().unwrap(), 0.9);
 }

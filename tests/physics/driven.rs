@@ -84,7 +84,7 @@ fn scaling_holds_the_temperature_and_its_energy_is_counted() {
 
 /// No two spheres of a snapshot overlap deeper than round-off; `shift` is how far the image one period up has slid.
 fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diameters: &dyn Fn(usize) -> f64) {
-    let size = scene.space.size;
+    let size = scene.space().size;
     for (i, a) in snapshot.positions.iter().enumerate() {
         for (j, b) in snapshot.positions.iter().enumerate().skip(i + 1) {
             let mut apart: Vector = a - b;
@@ -124,11 +124,11 @@ fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap(
     let finished = finish(scene);
     let scene = finished.simulation.scene();
     assert!((scene.packing_fraction() / 0.6 - 1.0).abs() < 1e-11, "{}", scene.packing_fraction());
-    assert!((scene.species[1].diameter / scene.species[0].diameter - 1.4).abs() < 1e-14);
+    assert!((scene.species()[1].diameter / scene.species()[0].diameter - 1.4).abs() < 1e-14);
     let snapshot = finished.simulation.snapshot();
-    let ratio = scene.species[0].diameter;
+    let ratio = scene.species()[0].diameter;
     assert!((snapshot.scale - ratio).abs() < 1e-14);
-    assert_no_overlap(scene, &snapshot, 0.0, &|id| scene.species[scene.particles[id].species.0 as usize].diameter);
+    assert_no_overlap(scene, &snapshot, 0.0, &|id| scene.species()[scene.particles()[id].species.0 as usize].diameter);
     assert!(finished.stretch.tally.core >= 20_000);
     assert_eq!(finished.observables[0].0, "temperature");
     assert!((finished.observables[0].1.mean - 1.0).abs() < 1e-12);
@@ -199,9 +199,9 @@ fn in_a_sheared_box_nothing_is_ever_missed() {
         for part in 1..=40 {
             simulation.advance(Until::time(0.1 * f64::from(part))).unwrap();
             let snapshot = simulation.snapshot();
-            let slid = rate * scene.space.size.y * snapshot.time;
+            let slid = rate * scene.space().size.y * snapshot.time;
             assert_no_overlap(&scene, &snapshot, slid, &|_| 1.0);
-            let within = displacement_within_period(slid, scene.space.size.x);
+            let within = displacement_within_period(slid, scene.space().size.x);
             assert!((snapshot.displacement - within).abs() < 1e-12, "{} {within}", snapshot.displacement);
         }
         assert!(simulation.tally().core > 5_000);
@@ -209,7 +209,7 @@ fn in_a_sheared_box_nothing_is_ever_missed() {
         let energy = simulation.energy();
         let supplied = simulation.tally().supplied.total();
         assert!(energy.thermal > 1.5 * 255.0 && supplied > 0.0);
-        let start: f64 = scene.particles.iter().map(|particle| 0.5 * particle.velocity.norm_squared()).sum();
+        let start: f64 = scene.particles().iter().map(|particle| 0.5 * particle.velocity.norm_squared()).sum();
         assert!(((energy.kinetic - start) / supplied - 1.0).abs() < 1e-11, "{} {supplied}", energy.kinetic - start);
     }
 }

@@ -108,8 +108,8 @@ fn rods_on_a_ring_meet_exactly_as_often_as_their_velocities_say() {
     // contact has the impulse |v_i - v_j|. At rho = 1/2 the mean is that of Tonks, Z = 1 / (1 - rho sigma) = 2.
     let (count, time) = (50, 20_000.0);
     let mut simulation = hard_spheres(LINE, Lattice::Line, count, Amount::NumberDensity(0.5));
-    let velocities: Vec<f64> = simulation.scene().particles.iter().map(|p| p.velocity.x).collect();
-    let free = simulation.scene().space.size.x - count as f64;
+    let velocities: Vec<f64> = simulation.scene().particles().iter().map(|p| p.velocity.x).collect();
+    let free = simulation.scene().space().size.x - count as f64;
     let pairs = velocities.iter().enumerate().flat_map(|(i, v)| velocities[..i].iter().map(move |w| (v - w).abs()));
     let (mut contacts, mut virial, mut most, mut fastest) = (0.0, 0.0, 0.0, 0.0_f64);
     for speed in pairs {

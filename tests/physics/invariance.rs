@@ -33,7 +33,7 @@ fn listed(space: &Space, potential: &Potential, particles: &[(Vector, Vector)]) 
 }
 
 fn particles(scene: &Scene) -> Vec<(Vector, Vector)> {
-    scene.particles.iter().map(|p| (p.position, p.velocity)).collect()
+    scene.particles().iter().map(|p| (p.position, p.velocity)).collect()
 }
 
 const BULK: [Boundary; 3] = [Boundary::Periodic; 3];
@@ -45,7 +45,7 @@ fn well() -> Potential {
 #[test]
 fn a_scene_has_one_future_however_it_is_cut() {
     let start = lattice(BULK, Lattice::FaceCentredCubic, 256, 0.6);
-    let scene = || listed(&start.space, &well(), &particles(&start)).build().unwrap();
+    let scene = || listed(start.space(), &well(), &particles(&start)).build().unwrap();
     let whole = |until: Until| {
         let mut simulation = Simulation::new(scene());
         simulation.advance(until).unwrap();
@@ -78,7 +78,7 @@ fn flat_scenes_stay_flat_and_straight_ones_straight() {
     for (boundary, arrangement, axes) in [(plane, Lattice::Square, 2), (line, Lattice::Line, 1)] {
         for potential in [Potential::hard_sphere(1.0).unwrap(), well()] {
             let scene = lattice(boundary, arrangement, 100, 0.5);
-            let space = Space { lower: Vector::new(0.1, 0.2, 0.3), ..scene.space.clone() };
+            let space = Space { lower: Vector::new(0.1, 0.2, 0.3), ..scene.space().clone() };
             let moved: Vec<_> = particles(&scene).iter().map(|(r, v)| (r + space.lower, *v)).collect();
             let scene = listed(&space, &potential, &moved).build().unwrap();
             let mut simulation = Simulation::new(scene);

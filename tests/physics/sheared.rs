@@ -133,7 +133,7 @@ fn chains_hold_together_across_the_sides_that_slide() {
         let simulation = &finished.simulation;
         let (scene, now) = (simulation.scene(), simulation.snapshot());
         let mut across = 0;
-        for bond in &scene.bonds {
+        for bond in scene.bonds() {
             let [a, b] = bond.pair.map(|id| id.0 as usize);
             let nearest = distances(&space.size, &now, rate, a, b).fold(f64::INFINITY, f64::min);
             assert!((0.9 - ROUND_OFF..1.3 + ROUND_OFF).contains(&nearest), "{rate}: {a} {b} {nearest}");

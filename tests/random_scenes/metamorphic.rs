@@ -5,7 +5,7 @@ use carom::engine::event::{Event, EventKind};
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::Boundary;
-use carom::model::{Particle, ParticleId, Scene};
+use carom::model::{Particle, ParticleId, Scene, SceneParts};
 
 use crate::generator::{self, Dice};
 
@@ -28,7 +28,7 @@ fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
 /// The first events, until a collapse or the time of the scene.
 fn events(scene: &Scene, most: u64) -> Vec<Event> {
     let mut events = Vec::new();
-    let time = scene.run.limit.time.unwrap_or(f64::INFINITY);
+    let time = scene.run().limit.time.unwrap_or(f64::INFINITY);
     let _ = Simulation::new(scene.clone()).advance_with(Until { time, events: most }, |event| events.push(*event));
     events
 }
@@ -68,11 +68,12 @@ fn agreeing(seed: u64, ours: &Scene, theirs: &Scene, number: impl Fn(ParticleId)
     ours.len()
 }
 
-fn compare(change: impl Fn(&mut Scene, &mut Dice) -> Vec<u32>, is_mirror: bool) {
+fn compare(change: impl Fn(&mut SceneParts, &mut Dice) -> Vec<u32>, is_mirror: bool) {
     let mut all = 0;
     for (seed, _, scene) in scenes() {
-        let mut changed = scene.clone();
-        let numbers = change(&mut changed, &mut Dice::new(seed));
+        let mut parts = scene.clone().into_parts();
+        let numbers = change(&mut parts, &mut Dice::new(seed));
+        let changed = Scene::new(parts).unwrap();
         let number = |id: ParticleId| numbers.get(id.0 as usize).copied().unwrap_or(id.0);
         all += agreeing(seed, &scene, &changed, number, is_mirror);
     }
@@ -81,7 +82,7 @@ fn compare(change: impl Fn(&mut Scene, &mut Dice) -> Vec<u32>, is_mirror: bool) 
 
 #[test]
 fn a_mirrored_scene_has_mirrored_events() {
-    let mirror = |scene: &mut Scene, _: &mut Dice| {
+    let mirror = |scene: &mut SceneParts, _: &mut Dice| {
         scene.space.lower.x = -scene.space.upper().x;
         if let Boundary::Bounded { lower, upper } = &mut scene.space.boundary[0] {
             std::mem::swap(lower, upper);
@@ -98,7 +99,7 @@ fn a_mirrored_scene_has_mirrored_events() {
 
 #[test]
 fn a_shifted_scene_has_the_same_events() {
-    let shift = |scene: &mut Scene, dice: &mut Dice| {
+    let shift = |scene: &mut SceneParts, dice: &mut Dice| {
         let by = carom::Vector::from_fn(|_, _| dice.between(-3.0, 3.0));
         scene.space.lower += by;
         for Particle { position, .. } in &mut scene.particles {
@@ -116,7 +117,7 @@ fn a_shifted_scene_has_the_same_events() {
 
 #[test]
 fn a_renumbered_scene_has_the_same_events() {
-    let renumber = |scene: &mut Scene, dice: &mut Dice| {
+    let renumber = |scene: &mut SceneParts, dice: &mut Dice| {
         let count = scene.particles.len();
         // `old[new]`, and the other way round.
         let mut old: Vec<u32> = (0..).take(count).collect();
@@ -143,20 +144,20 @@ fn spheres_far_away_change_no_event() {
     let mut all = 0;
     let mut changed_scenes = 0;
     for (seed, text, scene) in scenes() {
-        let Some(axis) = (0..3).find(|&k| matches!(scene.space.boundary[k], Boundary::Bounded { .. })) else {
+        let Some(axis) = (0..3).find(|&k| matches!(scene.space().boundary[k], Boundary::Bounded { .. })) else {
             continue;
         };
         let mut text = text + "[[species]]\nname = \"far\"\nstatic = true\ndiameter = 1.0\n";
-        for species in scene.species.iter().filter(|species| !species.is_static()) {
+        for species in scene.species().iter().filter(|species| !species.is_static()) {
             text +=
                 &format!("[[interaction]]\nspecies = [\"{}\", \"far\"]\npotential = \"hard-sphere\"\n", species.name);
         }
         let is_closed = |face| matches!(face, carom::model::space::Face::Wall { .. });
-        let Boundary::Bounded { upper, .. } = scene.space.boundary[axis] else { continue };
+        let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
         // Just behind a wall, or where nobody comes in a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
         let mut place = carom::Vector::zeros();
-        place[axis] = scene.space.size[axis] + beyond;
+        place[axis] = scene.space().size[axis] + beyond;
         text += &format!("[[particle]]\nspecies = \"far\"\nposition = {:?}\n", <[f64; 3]>::from(place));
         let far = Scene::from_toml(text, "random.toml").unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         all += agreeing(seed, &scene, &far, |id| id.0, false);
@@ -168,7 +169,7 @@ fn spheres_far_away_change_no_event() {
 /// A scene in other units: lengths, times and masses times powers of two, which rounds nothing.
 fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
     let (speed, energy) = (length / time, mass * length * length / (time * time));
-    let mut scaled = scene.clone();
+    let mut scaled = scene.clone().into_parts();
     scaled.space.lower *= length;
     scaled.space.size *= length;
     for species in &mut scaled.species {
@@ -188,7 +189,7 @@ fn scaled(scene: &Scene, [length, time, mass]: [f64; 3]) -> Scene {
     }
     scaled.contact_time = scaled.contact_time.map(|t| t * time);
     scaled.run.limit.time = scaled.run.limit.time.map(|t| t * time);
-    scaled
+    Scene::new(scaled).unwrap()
 }
 
 #[test]
@@ -227,7 +228,7 @@ fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<E
 #[test]
 fn limits_by_time_and_by_events_and_looks_in_between_change_no_bit() {
     for (seed, _, scene) in scenes() {
-        let limit = scene.run.limit.time.unwrap_or(f64::INFINITY);
+        let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
         let by_events = events_of(&scene, [Until { time: limit, events: 100 }]);
         let (Some(last), 100) = (by_events.last(), by_events.len()) else { continue };
         // The time of an event is rounded once more when it is told.

@@ -152,14 +152,14 @@ fn who_looks_on_changes_nothing() {
         assert_eq!(fingerprint(&watched.snapshot()), fingerprint(&expected), "{name}");
 
         // A whole run with its rows and frames.
-        let mut scene = named(name);
-        scene.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000), ..RunPlan::default() };
-        scene.output = OutputPlan {
+        let mut parts = named(name).into_parts();
+        parts.run = RunPlan { equilibration: Limit::events(1_000), limit: Limit::events(9_000), ..RunPlan::default() };
+        parts.output = OutputPlan {
             thermo_interval: Some(expected.time / 300.0),
             frame_interval: Some(expected.time / 70.0),
             ..OutputPlan::default()
         };
-        let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+        let finished = run::run(Scene::new(parts).unwrap(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(fingerprint(&finished.simulation.snapshot()), fingerprint(&expected), "{name}");
     }
 }
@@ -170,7 +170,7 @@ fn start(potential: &Potential, gravity: f64, order: &[usize], start_time: f64) 
     let original = particles(&fluid);
     let shuffled: Vec<_> = order.iter().map(|&k| original[k]).collect();
     // Between a floor and a ceiling where there is weight: the lattice is half a diameter away from both.
-    let mut space = fluid.space;
+    let mut space = fluid.space().clone();
     if gravity != 0.0 {
         space.lower.z -= 1.0;
         space.size.z += 2.0;
@@ -213,7 +213,11 @@ fn the_start_of_time_changes_nothing() {
     let scene = |which: usize, start_time: f64| match which {
         0 => start(&hard_sphere(), 0.0, &order, start_time),
         1 => start(&well(), -1.0, &order, start_time),
-        _ => Scene { start_time, ..everything() },
+        _ => {
+            let mut parts = everything().into_parts();
+            parts.start_time = start_time;
+            Scene::new(parts).unwrap()
+        }
     };
     for which in 0..3 {
         let run = |start_time: f64| {

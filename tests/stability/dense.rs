@@ -23,7 +23,7 @@ fn largest_displacement(space: &Space, start: &[(Vector, Vector)], now: &Snapsho
 #[test]
 fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
     let scene = fluid(500, Amount::PackingFraction(0.73));
-    let (space, start) = (scene.space.clone(), particles(&scene));
+    let (space, start) = (scene.space().clone(), particles(&scene));
     let mut watched = Watched::new(scene);
     watched.run(1_000_000);
     // An event touches two of 500 particles, that have up to ten times the mean energy.
@@ -63,7 +63,7 @@ fn a_crystal_at_rest_does_nothing() {
     let scene = fluid(500, Amount::PackingFraction(0.73));
     for velocity in [Vector::zeros(), Vector::new(0.5, -0.25, 0.125)] {
         let start: Vec<_> = particles(&scene).iter().map(|(r, _)| (*r, velocity)).collect();
-        let mut watched = Watched::new(listed(&scene.space, &hard_sphere(), 1.0, &start).build().unwrap());
+        let mut watched = Watched::new(listed(scene.space(), &hard_sphere(), 1.0, &start).build().unwrap());
         watched.simulation.advance(Until::time(100.0)).unwrap();
         assert_eq!(watched.simulation.tally().physical(), 0);
         watched.assert_sound(1.0);
@@ -71,7 +71,7 @@ fn a_crystal_at_rest_does_nothing() {
         assert!(end.velocities.iter().all(|v| *v == velocity));
         // Each crossing of a cell and of the box, of which there are fewer than a hundred, rounds a coordinate once.
         let moved = |k: usize, axis: usize| {
-            end.positions[k][axis] + f64::from(end.images[k][axis]) * scene.space.size[axis] - start[k].0[axis]
+            end.positions[k][axis] + f64::from(end.images[k][axis]) * scene.space().size[axis] - start[k].0[axis]
         };
         for (k, axis) in (0..500).flat_map(|k| (0..3).map(move |axis| (k, axis))) {
             let error = moved(k, axis) - 100.0 * velocity[axis];

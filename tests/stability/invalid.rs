@@ -136,13 +136,13 @@ impl Cores {
     fn new(scene: &Scene) -> Self {
         let mut pairs = Vec::new();
         for (j, i) in (0..COUNT).flat_map(|j| (0..j).map(move |i| (j, i))) {
-            let species = |k: usize| scene.particles[k].species;
+            let species = |k: usize| scene.particles()[k].species;
             if let Some(id) = scene.interaction_of(species(i), species(j)) {
-                pairs.push(([i, j], scene.interactions[id.0 as usize].potential.core().unwrap()));
+                pairs.push(([i, j], scene.interactions()[id.0 as usize].potential.core().unwrap()));
             }
         }
         let last = vec![f64::NEG_INFINITY; pairs.len()];
-        Self { periods: scene.space.periods(), pairs, last }
+        Self { periods: scene.space().periods(), pairs, last }
     }
 
     /// Looks at all pairs: how many overlap, and by how much the worst of them has got worse since the last look.
@@ -170,7 +170,7 @@ fn deepening(length: f64) -> f64 {
 /// Runs until no overlap is left, and looks at all pairs all the time.
 fn resolve(recipe: &Recipe) {
     let scene = random_start(recipe, 7);
-    let (length, mut cores) = (scene.space.size.x, Cores::new(&scene));
+    let (length, mut cores) = (scene.space().size.x, Cores::new(&scene));
     let mut simulation = Simulation::new(scene);
     let (start, _) = cores.look(&simulation.snapshot());
     assert!(start > 100, "{start} overlaps are no test");

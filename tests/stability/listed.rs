@@ -51,7 +51,7 @@ pub fn fluid(count: u64, amount: Amount) -> Scene {
 
 /// The particles of a scene.
 pub fn particles(scene: &Scene) -> Vec<State> {
-    scene.particles.iter().map(|p| (p.position, p.velocity)).collect()
+    scene.particles().iter().map(|p| (p.position, p.velocity)).collect()
 }
 
 /// The particles at a later time.

@@ -67,7 +67,7 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
 /// A warm start, away from the lattice.
 fn warm(density: f64, potential: Potential) -> (Fluid, Vec<State>) {
     let scene = fluid(108, Amount::NumberDensity(density));
-    let fluid = Fluid { space: scene.space.clone(), potential };
+    let fluid = Fluid { space: scene.space().clone(), potential };
     let warm = fluid.run(&particles(&scene), Until::time(2.0 / density));
     let start = states(&warm.snapshot());
     (fluid, start)

@@ -85,7 +85,7 @@ fn ties_between_separate_pairs_do_not_depend_on_the_numbering() {
 
 /// The largest difference between the motions of two particles, each seen in the direction of its start; nothing moves across.
 fn asymmetry(simulation: &Simulation, particles: &[State]) -> f64 {
-    let (end, size) = (simulation.snapshot(), simulation.scene().space.size.x);
+    let (end, size) = (simulation.snapshot(), simulation.scene().space().size.x);
     let moved = |k: usize| {
         let x = end.positions[k].x + f64::from(end.images[k][0]) * size;
         (x - particles[k].0.x) * particles[k].1.x

@@ -1,7 +1,7 @@
 //! Whole engines with one thing wrong, consistent in themselves: the events of one scene, judged by the rules of another.
 
 use carom::check::verify::{Fault, Quantity};
-use carom::model::{Limit, Scene};
+use carom::model::{Limit, Scene, SceneParts};
 
 use crate::FLUID;
 use crate::Recording;
@@ -16,12 +16,19 @@ fn fault(wrong: &Scene, right: Scene) -> Fault {
 
 fn changed(text: &str, from: &str, to: &str) -> Scene {
     assert!(text.contains(from), "{from}");
-    let mut changed = scene(text);
-    let other = scene(&text.replace(from, to));
+    let mut changed = scene(text).into_parts();
+    let other = scene(&text.replace(from, to)).into_parts();
     // All but the start.
     (changed.species, changed.interactions, changed.table) = (other.species, other.interactions, other.table);
     (changed.space.boundary, changed.contact_time) = (other.space.boundary, other.contact_time);
-    changed
+    Scene::new(changed).unwrap()
+}
+
+/// The scene with some of its parts changed.
+fn with(scene: Scene, change: impl FnOnce(&mut SceneParts)) -> Scene {
+    let mut parts = scene.into_parts();
+    change(&mut parts);
+    Scene::new(parts).unwrap()
 }
 
 #[test]
@@ -39,10 +46,9 @@ fn particles_that_do_not_see_each_other_miss_contacts() {
     let species = "[[species]]\nname = \"B\"\nmass = 1.0\ndiameter = 1.0\n[[interaction]]\nspecies = [\"B\", \"B\"]\n\
         potential = \"hard-sphere\"\n[[interaction]]\nspecies = [\"A\", \"B\"]\npotential = \"hard-sphere\"\n[[fill]]";
     let right = scene(&text.replace("[[fill]]", species));
-    let mut blind = right.clone();
     let mut table = carom::model::SpeciesPairs::new(2);
-    right.table.iter().filter(|([a, b], _)| a == b).for_each(|([a, b], id)| table.set(a, b, id));
-    blind.table = table;
+    right.table().iter().filter(|([a, b], _)| a == b).for_each(|([a, b], id)| table.set(a, b, id));
+    let blind = with(right.clone(), |parts| parts.table = table);
     assert!(matches!(fault(&blind, right), Fault::Missed { .. }));
 }
 
@@ -80,8 +86,7 @@ fn a_force_that_is_not_there_bends_flights() {
 
 #[test]
 fn a_box_of_another_size_misses_what_comes_round() {
-    let mut small = scene(FLUID);
-    small.space.size *= 1.0 + 1e-9;
+    let small = with(scene(FLUID), |parts| parts.space.size *= 1.0 + 1e-9);
     let found = fault(&small, scene(FLUID));
     assert!(matches!(found, Fault::Missed { .. } | Fault::Early { .. }), "{found:?}");
 }
@@ -92,8 +97,7 @@ fn a_missing_wall_misses_contacts() {
     let open = changed(&text, "\"walls\"", "\"open\"");
     let found = fault(&open, scene(&text));
     assert!(matches!(found, Fault::Missed { contact: carom::check::verify::Contact::Wall { .. }, .. }), "{found:?}");
-    let mut short = scene(&text);
-    short.run.limit = Limit::events(10);
+    let short = scene(&text).with_limit(Limit::events(10)).unwrap();
     assert!(matches!(fault(&short, open), Fault::Unknown { .. }));
 }
 

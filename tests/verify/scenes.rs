@@ -50,8 +50,7 @@ fn a_stretch_may_begin_within_a_run() {
 
 #[test]
 fn the_end_of_the_run_ends_the_proof() {
-    let mut fluid = scene(FLUID);
-    fluid.run.limit = carom::model::Limit { time: Some(0.5), events: None };
+    let fluid = scene(FLUID).with_limit(carom::model::Limit::time(0.5)).unwrap();
     let certificate = prove(fluid, 0, 1_000_000);
     assert_eq!(certificate.end, End::RunEnded);
     assert!((certificate.duration - 0.5).abs() < 1e-12, "{certificate:?}");
@@ -215,9 +214,9 @@ fn pair_states_of_both_agree_after_a_stretch() {
 #[test]
 fn an_arrest_ends_the_proof_with_what_was_proven() {
     let ball = config("bouncing_ball");
-    let mut arresting = ball.clone();
-    arresting.contact_time = None;
-    let certificate = prove(arresting, 0, 100_000);
+    let mut parts = ball.clone().into_parts();
+    parts.contact_time = None;
+    let certificate = prove(Scene::new(parts).unwrap(), 0, 100_000);
     assert!(matches!(certificate.end, End::Arrested(_)), "{certificate:?}");
     assert!(!certificate.is_proven());
     assert!(certificate.counts.wall > 10);

@@ -77,7 +77,7 @@ fn start(seed: u64) -> Outcome<Start> {
     simulation.advance(Until::events(10 * GRAINS))?;
     let snapshot = simulation.snapshot();
     Ok(Start {
-        periods: simulation.scene().space.size,
+        periods: simulation.scene().space().size,
         gravity: 0.0,
         has_floor: false,
         positions: snapshot.positions,

@@ -136,7 +136,7 @@ pub fn equilibrate(plan: &Plan) -> State {
     let simulation = Simulation::new(scene.build().expect("a valid scene"));
     let snapshot = simulation.snapshot();
     let mut state = State {
-        box_length: simulation.scene().space.size.x,
+        box_length: simulation.scene().space().size.x,
         positions: snapshot.positions,
         velocities: snapshot.velocities,
         energy: f64::NAN,

@@ -1,0 +1,256 @@
+//! A scene from its parts, with the same checks as one from a file.
+
+use std::collections::HashSet;
+
+use crate::Vector;
+use crate::model::{Bond, Limit, Mesh, Particle, ParticleId, Scene, SceneParts, Species};
+use crate::scene::builder::SceneBuilder;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::draft::SpeciesDraft;
+use crate::scene::groups::Groups;
+use crate::scene::interactions::Interactions;
+use crate::scene::limits::{affordable, affordable_species, on_flat_axes};
+use crate::scene::place::Place;
+use crate::scene::placement::wrapped;
+use crate::scene::{plans, start};
+
+impl Scene {
+    /// Checks parts, such as those of another scene that were changed, and makes a scene of them.
+    ///
+    /// Positions beyond the sides of periodic axes are wrapped into the box.
+    ///
+    /// ```
+    /// # use carom::model::{Potential, Scene};
+    /// # use carom::scene::{Amount, Lattice, SceneBuilder};
+    /// # let fluid = SceneBuilder::new("fluid")
+    /// #     .species("A", 1.0, 1.0)
+    /// #     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+    /// #     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+    /// #     .temperature(1.0)
+    /// #     .build()?;
+    /// let mut parts = fluid.into_parts();
+    /// parts.particles[0].velocity.x += 10.0;
+    /// let hotter = Scene::new(parts)?;
+    /// # assert!(hotter.particles()[0].velocity.x > 5.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`SceneError`] with the first mistake, as of a scene from a file.
+    pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
+        let mut scene = Self::of_parts(parts);
+        let builder = header(&scene);
+        builder.check_header()?;
+        let mut species = builder.checked_species()?;
+        let space = builder.checked_space(&species)?;
+        builder.set_accelerations(&mut species, &space)?;
+        let interactions = Interactions::given(std::mem::take(&mut scene.interactions), &scene.table, &species)?;
+        check_particles(&mut scene)?;
+        let bonds = std::mem::take(&mut scene.bonds).into_iter().enumerate();
+        let bonds: Vec<_> = bonds.map(|(index, bond)| (bond, Place::entry("bond", index).key("particles"))).collect();
+        check_bonds(&bonds, &scene.particles, &species, &interactions)?;
+        check_meshes(&scene.meshes, &scene.particles, &species)?;
+        let groups = Groups::given(std::mem::take(&mut scene.particles), bonds, std::mem::take(&mut scene.meshes));
+        let present = groups.counts(species.len()).iter().filter(|count| **count > 0).count();
+        affordable_species(present)?;
+        start::check_ranges(&space, &species, &interactions, &groups)?;
+        builder.check_drive(&space, &species, &interactions, interactions.longest_range(|_, _| true))?;
+        builder.check_measure(&space, &species)?;
+        builder.check_displacement()?;
+        if !scene.allow_invalid_start {
+            start::check_walls(&groups, &species, &space)?;
+            start::check_bonds(&groups, &space, scene.displacement, &interactions)?;
+            start::check_overlaps(&groups, &interactions.contacts(), &space, scene.displacement)?;
+        }
+        scene.interactions = interactions.finish().0;
+        scene.particles = groups.particles;
+        scene.bonds = groups.bonds.into_iter().map(|(bond, _)| bond).collect();
+        scene.meshes = groups.meshes;
+        plans::check_growth_fits(&scene)?;
+        Ok(scene)
+    }
+
+    /// The same scene with another limit of the measured stretch.
+    ///
+    /// # Errors
+    /// [`SceneErrorKind::Value`] for a time that is not positive, or no events.
+    pub fn with_limit(mut self, limit: Limit) -> Result<Self, SceneError> {
+        let place = Place::root().key("run");
+        plans::check_limit(limit, place.key("until_time"), place.key("until_events"))?;
+        self.run.limit = limit;
+        Ok(self)
+    }
+}
+
+/// A builder with all of a scene but its interactions and its particles.
+fn header(scene: &Scene) -> SceneBuilder {
+    let draft = |species: &Species| SpeciesDraft {
+        name: species.name.clone(),
+        mass: (!species.is_static()).then_some(species.mass),
+        diameter: species.diameter,
+        acceleration: Some(species.acceleration),
+    };
+    SceneBuilder {
+        seed: scene.seed,
+        start_time: scene.start_time,
+        allow_invalid_start: scene.allow_invalid_start,
+        size: Some(scene.space.size),
+        lower: scene.space.lower,
+        boundary: scene.space.boundary,
+        wall_temperatures: scene.wall_temperatures,
+        shear_rate: scene.shear_rate,
+        displacement: scene.displacement,
+        contact_time: scene.contact_time,
+        species: scene.species.iter().map(draft).collect(),
+        audit: scene.audit,
+        run: scene.run.clone(),
+        output: scene.output.clone(),
+        measure: scene.measure.clone(),
+        ..SceneBuilder::new(&scene.name)
+    }
+}
+
+fn refuse<T>(place: Place, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(place, SceneErrorKind::value(value, expected)))
+}
+
+/// Particles of species that exist, at places and with velocities that these can have; wraps them into the box.
+fn check_particles(scene: &mut Scene) -> Result<(), SceneError> {
+    let place = Place::root().key("particle");
+    if scene.particles.is_empty() {
+        let why = "a scene needs at least one particle".to_owned();
+        return Err(SceneError::new(Place::root(), SceneErrorKind::Missing { key: "particle", why }));
+    }
+    affordable(scene.particles.len() as u64, &place)?;
+    let space = &scene.space;
+    for (index, particle) in scene.particles.iter_mut().enumerate() {
+        let Some(species) = scene.species.get(particle.species.0 as usize) else {
+            let expected = format!("below {}, the number of species", scene.species.len());
+            return refuse(place.index(index).key("species"), particle.species.0, expected);
+        };
+        on_flat_axes(&particle.position, &space.lower, space, &place.index(index).key("position"))?;
+        let at = place.index(index).key("velocity");
+        on_flat_axes(&particle.velocity, &Vector::zeros(), space, &at)?;
+        if species.is_static() && particle.velocity != Vector::zeros() {
+            return refuse(at, format!("{:?}", particle.velocity.as_slice()), "none: a static species stays");
+        }
+        particle.position = wrapped(particle.position, space);
+    }
+    Ok(())
+}
+
+/// Bonds of two different particles, lower id first, of which one can move; each once.
+fn check_bonds(
+    bonds: &[(Bond, Place)],
+    particles: &[Particle],
+    species: &[Species],
+    interactions: &Interactions<'_>,
+) -> Result<(), SceneError> {
+    let mut seen = HashSet::new();
+    for (bond, place) in bonds {
+        let [a, b] = bond.pair;
+        if let Some(id) = bond.pair.iter().find(|id| id.0 as usize >= particles.len()) {
+            let kind = SceneErrorKind::NoParticle { id: id.0, particles: particles.len() };
+            return Err(SceneError::new(place.clone(), kind));
+        }
+        let is_static = |id: &ParticleId| species[particles[id.0 as usize].species.0 as usize].is_static();
+        if a >= b || bond.pair.iter().all(is_static) {
+            let expected = "two different particles, the lower id first, of which one moves";
+            return refuse(place.clone(), format!("[{}, {}]", a.0, b.0), expected);
+        }
+        if !interactions.has(bond.interaction) {
+            return refuse(place.clone(), bond.interaction.0, "the number of an interaction");
+        }
+        if !seen.insert(bond.pair) {
+            return Err(SceneError::new(place.clone(), SceneErrorKind::BondedTwice { first: a.0, second: b.0 }));
+        }
+    }
+    Ok(())
+}
+
+/// Surfaces of static particles that exist.
+fn check_meshes(meshes: &[Mesh], particles: &[Particle], species: &[Species]) -> Result<(), SceneError> {
+    let count = particles.len();
+    for (index, mesh) in meshes.iter().enumerate() {
+        let is_there = mesh.particles.start <= mesh.particles.end && mesh.particles.end as usize <= count;
+        let has_rims = mesh.rims.iter().flatten().all(|id| (id.0 as usize) < count);
+        if !(is_there && has_rims) {
+            let expected = format!("particles below {count}");
+            return refuse(Place::entry("mesh", index), format!("{:?}", mesh.particles), expected);
+        }
+        if !species.get(mesh.species.0 as usize).is_some_and(Species::is_static) {
+            return refuse(Place::entry("mesh", index).key("species"), mesh.species.0, "a static species");
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::space::Boundary;
+    use crate::model::{Bond, InteractionId, Potential, SpeciesId};
+    use crate::scene::{Amount, Lattice};
+
+    /// A fluid of 108 spheres with wells, two of which are bonded.
+    fn fluid() -> Scene {
+        SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+            .bond_interaction("rope", Potential::bond(1.0, 1.8).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+            .temperature(1.0)
+            .bond(0, 1, "rope")
+            .build()
+            .unwrap()
+    }
+
+    #[test]
+    fn a_scene_is_its_parts() {
+        let scene = fluid();
+        assert_eq!(Scene::new(scene.clone().into_parts()).unwrap(), scene);
+    }
+
+    #[test]
+    fn a_position_beyond_a_side_is_wrapped() {
+        let scene = fluid();
+        let mut parts = scene.clone().into_parts();
+        parts.particles[5].position.x -= 3.0 * parts.space.size.x;
+        let moved = Scene::new(parts).unwrap();
+        assert!((moved.particles()[5].position - scene.particles()[5].position).norm() < 1e-14);
+    }
+
+    #[test]
+    fn every_part_is_checked() {
+        type Change = fn(&mut SceneParts);
+        let changes: [(&str, Change, &str); 17] = [
+            ("name", |p| p.name = "a/b".into(), "name"),
+            ("diameter", |p| p.species[0].diameter = -1.0, "species[0].diameter"),
+            ("no species", |p| p.species.clear(), ""),
+            ("restitution", |p| p.interactions[0].restitution = 1.5, "interaction[0].restitution"),
+            ("no interaction", |p| drop(p.interactions.pop()), "bond[0].particles"),
+            ("interactions", |p| p.interactions.clear(), "interaction"),
+            ("box", |p| p.space.size.x = 2.9, "space.size[0]"),
+            ("flat", |p| p.space.boundary[2] = Boundary::Flat, "space.size[2]"),
+            ("species of a particle", |p| p.particles[3].species = SpeciesId(1), "particle[3].species"),
+            ("position", |p| p.particles[3].position.y = f64::NAN, "particle[3].position[1]"),
+            ("velocity", |p| p.particles[3].velocity.y = f64::INFINITY, "particle[3].velocity[1]"),
+            ("overlap", |p| p.particles[9].position = p.particles[7].position, "particle[9]"),
+            ("no particle", |p| p.particles.clear(), ""),
+            ("bond", |p| p.bonds[0].pair[1].0 = 108, "bond[0].particles"),
+            ("twice", |p| p.bonds.push(p.bonds[0]), "bond[1].particles"),
+            (
+                "alone",
+                |p| p.bonds.push(Bond { pair: [ParticleId(4); 2], interaction: InteractionId(1) }),
+                "bond[1].particles",
+            ),
+            ("limit", |p| p.run.limit.time = Some(-1.0), "run.until_time"),
+        ];
+        for (name, change, place) in changes {
+            let mut parts = fluid().into_parts();
+            change(&mut parts);
+            let error = Scene::new(parts).expect_err(name);
+            assert_eq!(error.place().to_string(), place, "{name}: {error}");
+        }
+    }
+}
