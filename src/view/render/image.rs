@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::PictureError;
-use crate::io::place::write_whole;
+use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 
 /// A finished picture: rows from top to bottom, each pixel red, green, blue and opacity in sRGB.
@@ -45,7 +45,7 @@ impl Image {
     /// # Errors
     /// [`PictureError::Exists`] if there is another file that is to be kept, [`PictureError::Write`] if the file cannot be written.
     pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), PictureError> {
-        let written = write_whole(path, existing, |file| self.encode_png(file));
+        let written = write_atomically(path, existing, |file| self.encode_png(file));
         written.map_err(|source| match source.kind() {
             io::ErrorKind::AlreadyExists => PictureError::Exists(path.to_owned()),
             _ => PictureError::Write { path: path.to_owned(), source },
