@@ -1,4 +1,4 @@
-//! A run: its stages with rows at even times, at last a measured stretch with means and frames.
+//! A run: its stages with rows at even times, at last a measurement with means and frames.
 //!
 //! ```
 //! use std::ops::ControlFlow;
@@ -62,7 +62,7 @@ pub trait Recorder {
     /// If they cannot be kept.
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
-    /// Whether every event of the measured stretch is shown to [`Recorder::event`].
+    /// Whether every event of the measurement is shown to [`Recorder::event`].
     fn has_events(&self) -> bool {
         false
     }
@@ -171,9 +171,9 @@ impl Jam {
         compressibility_factor, which says when they are close enough to jamming";
 }
 
-/// The measured stretch of a run.
+/// The measurement of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
+pub struct MeasurementPeriod {
     /// Simulated time at its start `[time]`.
     pub start: f64,
     /// Simulated time that it took `[time]`.
@@ -186,7 +186,7 @@ pub struct Stretch {
 
 /// A run at its end.
 ///
-/// Counts, observables and speed are those of the measured stretch. The audit spans the equilibration, too.
+/// Counts, observables and speed are those of the measurement. The audit spans the equilibration, too.
 #[derive(Debug)]
 pub struct Finished {
     /// The simulation as it stands.
@@ -195,8 +195,8 @@ pub struct Finished {
     pub ending: Ending,
     /// In which stage it ended.
     pub stage: Stage,
-    /// The measured stretch.
-    pub stretch: Stretch,
+    /// The measurement.
+    pub measurement: MeasurementPeriod,
     /// What happened in it, by kind and species.
     pub event_counts: EventCounts,
     /// Means and standard errors, by name; only those that mean something for the scene.

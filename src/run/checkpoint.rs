@@ -172,7 +172,7 @@ impl Checkpoint {
         File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
     }
 
-    /// Refuses an end of the measured stretch that it is beyond, so that no scene tells of an end that was none.
+    /// Refuses an end of the measurement that it is beyond, so that no scene tells of an end that was none.
     ///
     /// # Errors
     /// [`CheckpointError::Passed`].
@@ -188,7 +188,7 @@ impl Checkpoint {
         Err(CheckpointError::Passed { time: self.simulation.time(), measured, asked })
     }
 
-    /// Gives the measured stretch another end; one that was reached before ends it at once.
+    /// Gives the measurement another end; one that was reached before ends it at once.
     pub fn extend(&mut self, limit: Limit) {
         self.simulation.set_limit(limit);
         self.state.extend(limit);

@@ -84,7 +84,7 @@ struct Driver<'a, R> {
     system: SystemDescription,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    /// When the measured stretch began, or went on, on the clock.
+    /// When the measurement began, or went on, on the clock.
     started: Option<Instant>,
     /// Whether the present stage has come to what ends it besides its limit: a pressure of growing spheres, or an equilibrium.
     is_over: bool,
@@ -392,7 +392,7 @@ mod tests {
         let limit = |events| RunPlan { limit: Limit::events(events), ..RunPlan::default() };
         // Many more rows than it would give up after, but some 40 of them between two events.
         let bounces = finished(overlapping(Boundary::walls(1.0), [1.0, 0.0, 0.0]), limit(100), Some(0.2));
-        assert_eq!((bounces.ending, bounces.stretch.tally.wall), (Ending::Events, 100));
+        assert_eq!((bounces.ending, bounces.measurement.tally.wall), (Ending::Events, 100));
         let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
         assert_eq!(leaves.ending, Ending::Idle);
         // For ever past the other two.

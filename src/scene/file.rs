@@ -431,10 +431,10 @@ pub(crate) struct RunFile {
     /// Number of events simulated first, not measured.
     #[schemars(range(min = 1))]
     pub equilibration_events: Option<u64>,
-    /// Duration of the measured stretch `[time]`.
+    /// Duration of the measurement `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
-    /// Number of events of the measured stretch.
+    /// Number of events of the measurement.
     #[schemars(range(min = 1))]
     pub until_events: Option<u64>,
     /// What holds the temperature while the run is measured; nothing if not given.

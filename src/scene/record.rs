@@ -50,14 +50,14 @@ impl Scene {
     }
 }
 
-/// The record of a scene with another limit of the measured stretch.
+/// The record of a scene with another limit of the measurement.
 pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de::Error> {
     let mut table: Table = record.parse()?;
     record_limit(limit, &mut table);
     Ok(format!("{HEADER}{table}"))
 }
 
-/// The record of a scene but for the limit of the measured stretch; a text that is no record, as it is.
+/// The record of a scene but for the limit of the measurement; a text that is no record, as it is.
 pub(crate) fn without_limit(record: &str) -> String {
     with_limit(record, Limit::default()).unwrap_or_else(|_| record.to_owned())
 }

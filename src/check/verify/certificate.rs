@@ -96,15 +96,15 @@ impl Counts {
     }
 }
 
-/// The proof of a stretch of a run, as far as it goes.
+/// The certificate of a verified range of events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Certificate {
     /// Number of the first event that was looked at, from 1.
     pub first_event: u64,
-    /// Simulated time at the start of the stretch.
+    /// Simulated time at the start of the range.
     pub start: f64,
-    /// Simulated time that the stretch takes.
+    /// Simulated time that the range takes.
     pub duration: f64,
     /// What was proven.
     pub counts: Counts,

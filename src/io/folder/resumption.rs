@@ -20,7 +20,7 @@ use crate::trajectory::frame::Frame;
 
 impl Folder {
     /// Goes on with a run from its last checkpoint, or from the one before if that is gone: what its files gained later is cut off. A run that
-    /// was to replace the one in the folder, and has not come to its end, comes first. `limit` gives the measured stretch another end.
+    /// was to replace the one in the folder, and has not come to its end, comes first. `limit` gives the measurement another end.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes there; [`OutputError::Checkpoint`] if there is none, if a file is missing, too short, or not

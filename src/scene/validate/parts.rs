@@ -72,7 +72,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The same scene with another limit of the measured stretch.
+    /// The same scene with another limit of the measurement.
     ///
     /// # Errors
     /// [`SceneErrorKind::Value`] for a time that is not positive, or no events.

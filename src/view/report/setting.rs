@@ -45,7 +45,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// `factor` is the growth of the diameters before the measured stretch.
+/// `factor` is the growth of the diameters before the measurement.
 fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     let mut scene = scene.clone();
     let has_grown = factor.is_finite() && factor > 0.0 && factor != 1.0;
