@@ -41,7 +41,7 @@ use crate::analysis::instruments::{Measured, Scalar};
 use crate::analysis::observables::Row;
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::{Event, EventCounts, Tally};
-use crate::engine::{Arrest, Simulation, Snapshot};
+use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
 use crate::run::audit::Audit;
 use thiserror::Error;
 
@@ -121,8 +121,10 @@ pub enum Ending {
     Unsettled,
     /// The caller wanted no more.
     Interrupted,
-    /// The simulation could not go on.
+    /// The dynamics came to rest in a way that needs infinitely many events.
     Arrested(Arrest),
+    /// The engine met an impossible state.
+    Broken(InvariantBroken),
     /// Spheres that grow cannot become as large as they should.
     Jammed(Jam),
 }
@@ -130,7 +132,19 @@ pub enum Ending {
 impl Ending {
     /// Whether a run ends there, in whatever stage it is.
     fn is_early(&self) -> bool {
-        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_) | Self::GaveUp | Self::Unsettled)
+        matches!(
+            self,
+            Self::Interrupted | Self::Arrested(_) | Self::Broken(_) | Self::Jammed(_) | Self::GaveUp | Self::Unsettled
+        )
+    }
+}
+
+impl From<EngineError> for Ending {
+    fn from(error: EngineError) -> Self {
+        match error {
+            EngineError::Arrest(arrest) => Self::Arrested(arrest),
+            EngineError::InvariantBroken(broken) => Self::Broken(broken),
+        }
     }
 }
 
@@ -205,6 +219,7 @@ impl Finished {
     /// Whether going on with it may lead to such an end.
     #[must_use]
     pub fn can_go_on(&self) -> bool {
-        !matches!(self.ending, Ending::Arrested(_) | Ending::Jammed(_)) && self.audit.faults().is_empty()
+        !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_))
+            && self.audit.faults().is_empty()
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use carom::base::text::{self, digits, tiny};
 use carom::check::verify::{self, Certificate, Counts, End, EventRange, Fault, RunEnd, Violation};
-use carom::engine::Arrest;
+use carom::engine::{Arrest, InvariantBroken};
 use carom::io::{Folder, Summary};
 use carom::model::Scene;
 use carom::view::describe::{self};
@@ -218,6 +218,7 @@ fn words(certificate: &Certificate) -> String {
         }
         End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
         End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),
+        End::Broken(_) => "BROKEN: the events above are proven, and the engine cannot go on".to_owned(),
         _ => "ended".to_owned(),
     }
 }
@@ -248,6 +249,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> Result<(),
             Err(Failure::failed(violation.to_string(), None, Some(help)))
         }
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(Arrest::CURE))),
+        End::Broken(broken) => Err(Failure::failed(broken.to_string(), None, Some(InvariantBroken::CURE))),
         End::Driven => {
             Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None, None))
         }

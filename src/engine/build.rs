@@ -96,6 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             shear: scene.shear_rate.map(|rate| Shear::new(rate, scene.displacement, &scene.space)),
             interlude: f64::INFINITY,
             lost_speed: None,
+            broken: None,
             clock: Clock {
                 since: 0.0,
                 events: 0,

@@ -18,7 +18,7 @@ use super::progress::{Progress, Stage};
 use super::state::{Aim, RunState};
 use super::{Ending, Finished, Recorder};
 use crate::analysis::instruments::SystemDescription;
-use crate::engine::{Arrest, Reason, Simulation, Until};
+use crate::engine::{EngineError, Reason, Simulation, Until};
 use crate::model::{Limit, Scene};
 
 /// Physical events between two checks whether the simulation still has events.
@@ -263,7 +263,7 @@ impl<R: Recorder> Driver<'_, R> {
                     return Ok(Ok(reason));
                 }
                 Ok(None) => {}
-                Err(arrest) => return Ok(Err(Ending::Arrested(arrest))),
+                Err(error) => return Ok(Err(error.into())),
             }
             if !self.is_pilot && self.recorder.is_checkpoint_due() {
                 self.keep()?;
@@ -275,7 +275,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Advances without a check of anything but events, until the next pause at most.
-    fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, Arrest>, R::Error> {
+    fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, R::Error> {
         let is_measuring = self.state.stage.stage == Stage::Measurement && !self.is_pilot;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());

@@ -45,6 +45,7 @@ fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
             count.without_digits += 1
         }
         End::Violated(violation) => return Some(format!("{violation:?}")),
+        End::Broken(broken) => return Some(broken.to_string()),
         End::Arrested(_) => count.arrested += 1,
         End::Interrupted => count.given_up += 1,
         _ => count.proven += 1,

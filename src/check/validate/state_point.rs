@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::{Comparison, Effort};
 use crate::analysis::instruments::Measured;
 use crate::analysis::statistics::Estimate;
-use crate::engine::{Arrest, Simulation, Until};
+use crate::engine::{EngineError, Simulation, Until};
 use crate::model::Scene;
 use crate::model::error::PotentialError;
 use crate::run::audit;
@@ -29,7 +29,7 @@ pub enum StatePointError {
     Potential(#[from] PotentialError),
     /// The simulation could not go on.
     #[error(transparent)]
-    Arrested(#[from] Arrest),
+    Engine(#[from] EngineError),
     /// The run did not pass its own audit.
     #[error("the audit of the run failed: {0}")]
     Unsound(audit::AuditFault),
@@ -48,7 +48,8 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
     let Ok(finished) = run::run(scene, &mut (), &mut |_| watch());
     match finished.ending {
         Ending::Interrupted => return Err(StatePointError::Interrupted),
-        Ending::Arrested(arrest) => return Err(StatePointError::Arrested(arrest)),
+        Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
+        Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
         // No state point has spheres that grow, or an equilibration that ends by itself.
         Ending::Time | Ending::Events | Ending::Idle | Ending::GaveUp | Ending::Unsettled | Ending::Jammed(_) => {}
     }

@@ -3,7 +3,7 @@
 use super::certificate::{Certificate, Counts, End};
 use super::verifier::Verifier;
 use super::violation::{Fault, Violation};
-use crate::engine::{Arrest, Reason, Simulation, States, Until};
+use crate::engine::{EngineError, Reason, Simulation, States, Until};
 use crate::model::{Limit, RunPlan, Scene};
 use std::ops::ControlFlow;
 
@@ -215,7 +215,7 @@ impl Replay {
                 Ok(None | Some(Reason::Events | Reason::Observer)) => {}
                 Ok(Some(Reason::Time)) => self.end_stage(),
                 Ok(Some(Reason::Idle)) => return Some(End::Idle),
-                Err(arrest) => return Some(End::Arrested(arrest)),
+                Err(error) => return Some(Stop::from(error).into()),
             }
         }
         None
@@ -251,7 +251,7 @@ impl Replay {
         }
         let end = end.unwrap_or(End::Asked);
         match verifier.compare_pairs(&self.simulation.captured_pairs()) {
-            Err(fault) if !matches!(end, End::Violated(_) | End::Arrested(_) | End::Interrupted) => {
+            Err(fault) if !matches!(end, End::Violated(_) | End::Arrested(_) | End::Broken(_) | End::Interrupted) => {
                 End::Violated(self.violation(fault))
             }
             _ => end,
@@ -314,13 +314,13 @@ impl Replay {
 
 /// What ends a proof early.
 enum Stop {
-    Arrested(Arrest),
+    Engine(EngineError),
     Violated(Violation),
 }
 
-impl From<Arrest> for Stop {
-    fn from(arrest: Arrest) -> Self {
-        Self::Arrested(arrest)
+impl From<EngineError> for Stop {
+    fn from(error: EngineError) -> Self {
+        Self::Engine(error)
     }
 }
 
@@ -333,7 +333,8 @@ impl From<Violation> for Stop {
 impl From<Stop> for End {
     fn from(stop: Stop) -> Self {
         match stop {
-            Stop::Arrested(arrest) => Self::Arrested(arrest),
+            Stop::Engine(EngineError::Arrest(arrest)) => Self::Arrested(arrest),
+            Stop::Engine(EngineError::InvariantBroken(broken)) => Self::Broken(broken),
             Stop::Violated(Violation { fault: Fault::Interrupted, .. }) => Self::Interrupted,
             Stop::Violated(violation) => Self::Violated(violation),
         }
