@@ -159,20 +159,7 @@ impl Summary {
             particles: scene.particles.len(),
             time: simulation.time(),
             diameter_factor: simulation.scale(),
-            events: Events {
-                total: tally.physical(),
-                before: Some(simulation.tally().physical() - tally.physical()),
-                core: tally.core,
-                capture: tally.capture,
-                release: tally.release,
-                bounce: tally.bounce,
-                wall: tally.wall,
-                transition: tally.transition,
-                turning_point: tally.turning_point,
-                in_invalid_state: tally.in_invalid_state,
-                tc_contacts: tally.tc_contacts,
-                tc_altered: tally.tc_altered,
-            },
+            events: events(finished),
             energy: Energies {
                 initial: audit.initial_energy,
                 r#final: audit.energy.kinetic + audit.energy.potential,
@@ -203,6 +190,25 @@ impl Summary {
                 peak_memory_bytes: peak_memory_bytes(),
             },
         }
+    }
+}
+
+/// The numbers of events of the measurement, by kind.
+fn events(finished: &Finished) -> Events {
+    let tally = &finished.measurement.tally;
+    Events {
+        total: tally.physical(),
+        before: Some(finished.simulation.tally().physical() - tally.physical()),
+        core: tally.core,
+        capture: tally.capture,
+        release: tally.release,
+        bounce: tally.bounce,
+        wall: tally.wall,
+        transition: tally.transition,
+        turning_point: tally.turning_point,
+        in_invalid_state: tally.in_invalid_state,
+        tc_contacts: tally.tc_contacts,
+        tc_altered: tally.tc_altered,
     }
 }
 

@@ -137,7 +137,7 @@ impl Verifier {
         let now = self.window.time(&self.states.elapsed);
         let left = self.window.length - now;
         self.window.end_by(now + round_the_box(&self.world, &self.states, &changed, left));
-        self.window.look_again(&self.world, &self.pairs, &self.states, &changed)
+        self.window.ask_changed(&self.world, &self.pairs, &self.states, &changed)
     }
 
     /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there.
