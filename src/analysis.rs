@@ -3,5 +3,7 @@
 pub mod instruments;
 pub mod observables;
 pub mod published;
-pub(crate) mod sampling_times;
+mod sampling_times;
 pub mod statistics;
+
+pub use sampling_times::SamplingTimes;

@@ -119,6 +119,8 @@ pub struct RunState {
     pub(super) monitor: Option<Monitor>,
     /// The pressure of spheres that grow until it is reached.
     pub(super) pressure_look: Option<PressureLook>,
+    /// Names of the instruments that the user has registered.
+    pub(super) registered: Vec<String>,
 }
 
 impl RunState {
@@ -152,6 +154,7 @@ impl RunState {
             next_glance: f64::INFINITY,
             monitor: None,
             pressure_look: None,
+            registered: Vec::new(),
         }
     }
 
