@@ -29,6 +29,7 @@ mod growth;
 pub mod hardware;
 mod idle;
 pub mod neighbours;
+mod observe;
 mod order;
 mod others;
 pub mod pairs;
@@ -47,11 +48,13 @@ use crate::engine::neighbours::Search;
 use crate::model::space::Boundary;
 use crate::model::{Limit, ParticleId, Scene};
 use event_loop::Engine;
+use observe::Observe;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use thiserror::Error;
 
 pub use audit::Overlap;
+pub use observe::Flow;
 pub use snapshot::{Energy, Snapshot};
 pub use states::{Elapsed, States};
 
@@ -88,6 +91,8 @@ pub enum Reason {
     /// No time limit was given, and it was shown that nothing will ever happen again: all pairs recede where nothing comes back, and
     /// there is no wall on the way. Or nothing is foreseen, though rounding may hide what would happen after a very long way.
     Idle,
+    /// The observer asked for it, with [`std::ops::ControlFlow::Break`]: the simulation is at the event that was shown last.
+    Observer,
 }
 
 /// How the dynamics arrests.
@@ -256,30 +261,54 @@ impl Simulation {
         self.advance_with(until, |_| {})
     }
 
-    /// Goes on, and shows every physical event to `observe` as it happens.
+    /// Goes on, and shows every event to `observe` as it happens.
+    ///
+    /// A closure that returns nothing sees them all; one that returns [`ControlFlow`] ends the run with [`Reason::Observer`] after the
+    /// event at which it breaks. To go on from there gives the same bits as a run without a stop.
     ///
     /// # Errors
     /// [`Arrest`] if events go on without time.
-    pub fn advance_with(&mut self, until: Until, observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
+    #[doc(alias = "callback")]
+    #[doc(alias = "observer")]
+    pub fn advance_with<F: Flow>(
+        &mut self,
+        until: Until,
+        mut observe: impl FnMut(&Event) -> F,
+    ) -> Result<Reason, Arrest> {
+        self.advance_observed(until, &mut |event| observe(event).control())
+    }
+
+    /// Goes on as [`Self::advance_with`] does, but pauses with `None` after a number of steps: an event, a cell transition, a prediction
+    /// anew, whatever takes about as long; at least one is done.
+    ///
+    /// Between two events there can be any number of other steps, so this is for a caller that looks up in between. Where it pauses
+    /// changes nothing of what happens.
+    ///
+    /// # Errors
+    /// [`Arrest`] if events go on without time.
+    pub fn advance_for<F: Flow>(
+        &mut self,
+        steps: u64,
+        until: Until,
+        mut observe: impl FnMut(&Event) -> F,
+    ) -> Result<Option<Reason>, Arrest> {
+        self.advance_observed_for(steps, until, &mut |event| observe(event).control())
+    }
+
+    /// [`Self::advance_with`] without a type parameter.
+    fn advance_observed(&mut self, until: Until, observe: Observe<'_>) -> Result<Reason, Arrest> {
         if self.tally().physical() >= until.events {
             return Ok(Reason::Events);
         }
         with_engine!(&mut self.engine, engine => engine.advance(until, observe))
     }
 
-    /// Goes on as [`Self::advance_with`] does, but pauses with `None` after a number of steps: an event, a cell transition, a prediction
-    /// anew, whatever takes about as long; at least one is done.
-    ///
-    /// Between two events there can be any number of other steps, so this is for whoever wants to look up in between. Where it pauses
-    /// changes nothing of what happens.
-    ///
-    /// # Errors
-    /// [`Arrest`] if events go on without time.
-    pub fn advance_for(
+    /// [`Self::advance_for`] without a type parameter.
+    fn advance_observed_for(
         &mut self,
         steps: u64,
         until: Until,
-        observe: impl FnMut(&Event),
+        observe: Observe<'_>,
     ) -> Result<Option<Reason>, Arrest> {
         if self.tally().physical() >= until.events {
             return Ok(Some(Reason::Events));

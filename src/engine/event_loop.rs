@@ -4,12 +4,13 @@ use super::body::Body;
 use super::clock::Clock;
 use super::confinement::Confinement;
 use super::growth::Growing;
+use super::observe::Observe;
 use super::prediction::{Contact, Prediction};
 use super::shear::Shear;
 use super::thermostat::Kicks;
 use super::{Arrest, Reason, Until};
 use crate::Vector;
-use crate::engine::event::{Event, EventCounts, Tally};
+use crate::engine::event::{EventCounts, Tally};
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::grid::Face;
 use crate::engine::neighbours::near::Near;
@@ -22,7 +23,7 @@ use crate::model::random::Random;
 use crate::model::space::Space;
 use crate::physics::detection::many::Width;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 /// So many particles are brought into a new epoch in the time of one step of the loop.
 const PER_STEP: u64 = 16;
@@ -173,10 +174,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Runs until a time or a number of physical events, and calls `observe` for each event.
-    pub fn advance(&mut self, until: Until, mut observe: impl FnMut(&Event)) -> Result<Reason, Arrest> {
+    /// Runs until a time or a number of physical events, calls `observe` for each event and ends where that breaks.
+    pub fn advance(&mut self, until: Until, observe: Observe<'_>) -> Result<Reason, Arrest> {
         loop {
-            if let Some(reason) = self.advance_for(u64::MAX, until, &mut observe)? {
+            if let Some(reason) = self.advance_for(u64::MAX, until, observe)? {
                 return Ok(reason);
             }
         }
@@ -184,12 +185,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// The same, but pauses with `None` after a number of steps, be they events, cell transitions, predictions anew or whatever else
     /// takes as long. Where it pauses changes nothing.
-    pub fn advance_for(
-        &mut self,
-        steps: u64,
-        until: Until,
-        mut observe: impl FnMut(&Event),
-    ) -> Result<Option<Reason>, Arrest> {
+    ///
+    /// The observer is no type parameter: the loop is compiled once for each engine, in the library, and not for each closure of each caller.
+    pub fn advance_for(&mut self, steps: u64, until: Until, observe: Observe<'_>) -> Result<Option<Reason>, Arrest> {
         let mut stop = self.since_epoch(until.time);
         let mut left = steps;
         loop {
@@ -197,7 +195,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             left = rest;
             let Some(wake) = self.queue.peek(&self.predictions) else {
                 if self.interlude <= stop.min(self.queue.reached()) {
-                    left = left.saturating_sub(self.intervene(&mut observe));
+                    let (steps, flow) = self.intervene(observe);
+                    if flow.is_break() {
+                        return Ok(Some(Reason::Observer));
+                    }
+                    left = left.saturating_sub(steps);
                     continue;
                 }
                 if self.move_epoch() {
@@ -222,7 +224,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             if wake.time > stop.min(self.interlude) {
                 if self.interlude <= stop {
-                    left = left.saturating_sub(self.intervene(&mut observe));
+                    let (steps, flow) = self.intervene(observe);
+                    if flow.is_break() {
+                        return Ok(Some(Reason::Observer));
+                    }
+                    left = left.saturating_sub(steps);
                     continue;
                 }
                 self.now = stop;
@@ -244,7 +250,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 continue;
             }
-            match prediction.contact {
+            let flow = match prediction.contact {
                 Contact::Pair(side) => {
                     let partner = prediction.partner;
                     if self.bodies[partner as usize].events != prediction.partner_events {
@@ -252,24 +258,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                         self.schedule(particle);
                         continue;
                     }
-                    observe(&self.execute_pair(particle, partner, side, wake.time));
+                    let flow = observe(&self.execute_pair(particle, partner, side, wake.time));
                     self.predict(particle, wake.time);
                     self.schedule(particle);
                     if !self.is_static(partner) {
                         self.predict(partner, wake.time);
                         self.schedule(partner);
                     }
+                    flow
                 }
                 Contact::Wall(face) => {
-                    observe(&self.execute_wall(particle, face, wake.time));
+                    let flow = observe(&self.execute_wall(particle, face, wake.time));
                     self.predict(particle, wake.time);
                     self.schedule(particle);
+                    flow
                 }
-            }
+            };
             self.executed += 1;
             self.transitions_at_event = self.tally.transition;
             self.count_standstill();
             self.check_standstill(particle, &prediction)?;
+            if flow.is_break() {
+                return Ok(Some(Reason::Observer));
+            }
             // At the time of the last event, whatever else goes on until the next one.
             if self.executed >= until.events {
                 return Ok(Some(Reason::Events));
@@ -277,11 +288,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Does what is due between two wakes, and says how many steps that was.
-    fn intervene(&mut self, observe: &mut impl FnMut(&Event)) -> u64 {
+    /// Does what is due between two wakes, and says how many steps that was and whether the observer goes on.
+    fn intervene(&mut self, observe: Observe<'_>) -> (u64, ControlFlow<()>) {
         let mut steps = self.steps_of_all();
+        let mut flow = ControlFlow::Continue(());
         if self.next_kick() <= self.interlude {
-            self.kick().iter().for_each(observe);
+            flow = self.kick().iter().try_for_each(observe);
             steps = 0;
         } else if self.next_look() <= self.interlude {
             self.look_across();
@@ -289,7 +301,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.begin_leg();
         }
         self.find_interlude();
-        steps
+        (steps, flow)
     }
 
     /// Looking at all particles takes as long as so many steps.

@@ -269,11 +269,10 @@ impl<R: Recorder> Driver<'_, R> {
             if let Some(instruments) = &mut instruments {
                 instruments.event(event, system);
             }
-            if let Some(recorder) = &mut recorder
-                && failure.is_none()
-            {
+            if let Some(recorder) = &mut recorder {
                 failure = recorder.event(event).err();
             }
+            if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         failure.map_or(Ok(reason), Err)
     }

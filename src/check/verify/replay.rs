@@ -208,7 +208,7 @@ impl Replay {
             let chunk = self.simulation.tally().physical().saturating_add(CHUNK);
             let until = Until { events: stage.events.min(stretch.from).min(chunk), ..stage };
             match self.simulation.advance_for(STEPS, until, |_| {}) {
-                Ok(None | Some(Reason::Events)) => {}
+                Ok(None | Some(Reason::Events | Reason::Observer)) => {}
                 Ok(Some(Reason::Time)) => self.end_stage(),
                 Ok(Some(Reason::Idle)) => return Some(End::Idle),
                 Err(arrest) => return Some(End::Arrested(arrest)),

@@ -1,0 +1,110 @@
+//! Observers: what is called with each event.
+
+use super::event::Event;
+use std::ops::ControlFlow;
+
+/// A callback of the event loop.
+pub(super) type Observe<'a> = &'a mut dyn FnMut(&Event) -> ControlFlow<()>;
+
+/// What an observer returns: nothing, or a [`ControlFlow`] whose `Break` ends the run after the event.
+#[doc(alias = "callback")]
+#[doc(alias = "stop condition")]
+pub trait Flow: sealed::Sealed {
+    /// Whether the run goes on.
+    fn control(self) -> ControlFlow<()>;
+}
+
+impl Flow for () {
+    #[inline]
+    fn control(self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+impl Flow for ControlFlow<()> {
+    #[inline]
+    fn control(self) -> ControlFlow<()> {
+        self
+    }
+}
+
+mod sealed {
+    use std::ops::ControlFlow;
+
+    pub trait Sealed {}
+    impl Sealed for () {}
+    impl Sealed for ControlFlow<()> {}
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::event::EventKind;
+    use crate::engine::{Reason, Simulation, Until};
+    use crate::model::potential::Potential;
+    use crate::model::run_plan::Thermostat;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+    use std::ops::ControlFlow;
+
+    fn fluid() -> Simulation {
+        let scene = SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+            .temperature(1.0)
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::new(scene);
+        let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
+        simulation.set_thermostat(Some(&bath), 0);
+        simulation
+    }
+
+    #[test]
+    fn an_observer_ends_a_run_at_its_event_and_changes_nothing() {
+        let until = Until::events(2_000);
+        let mut whole = fluid();
+        let mut expected = Vec::new();
+        assert_eq!(whole.advance_with(until, |event| expected.push(*event)), Ok(Reason::Events));
+        let is_bath = |kind| kind == EventKind::Thermostat;
+        assert!(expected.iter().filter(|event| is_bath(event.kind)).count() > 20);
+
+        let mut stopped = fluid();
+        let mut events = Vec::new();
+        let mut ends = 0;
+        loop {
+            let reason = stopped.advance_with(until, |event| {
+                events.push(*event);
+                // Every seventh collision, and every second one with the bath.
+                let of_kind = events.iter().filter(|other| is_bath(other.kind) == is_bath(event.kind)).count();
+                let period = if is_bath(event.kind) { 2 } else { 7 };
+                if of_kind % period == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            match reason.unwrap() {
+                Reason::Observer => {
+                    ends += 1;
+                    assert_eq!(Some(stopped.time()), events.last().map(|event| event.time));
+                }
+                Reason::Events => break,
+                other => panic!("{other:?}"),
+            }
+        }
+        assert!(ends > 250, "{ends}");
+        assert_eq!(events, expected);
+        assert_eq!(stopped.snapshot(), whole.snapshot());
+    }
+
+    #[test]
+    fn a_stop_at_the_last_event_is_the_observers() {
+        let mut simulation = fluid();
+        simulation.set_thermostat(None, 0);
+        let until = Until::events(5);
+        let mut seen = 0;
+        let reason = simulation.advance_with(until, |_| {
+            seen += 1;
+            if seen == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!((reason, seen, simulation.tally().physical()), (Ok(Reason::Observer), 5, 5));
+        assert_eq!(simulation.advance_with(until, |_| seen += 1), Ok(Reason::Events));
+        assert_eq!(seen, 5);
+    }
+}
