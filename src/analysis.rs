@@ -3,7 +3,7 @@
 pub mod instruments;
 pub mod observables;
 pub mod published;
-mod sampling_times;
+pub(crate) mod sampling_times;
 pub mod statistics;
 
 pub use sampling_times::SamplingTimes;

@@ -91,11 +91,14 @@ impl Recorder for () {
 
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Ending {
     /// The simulated time was reached.
     Time,
     /// The number of events was reached.
     Events,
+    /// An instrument of the user has come to what it was to end at: [`Instrument::is_done`](crate::analysis::instruments::Instrument::is_done).
+    Condition,
     /// Nothing will happen any more, as can be shown, and there is no time limit.
     Idle,
     /// There is no time limit, nothing has happened for a million rows or an endless time, and nothing shows that it never will.
@@ -182,7 +185,8 @@ impl Finished {
     /// Whether it came to an end that the scene asks for, or to that of all events, and its audit has nothing to object to.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        matches!(self.ending, Ending::Time | Ending::Events | Ending::Idle) && self.audit.faults().is_empty()
+        matches!(self.ending, Ending::Time | Ending::Events | Ending::Condition | Ending::Idle)
+            && self.audit.faults().is_empty()
     }
 
     /// Whether going on with it may lead to such an end.

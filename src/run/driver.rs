@@ -238,6 +238,7 @@ impl<R: Recorder> Driver<'_, R> {
                 return Ok(Err(Ending::Idle));
             }
             match reached {
+                Ok(Some(Reason::Observer)) => return Ok(Err(Ending::Condition)),
                 Ok(Some(reason)) => {
                     self.state.aim = None;
                     return Ok(Ok(reason));
@@ -272,7 +273,8 @@ impl<R: Recorder> Driver<'_, R> {
             if let Some(recorder) = &mut recorder {
                 failure = recorder.event(event).err();
             }
-            if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            let is_done = instruments.as_ref().is_some_and(|instruments| instruments.is_done());
+            if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         failure.map_or(Ok(reason), Err)
     }

@@ -210,9 +210,11 @@ mod tests {
         let estimate = |mean: f64| Some(Estimate { mean, standard_error: Some(0.5) });
         let number = |name: &str, mean: f64| Number::estimated(name, "", "1", estimate(mean), "");
         let mut measured = Measured { numbers: vec![number("pressure", 1.0)], curves: vec![Curve::new("g", "", "")] };
-        let curve = Curve::new("../g r", "", "")
-            .variable("r", "length", vec![1.0, f64::NAN, 3.0, 4.0])
-            .series("g", "1", &[estimate(1.0), None, estimate(f64::INFINITY)]);
+        let curve = Curve::new("../g r", "", "").variable("r", "length", vec![1.0, f64::NAN, 3.0, 4.0]).series(
+            "g",
+            "1",
+            &[estimate(1.0), None, estimate(f64::INFINITY)],
+        );
         let own = Measured {
             numbers: vec![number("pressure", 2.0), number("pressure", f64::NAN)],
             curves: vec![curve, Curve::new("", "", "")],

@@ -123,13 +123,13 @@ impl Registry {
     }
 
     /// All of them, at the start of the measurement.
-    pub fn begin(&mut self, setup: &Setup<'_>) -> Vec<Registered> {
+    pub(super) fn begin(&mut self, setup: &Setup<'_>) -> Vec<Registered> {
         let entries = std::mem::take(&mut self.entries).into_iter();
         entries.map(|Entry { name, begin, .. }| Registered { name, content: Content::Live(begin(setup)) }).collect()
     }
 
     /// Makes instruments of the states that a checkpoint has.
-    pub fn restore(&self, registered: &mut [Registered]) -> Result<(), InstrumentError> {
+    pub(super) fn restore(&self, registered: &mut [Registered]) -> Result<(), InstrumentError> {
         for one in registered {
             let Content::Stored(bytes) = &one.content else { continue };
             let name = || one.name.clone();

@@ -50,7 +50,13 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, Fault> 
         Ending::Interrupted => return Err(Fault::Interrupted),
         Ending::Arrested(arrest) => return Err(Fault::Arrested(arrest)),
         // No state point has spheres that grow, or an equilibration that ends by itself.
-        Ending::Time | Ending::Events | Ending::Idle | Ending::GaveUp | Ending::Unsettled | Ending::Jammed(_) => {}
+        Ending::Time
+        | Ending::Events
+        | Ending::Condition
+        | Ending::Idle
+        | Ending::GaveUp
+        | Ending::Unsettled
+        | Ending::Jammed(_) => {}
     }
     match finished.audit.faults().first() {
         Some(fault) => Err(Fault::Unsound(*fault)),

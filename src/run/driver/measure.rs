@@ -102,6 +102,9 @@ impl<R: Recorder> Driver<'_, R> {
         let (end_time, end_events) = self.state.stage.end();
         loop {
             let Some(measurement) = &self.state.measurement else { return Ok(Ending::Time) };
+            if measurement.instruments.is_done() {
+                return Ok(Ending::Condition);
+            }
             let (row, frame) = (measurement.rows.next(), measurement.frames.next());
             let sample = measurement.instruments.next_sample();
             let due = row.min(frame).min(sample);
