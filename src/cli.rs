@@ -4,8 +4,8 @@ mod check;
 mod convert;
 mod failure;
 mod new;
-mod picture;
 mod progress;
+mod render;
 mod report;
 mod run;
 mod schema;
@@ -35,7 +35,7 @@ Examples:
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom verify runs/fluid                   proves the first events of that run
   carom validate                            measures what is known from theory and other simulations, in a minute
-  carom picture runs/fluid                  the last frame, in runs/fluid/picture.png
+  carom render runs/fluid                  the last frame, in runs/fluid/picture.png
   carom schema > scene.schema.json          what a scene can contain, for editors
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
   carom report runs/fluid                   all of that run as a page, in runs/fluid/report.html
@@ -59,12 +59,13 @@ enum Command {
     Run(run::Run),
     /// Says in words what will be simulated, and finds what is wrong
     Check(check::Check),
-    /// Proves that a stretch of a run missed, invented and misplaced no event
+    /// Proves that a run, or a range of its events, missed, invented and misplaced no event
     Verify(verify::Verify),
     /// Measures pressures, rates and motions that are known, and compares
     Validate(validate::Validate),
     /// Draws a frame of a run as a PNG
-    Picture(picture::Picture),
+    #[command(alias = "picture")]
+    Render(render::Render),
     /// Writes a trajectory in the format of another program: LAMMPS, GSD, VTK, NumPy, CSV
     Convert(convert::Convert),
     /// Writes a page about a run, for a browser: results, audit, plots and the moving particles
@@ -149,7 +150,7 @@ pub fn main() -> ExitCode {
         Command::Check(check) => check.execute(),
         Command::Verify(verify) => verify.execute(),
         Command::Validate(validate) => validate.execute(),
-        Command::Picture(picture) => picture.execute(),
+        Command::Render(render) => render.execute(),
         Command::Convert(convert) => convert.execute(),
         Command::Report(report) => report.execute(),
         Command::New(new) => new.execute(),

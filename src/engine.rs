@@ -21,6 +21,7 @@ mod cell;
 mod clock;
 mod confinement;
 mod drive;
+mod error;
 pub mod event;
 mod event_loop;
 mod execute;
@@ -51,9 +52,9 @@ use event_loop::Engine;
 use observe::Observe;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use thiserror::Error;
 
 pub use audit::Overlap;
+pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
 pub use observe::Flow;
 pub use snapshot::{Energy, Snapshot};
 pub use states::{Elapsed, States};
@@ -93,60 +94,6 @@ pub enum Reason {
     Idle,
     /// The observer asked for it, with [`std::ops::ControlFlow::Break`]: the simulation is at the event that was shown last.
     Observer,
-}
-
-/// How the dynamics arrests.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Standstill {
-    /// Events go on, but time does not: a contact at rest, or infinitely many contacts in a finite time.
-    Time {
-        /// How many events there were at that time.
-        events: u64,
-    },
-    /// An inelastic collapse that carries its speed along: contacts leave ever less relative speed, until there is none
-    /// in the digits of the velocities.
-    Speed {
-        /// The last normal speed of approach `[length / time]`.
-        approach: f64,
-    },
-}
-
-impl fmt::Display for Standstill {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Time { events } => write!(f, "{events} events without time advancing, the last of"),
-            Self::Speed { approach } => {
-                write!(f, "inelastic collapse, down to an approach speed of {approach:.1e} that rounding swallows, of")
-            }
-        }
-    }
-}
-
-/// The dynamics has come to rest in a way that needs infinitely many events.
-///
-/// Carom cannot go on from here without changing the model, so it says so instead of spinning.
-#[doc(alias = "DynamicalArrest")]
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[error(
-    "dynamical arrest at time {time}: {standstill} particle {} and {}",
-    particle.0,
-    partner.map_or("a wall".to_owned(), |id| format!("particle {}", id.0))
-)]
-pub struct Arrest {
-    /// A particle that is part of it.
-    pub particle: ParticleId,
-    /// The other one, or none for a wall.
-    pub partner: Option<ParticleId>,
-    /// When.
-    pub time: f64,
-    /// What stands still.
-    pub standstill: Standstill,
-}
-
-impl Arrest {
-    /// What the user can do about it.
-    pub const CURE: &'static str = "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the \
-        restitution to 1, or start without particles at rest in contact or overlapping";
 }
 
 /// The engine that was chosen for a scene, once and at the start.
@@ -256,8 +203,8 @@ impl Simulation {
     /// Where a stretch ends does not change what happens: two stretches are one long one, bit for bit.
     ///
     /// # Errors
-    /// [`Arrest`] if events go on without time.
-    pub fn advance(&mut self, until: Until) -> Result<Reason, Arrest> {
+    /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
+    pub fn advance(&mut self, until: Until) -> Result<Reason, EngineError> {
         self.advance_with(until, |_| {})
     }
 
@@ -267,14 +214,14 @@ impl Simulation {
     /// event at which it breaks. To go on from there gives the same bits as a run without a stop.
     ///
     /// # Errors
-    /// [`Arrest`] if events go on without time.
+    /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
     #[doc(alias = "callback")]
     #[doc(alias = "observer")]
     pub fn advance_with<F: Flow>(
         &mut self,
         until: Until,
         mut observe: impl FnMut(&Event) -> F,
-    ) -> Result<Reason, Arrest> {
+    ) -> Result<Reason, EngineError> {
         self.advance_observed(until, &mut |event| observe(event).control())
     }
 
@@ -285,18 +232,18 @@ impl Simulation {
     /// changes nothing of what happens.
     ///
     /// # Errors
-    /// [`Arrest`] if events go on without time.
+    /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
     pub fn advance_for<F: Flow>(
         &mut self,
         steps: u64,
         until: Until,
         mut observe: impl FnMut(&Event) -> F,
-    ) -> Result<Option<Reason>, Arrest> {
+    ) -> Result<Option<Reason>, EngineError> {
         self.advance_observed_for(steps, until, &mut |event| observe(event).control())
     }
 
     /// [`Self::advance_with`] without a type parameter.
-    fn advance_observed(&mut self, until: Until, observe: Observe<'_>) -> Result<Reason, Arrest> {
+    fn advance_observed(&mut self, until: Until, observe: Observe<'_>) -> Result<Reason, EngineError> {
         if self.tally().physical() >= until.events {
             return Ok(Reason::Events);
         }
@@ -309,7 +256,7 @@ impl Simulation {
         steps: u64,
         until: Until,
         observe: Observe<'_>,
-    ) -> Result<Option<Reason>, Arrest> {
+    ) -> Result<Option<Reason>, EngineError> {
         if self.tally().physical() >= until.events {
             return Ok(Some(Reason::Events));
         }
@@ -323,8 +270,8 @@ impl Simulation {
     /// pass each other for ever in a periodic box, an infinite limit is never reached.
     ///
     /// # Errors
-    /// [`Arrest`] if events go on without time.
-    pub fn step_before(&mut self, limit: f64) -> Result<Option<Event>, Arrest> {
+    /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
+    pub fn step_before(&mut self, limit: f64) -> Result<Option<Event>, EngineError> {
         let mut executed = None;
         let until = Until { time: limit, events: self.tally().physical() + 1 };
         self.advance_with(until, |event| {

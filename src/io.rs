@@ -1,5 +1,6 @@
 //! What a run leaves behind.
 
+pub(crate) mod atomic;
 mod checkpoints;
 mod contacts;
 pub mod convert;
@@ -10,7 +11,6 @@ mod event_log;
 mod folder;
 mod gsd;
 mod inputs;
-mod kept_scene;
 mod lammps;
 mod measurements;
 mod npy;
@@ -18,16 +18,16 @@ mod number;
 mod occupied;
 mod owned;
 mod partial;
-pub(crate) mod place;
 pub mod rates;
 mod replacement;
+mod scene_copy;
 pub mod summary;
 mod thermo;
 mod vtk;
 
+pub use atomic::Existing;
 pub use error::OutputError;
 pub use folder::{Completed, Folder};
 pub use inputs::refuse_input;
 pub(crate) use owned::note;
-pub use place::Existing;
 pub use summary::Summary;

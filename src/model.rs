@@ -5,7 +5,6 @@
 pub mod error;
 pub mod input_file;
 pub mod measurement_plan;
-pub mod mesh;
 pub mod momentum;
 pub mod output_plan;
 pub mod potential;
@@ -14,11 +13,11 @@ pub mod run_plan;
 pub mod scene;
 pub mod space;
 pub mod species_pairs;
+pub mod static_surface;
 
 pub use error::PotentialError;
 pub use input_file::InputFile;
 pub use measurement_plan::MeasurementPlan;
-pub use mesh::Mesh;
 pub use momentum::Influence;
 pub use output_plan::{AuditPlan, CountRegion, Format, OutputPlan, Region};
 pub use potential::Potential;
@@ -26,3 +25,4 @@ pub use run_plan::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 pub use scene::{Bond, Interaction, InteractionId, Particle, ParticleId, Scene, SceneParts, Species, SpeciesId};
 pub use space::Space;
 pub use species_pairs::SpeciesPairs;
+pub use static_surface::StaticSurface;

@@ -1,4 +1,4 @@
-//! A run: its stages with rows at even times, at last a measured stretch with means and frames.
+//! A run: its stages with rows at even times, at last a measurement with means and frames.
 //!
 //! A [`Run`] is put together, executed, and leaves what has [`Finished`].
 
@@ -24,7 +24,7 @@ use crate::analysis::instruments::{Measured, Scalar};
 use crate::analysis::observables::Row;
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::{Event, EventCounts, Tally};
-use crate::engine::{Arrest, Simulation, Snapshot};
+use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
 use crate::run::audit::Audit;
 use thiserror::Error;
 
@@ -45,7 +45,7 @@ pub trait Recorder {
     /// If they cannot be kept.
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
-    /// Whether every event of the measured stretch is shown to [`Recorder::event`].
+    /// Whether every event of the measurement is shown to [`Recorder::event`].
     fn has_events(&self) -> bool {
         false
     }
@@ -107,8 +107,10 @@ pub enum Ending {
     Unsettled,
     /// The caller wanted no more.
     Interrupted,
-    /// The simulation could not go on.
+    /// The dynamics came to rest in a way that needs infinitely many events.
     Arrested(Arrest),
+    /// The engine met an impossible state.
+    Broken(InvariantBroken),
     /// Spheres that grow cannot become as large as they should.
     Jammed(Jam),
 }
@@ -116,7 +118,19 @@ pub enum Ending {
 impl Ending {
     /// Whether a run ends there, in whatever stage it is.
     fn is_early(&self) -> bool {
-        matches!(self, Self::Interrupted | Self::Arrested(_) | Self::Jammed(_) | Self::GaveUp | Self::Unsettled)
+        matches!(
+            self,
+            Self::Interrupted | Self::Arrested(_) | Self::Broken(_) | Self::Jammed(_) | Self::GaveUp | Self::Unsettled
+        )
+    }
+}
+
+impl From<EngineError> for Ending {
+    fn from(error: EngineError) -> Self {
+        match error {
+            EngineError::Arrest(arrest) => Self::Arrested(arrest),
+            EngineError::InvariantBroken(broken) => Self::Broken(broken),
+        }
     }
 }
 
@@ -143,9 +157,9 @@ impl Jam {
         compressibility_factor, which says when they are close enough to jamming";
 }
 
-/// The measured stretch of a run.
+/// The measurement of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
+pub struct MeasurementPeriod {
     /// Simulated time at its start `[time]`.
     pub start: f64,
     /// Simulated time that it took `[time]`.
@@ -158,7 +172,7 @@ pub struct Stretch {
 
 /// A run at its end.
 ///
-/// Counts, observables and speed are those of the measured stretch. The audit spans the equilibration, too.
+/// Counts, observables and speed are those of the measurement. The audit spans the equilibration, too.
 #[derive(Debug)]
 pub struct Finished {
     /// The simulation as it stands.
@@ -167,8 +181,8 @@ pub struct Finished {
     pub ending: Ending,
     /// In which stage it ended.
     pub stage: Stage,
-    /// The measured stretch.
-    pub stretch: Stretch,
+    /// The measurement.
+    pub measurement: MeasurementPeriod,
     /// What happened in it, by kind and species.
     pub event_counts: EventCounts,
     /// Means and standard errors, by name; only those that mean something for the scene.
@@ -192,6 +206,7 @@ impl Finished {
     /// Whether going on with it may lead to such an end.
     #[must_use]
     pub fn can_go_on(&self) -> bool {
-        !matches!(self.ending, Ending::Arrested(_) | Ending::Jammed(_)) && self.audit.faults().is_empty()
+        !matches!(self.ending, Ending::Arrested(_) | Ending::Broken(_) | Ending::Jammed(_))
+            && self.audit.faults().is_empty()
     }
 }

@@ -4,50 +4,43 @@
 //! [`SceneBuilder`]. Either way it has passed the same checks: a simulation can be made of it without further questions.
 //! [`schema`](fn@schema) tells editors which keys a scene file can have.
 //!
-//! text -> `file` (what was typed, in its `source`) -> `reading` -> [`SceneBuilder`] (the parts) -> `build` (the checks, with
-//! `groups`, `filling`, `placement`, `surface` and `start`) -> [`Scene`]. A [`SceneError`] knows its [`Place`] in the scene, and
-//! the source turns that into a line.
+//! text -> `file` (the keys as typed, in their `source`) -> `parse` -> [`SceneBuilder`] (the unvalidated scene) -> `validate` (the checks,
+//! with `groups`, `filling`, `packing` and `surface`) -> [`Scene`]. A [`SceneError`] has the [`ConfigPath`] of the value that is wrong, and the
+//! source turns that into a line.
 
-mod build;
 mod builder;
 mod classes;
+mod config_path;
 mod coordinates;
-mod dense;
 mod diagnostic;
-mod draft;
 mod file;
 mod filling;
 mod groups;
 mod interactions;
 mod lattice;
 mod limits;
-mod mesh;
 pub(crate) mod names;
-mod occupancy;
-mod parts;
-mod place;
-mod placement;
-mod planning;
-mod plans;
-mod reading;
+mod packing;
+mod parse;
+mod polydispersity;
 mod record;
 mod schema;
-mod sizes;
 mod source;
-mod start;
 mod surface;
+mod unvalidated;
+mod validate;
 mod velocity;
 
 use std::path::Path;
 
 pub use builder::SceneBuilder;
+pub use config_path::{ConfigPath, PathStep};
 pub use diagnostic::{SceneError, SceneErrorKind};
-pub use draft::{Amount, Arrangement, Chain, Fill, Lattice, MeshDraft, Model, Surface};
-pub use mesh::{Gap, Leak};
-pub use place::{Place, Step};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
-pub use surface::Side;
+pub use surface::BoxSide;
+pub use surface::leak::{Gap, Leak};
+pub use unvalidated::{Amount, Arrangement, Chain, Fill, Lattice, Model, Surface, SurfaceFill};
 
 use crate::model::Scene;
 
@@ -99,7 +92,7 @@ impl Scene {
             stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(100).collect();
         let name = if plain.is_empty() { "scene" } else { &plain };
         let directory = path.parent().unwrap_or(Path::new(""));
-        let builder = reading::parts(file, name, directory);
+        let builder = parse::parts(file, name, directory);
         builder.and_then(|builder| builder.build()).map_err(|error| source.located(error))
     }
 }
@@ -107,13 +100,13 @@ impl Scene {
 /// The text of a scene's file.
 fn read_text(path: &Path) -> Result<String, SceneError> {
     let bytes = std::fs::read(path).map_err(|source| {
-        SceneError::new(Place::root(), SceneErrorKind::Unreadable { path: path.to_owned(), source })
+        SceneError::new(ConfigPath::root(), SceneErrorKind::Unreadable { path: path.to_owned(), source })
     })?;
     String::from_utf8(bytes).map_err(|error| {
         let offset = error.utf8_error().valid_up_to();
         // The characters that could be read are enough to show the line.
         let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-        SceneError::new(Place::root(), SceneErrorKind::NotText { offset }).in_source(
+        SceneError::new(ConfigPath::root(), SceneErrorKind::NotText { offset }).in_source(
             &path.to_string_lossy(),
             std::sync::Arc::new(text),
             offset..offset,

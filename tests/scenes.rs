@@ -20,9 +20,9 @@ fn every_scene_of_configs_loads() {
 #[test]
 fn the_hopper_is_the_one_of_the_paper_and_holds() {
     let scene = Scene::from_file("configs/hopper.toml").unwrap();
-    let mesh: usize = scene.meshes().iter().map(|mesh| mesh.particles.len()).sum();
-    println!("{mesh} mesh spheres, {} grains", scene.particles().len() - mesh);
-    assert!((1600..1800).contains(&mesh), "{mesh} mesh spheres");
+    let surface: usize = scene.static_surfaces().iter().map(|surface| surface.particles.len()).sum();
+    println!("{surface} surface spheres, {} grains", scene.particles().len() - surface);
+    assert!((1600..1800).contains(&surface), "{surface} surface spheres");
     assert_eq!(scene.gaps(), []);
     // Every grain starts inside of the bin: its centre keeps the contact distance 2 to the wall of radius 17.
     for particle in scene.particles().iter().filter(|particle| particle.species.0 == 0) {
@@ -233,7 +233,7 @@ fn a_polydisperse_fluid_runs_with_a_sound_audit() {
     let scene = Scene::from_toml(POLYDISPERSE, "polydisperse").unwrap();
     let finished = carom::run::run(scene, &mut (), &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
     assert_eq!(finished.audit.faults(), []);
-    assert!(finished.stretch.tally.core > 1000);
+    assert!(finished.measurement.tally.core > 1000);
 }
 
 #[test]

@@ -6,7 +6,7 @@
 use std::ops::ControlFlow;
 
 use carom::model::{Limit, Scene};
-use carom::check::verify::{End, Fault, Stretch, Violation, verify};
+use carom::check::verify::{End, Fault, EventRange, Violation, verify};
 use libfuzzer_sys::fuzz_target;
 
 /// More particles than this are not run.
@@ -27,7 +27,7 @@ fuzz_target!(|text: &str| {
     let planned = scene.run().limit;
     let limit = Limit { time: Some(planned.time.map_or(longest, |time| time.min(longest))), ..planned };
     let Ok(scene) = scene.with_limit(limit) else { return };
-    let certificate = verify(scene, Stretch { from: 0, events: 30 }, &mut |_| ControlFlow::Continue(()));
+    let certificate = verify(scene, EventRange { from: 0, events: 30 }, &mut |_| ControlFlow::Continue(()));
     match certificate.end {
         End::Violated(Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {}
         End::Violated(violation) => panic!("{violation}"),

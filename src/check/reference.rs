@@ -5,7 +5,7 @@
 //! particles is made anew. The cost grows with the square of the number of particles; use it for some hundreds.
 //!
 //! ```
-//! use carom::{potential::Potential, reference::Reference, scene::SceneBuilder, space::{Boundary, Space}, Vector};
+//! use carom::{Vector, check::reference::Reference, model::Potential, model::space::{Boundary, Space}, scene::SceneBuilder};
 //!
 //! let scene = SceneBuilder::new("head-on")
 //!     .species("A", 1.0, 1.0)

@@ -28,7 +28,7 @@ mod state_point;
 mod steps;
 
 pub use comparison::{Allowance, Comparison, Source, Verdict};
-pub use state_point::{Fault, Watch};
+pub use state_point::{StatePointError, Watch};
 
 /// How much is run for a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -172,8 +172,8 @@ impl Point {
     /// Runs the point and compares. `watch` is asked every few hundredths of a second whether to go on.
     ///
     /// # Errors
-    /// [`Fault`] if the run was interrupted, could not go on, or did not pass its own audit.
-    pub fn measure(&self, seed: u64, watch: Watch<'_>) -> Result<Vec<Comparison>, Fault> {
+    /// [`StatePointError`] if the run was interrupted, could not go on, or did not pass its own audit.
+    pub fn measure(&self, seed: u64, watch: Watch<'_>) -> Result<Vec<Comparison>, StatePointError> {
         match self.experiment {
             Experiment::Spheres { packing_fraction } => fluids::spheres(packing_fraction, self.effort, seed, watch),
             Experiment::Crystal { number_density } => fluids::crystal(number_density, self.effort, seed, watch),

@@ -1,4 +1,4 @@
-//! A proof that a stretch of a run is right.
+//! A proof that a range of events of a run is right.
 //!
 //! The events of an engine are replayed and each is held against the rule of the paper, asked over all pairs and all walls by
 //! [Algorithm 1](crate::check::reference::next_event): no event was missed, invented or taken out of order, each came out as the
@@ -10,7 +10,7 @@
 //! use std::ops::ControlFlow;
 //! use carom::model::potential::Potential;
 //! use carom::scene::{Amount, Lattice, SceneBuilder};
-//! use carom::check::verify::{Stretch, verify};
+//! use carom::check::verify::{EventRange, verify};
 //!
 //! let scene = SceneBuilder::new("well")
 //!     .species("A", 1.0, 1.0)
@@ -18,7 +18,7 @@
 //!     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
 //!     .temperature(2.0)
 //!     .build()?;
-//! let certificate = verify(scene, Stretch { from: 0, events: 500 }, &mut |_| ControlFlow::Continue(()));
+//! let certificate = verify(scene, EventRange { from: 0, events: 500 }, &mut |_| ControlFlow::Continue(()));
 //! assert!(certificate.is_proven());
 //! assert_eq!(certificate.counts.events(), 500);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -45,6 +45,6 @@ mod world;
 
 pub use certificate::{Certificate, Counts, End, Margins};
 pub use contact::Contact;
-pub use replay::{Progress, RunEnd, Stretch, verify, verify_run};
+pub use replay::{EventRange, RunEnd, VerifyProgress, verify, verify_run};
 pub use verifier::Verifier;
 pub use violation::{Fault, Quantity, Violation};

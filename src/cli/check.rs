@@ -62,9 +62,9 @@ fn description(scene: &Scene) -> String {
     for interaction in describe::interactions(scene) {
         add(interaction);
     }
-    for mesh in scene.meshes() {
-        let hole = mesh.hole.map_or_else(String::new, |hole| format!(", holes up to {} in radius", digits(hole)));
-        add(format!("mesh `{}`: {}{hole}", mesh.name, plural(mesh.particles.len(), "sphere")));
+    for surface in scene.static_surfaces() {
+        let hole = surface.hole.map_or_else(String::new, |hole| format!(", holes up to {} in radius", digits(hole)));
+        add(format!("mesh `{}`: {}{hole}", surface.name, plural(surface.particles.len(), "sphere")));
     }
     if let Some(time) = scene.contact_time() {
         add(format!("TC model: contacts closer than {time} in time are elastic"));
@@ -241,7 +241,7 @@ fn warnings(scene: &Scene) -> Vec<String> {
     for leak in scene.leaks() {
         warnings.push(format!(
             "mesh `{}` leaks {}: a hole of radius {} where contact is at {}; make its spacing smaller",
-            leak.mesh,
+            leak.surface,
             leak.species,
             digits(leak.hole),
             digits(leak.contact)
@@ -250,7 +250,7 @@ fn warnings(scene: &Scene) -> Vec<String> {
     for gap in scene.gaps() {
         warnings.push(format!(
             "meshes `{}` and `{}` are joined with a gap of {} that {} passes",
-            gap.mesh,
+            gap.surface,
             gap.other,
             digits(gap.width),
             gap.species

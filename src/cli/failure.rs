@@ -10,7 +10,7 @@ use carom::io::OutputError;
 use carom::io::convert::ConvertError;
 use carom::run::RunError;
 use carom::scene::SceneError;
-use carom::view::render::PictureError;
+use carom::view::render::RenderError;
 use carom::view::report::ReportError;
 use miette::{Diagnostic, Report};
 
@@ -105,9 +105,9 @@ impl From<RunError<OutputError>> for Failure {
     }
 }
 
-impl From<PictureError> for Failure {
-    fn from(error: PictureError) -> Self {
-        let code = if matches!(error, PictureError::Write { .. }) { FAILED } else { BAD_INPUT };
+impl From<RenderError> for Failure {
+    fn from(error: RenderError) -> Self {
+        let code = if matches!(error, RenderError::Write { .. }) { FAILED } else { BAD_INPUT };
         Self::new(with_causes(&error), None, error.cure(), code)
     }
 }

@@ -24,7 +24,7 @@ enum Kind {
     WellLaw,
     /// A Lennard-Jones liquid in steps
     LennardJones,
-    /// Grains that run out of a hopper of mesh spheres
+    /// Grains that run out of a hopper of static spheres
     Hopper,
     /// A chain of bonded beads with a bob, under gravity
     Pendulum,

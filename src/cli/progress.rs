@@ -44,8 +44,8 @@ impl From<&run::Progress> for State {
     }
 }
 
-impl From<&verify::Progress> for State {
-    fn from(progress: &verify::Progress) -> Self {
+impl From<&verify::VerifyProgress> for State {
+    fn from(progress: &verify::VerifyProgress) -> Self {
         let stage = if progress.is_proving { "proving" } else { "replaying" };
         Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction() }
     }

@@ -17,17 +17,17 @@ const MOST_RATES: usize = 12;
 pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;
     let scene = simulation.scene();
-    let stretch = &finished.stretch;
+    let measurement = &finished.measurement;
     let mut lines = Lines::default();
     lines.pair("scene", &format!("{}, seed {}", scene.name(), scene.seed()));
     lines.pair("particles", &describe::population(scene));
     lines.pair("engine", &simulation.engine().to_string());
     lines.pair("", &describe::reasons(scene, simulation.engine()));
     lines.pair("ended", &ending(finished));
-    let tally = &stretch.tally;
-    let seconds = stretch.wall_seconds;
+    let tally = &measurement.tally;
+    let seconds = measurement.wall_seconds;
     let rate = if seconds > 0.0 { tally.physical() as f64 / seconds } else { 0.0 };
-    let measured = format!("a time of {}, {} events", digits(stretch.duration), tally.physical());
+    let measured = format!("a time of {}, {} events", digits(measurement.duration), tally.physical());
     lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
     let kinds = kinds(tally.core, tally.capture, tally.release, tally.bounce, tally.wall);
     if !kinds.is_empty() {
@@ -44,7 +44,7 @@ pub fn text(finished: &Finished) -> String {
             lines.pair(&name.replace('_', " "), &format!("{words} [{unit}]"));
         }
     }
-    let all = rates(&finished.event_counts, scene, stretch.duration);
+    let all = rates(&finished.event_counts, scene, measurement.duration);
     let all = told_apart(&all);
     if !all.is_empty() {
         lines.title("events by kind and species, by time");
@@ -55,7 +55,7 @@ pub fn text(finished: &Finished) -> String {
             lines.pair("", &format!("and {} more in summary.json", all.len() - MOST_RATES));
         }
     }
-    lines.title("state of the measured stretch");
+    lines.title("state of the measurement");
     lines.pair("equilibrated", &Equilibrium::of(&finished.stationarity, scene.space().dimensions()).to_string());
     audit(&mut lines, finished);
     lines.text()
@@ -70,7 +70,7 @@ pub fn kinds(core: u64, capture: u64, release: u64, bounce: u64, wall: u64) -> S
 
 fn ending(finished: &Finished) -> String {
     let time = digits(finished.simulation.time());
-    let stage = if finished.stage == Stage::Measurement { "" } else { " before the measured stretch" };
+    let stage = if finished.stage == Stage::Measurement { "" } else { " before the measurement" };
     match &finished.ending {
         Ending::Time => format!("at t = {time}, the time asked for"),
         Ending::Events => format!("at t = {time}, after the number of events asked for"),
@@ -87,6 +87,7 @@ fn ending(finished: &Finished) -> String {
         Ending::Interrupted => format!("INTERRUPTED at t = {time}{stage}"),
         Ending::Jammed(jam) => format!("FAILED at t = {time}{stage}: {jam}"),
         Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
+        Ending::Broken(broken) => format!("FAILED at t = {time}{stage}: {broken}"),
         _ => format!("at t = {time}{stage}"),
     }
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use carom::base::text::digits;
-use carom::check::validate::{self, Comparison, Effort, Fault, Point, Source, Verdict};
+use carom::check::validate::{self, Comparison, Effort, Point, Source, StatePointError, Verdict};
 use clap::Args;
 
 use super::failure::Failure;
@@ -55,7 +55,7 @@ impl Validate {
                     let rows: String = compared.iter().map(|comparison| row(point, comparison, &mut notes)).collect();
                     super::print(&rows)?;
                 }
-                Err(Fault::Interrupted) => return Err(Failure::failed("interrupted", None, None)),
+                Err(StatePointError::Interrupted) => return Err(Failure::failed("interrupted", None, None)),
                 Err(fault) => {
                     count += point.quantities.len();
                     bad += point.quantities.len();

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use carom::base::text::{self, digits, tiny};
-use carom::check::verify::{self, Certificate, Counts, End, Fault, RunEnd, Stretch, Violation};
-use carom::engine::Arrest;
+use carom::check::verify::{self, Certificate, Counts, End, EventRange, Fault, RunEnd, Violation};
+use carom::engine::{Arrest, InvariantBroken};
 use carom::io::{Folder, Summary};
 use carom::model::Scene;
 use carom::view::describe::{self};
@@ -17,7 +17,7 @@ use super::run::count;
 use super::signals;
 use super::table::{Lines, kinds};
 
-/// Proves a stretch of a run
+/// Proves a range of events of a run
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Replays the events and holds each against the paper's Algorithm 1, asked over all pairs and walls, without the engine's
@@ -47,25 +47,25 @@ pub struct Verify {
 impl Verify {
     pub fn execute(&self) -> Result<(), Failure> {
         let (scene, recorded) = self.load()?;
-        let stretch = Stretch { from: self.from_events.unwrap_or(0), events: self.events };
-        if let Some(events) = recorded.as_ref().and_then(|it| it.end.events).filter(|events| stretch.from >= *events) {
+        let range = EventRange { from: self.from_events.unwrap_or(0), events: self.events };
+        if let Some(events) = recorded.as_ref().and_then(|it| it.end.events).filter(|events| range.from >= *events) {
             self.refuse_nothing(events)?;
         }
         let header = header(&scene);
         signals::watch_without_traces();
         let mut display = Display::new(&scene, self.quiet);
-        let mut watch = |progress: &verify::Progress| {
+        let mut watch = |progress: &verify::VerifyProgress| {
             display.show(progress);
             signals::flow()
         };
         let certificate = match &recorded {
-            Some(recorded) => verify::verify_run(scene, recorded.end, stretch, &mut watch),
-            None => verify::verify(scene, stretch, &mut watch),
+            Some(recorded) => verify::verify_run(scene, recorded.end, range, &mut watch),
+            None => verify::verify(scene, range, &mut watch),
         };
         display.clear();
-        // A stretch behind the end of the run is a mistake.
+        // A range behind the end of the run is a mistake.
         let has_ended = matches!(certificate.end, End::RunEnded | End::Idle);
-        if has_ended && certificate.first_event <= stretch.from {
+        if has_ended && certificate.first_event <= range.from {
             self.refuse_nothing(certificate.first_event - 1)?;
         }
         super::print(&format!("{header}{}", table(&certificate, recorded.is_some())))?;
@@ -161,7 +161,7 @@ fn header(scene: &Scene) -> String {
 fn table(certificate: &Certificate, is_of_run: bool) -> String {
     let Certificate { first_event, start, duration, counts, margins, .. } = certificate;
     let mut lines = Lines::default();
-    lines.pair("stretch", &format!("event {first_event} to {}", first_event + counts.events().max(1) - 1));
+    lines.pair("range", &format!("event {first_event} to {}", first_event + counts.events().max(1) - 1));
     lines.pair("", &format!("from t = {} on, a time of {}", digits(*start), digits(*duration)));
     let pairs = if *first_event > 1 { "from the engine's at its start" } else { "from the distances at the start" };
     lines.pair("pair states", &format!("{pairs}, then from the events"));
@@ -218,6 +218,7 @@ fn words(certificate: &Certificate) -> String {
         }
         End::Violated(_) => "VIOLATED: the events above are proven, the next one is wrong".to_owned(),
         End::Arrested(_) => "ARRESTED: the events above are proven, and the run cannot go on".to_owned(),
+        End::Broken(_) => "BROKEN: the events above are proven, and the engine cannot go on".to_owned(),
         _ => "ended".to_owned(),
     }
 }
@@ -248,6 +249,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> Result<(),
             Err(Failure::failed(violation.to_string(), None, Some(help)))
         }
         End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(Arrest::CURE))),
+        End::Broken(broken) => Err(Failure::failed(broken.to_string(), None, Some(InvariantBroken::CURE))),
         End::Driven => {
             Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None, None))
         }

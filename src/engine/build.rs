@@ -96,6 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             shear: scene.shear_rate.map(|rate| Shear::new(rate, scene.displacement, &scene.space)),
             interlude: f64::INFINITY,
             lost_speed: None,
+            broken: None,
             clock: Clock {
                 since: 0.0,
                 events: 0,
@@ -223,7 +224,7 @@ fn walls(scene: &Scene) -> Vec<Wall> {
 mod tests {
     use super::*;
     use crate::check::reference::Reference;
-    use crate::check::verify::{Stretch, verify};
+    use crate::check::verify::{EventRange, verify};
     use crate::engine::event::Event;
     use crate::engine::{Reason, Simulation, Until};
     use crate::scene::{Amount, Lattice, SceneBuilder};
@@ -252,7 +253,7 @@ mod tests {
             assert_eq!(again.energy().potential, simulation.energy().potential, "seed {seed}");
             assert_eq!(again.captured_pairs(), simulation.captured_pairs(), "seed {seed}");
             // The reference engine and the verifier begin alike.
-            let proven = verify(next.clone(), Stretch { from: 0, events: 5 }, &mut |_| ControlFlow::Continue(()));
+            let proven = verify(next.clone(), EventRange { from: 0, events: 5 }, &mut |_| ControlFlow::Continue(()));
             assert!(proven.is_proven(), "seed {seed}: {:?}", proven.end);
             if seed <= 5 {
                 let mut reference = Reference::new(&next);

@@ -4,7 +4,9 @@ use super::event_loop::Engine;
 use super::predict::Streamed;
 use super::prediction::Prediction;
 use super::shear::GRADIENT;
+use super::{Invariant, InvariantBroken};
 use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::{Face, Grid};
 use crate::engine::neighbours::near::Near;
 use crate::physics::detection::plane;
@@ -20,13 +22,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut near = std::mem::take(&mut self.near);
         self.neighbours.find_near(me.id, &mut near);
         self.predict_near(me, near, prediction);
-        self.predict_bounds(me, prediction);
+        if let Neighbours::Cells(cells) = &self.neighbours {
+            self.predict_bounds(me, cells, prediction);
+        }
     }
 
     /// What is fixed in space: walls near the particle's cell, and the cell's faces.
     #[inline]
-    fn predict_bounds(&self, me: &Streamed, prediction: &mut Prediction) {
-        let Neighbours::Cells(cells) = &self.neighbours else { return };
+    fn predict_bounds(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
         if !self.walls.is_empty() {
             // Those of other cells are too far away to be met.
@@ -95,25 +98,31 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
     /// particles that are new to it comes first.
-    pub(super) fn cross(&mut self, particle: u32, time: f64) {
+    pub(super) fn cross(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.tally.transition += 1;
         let mut prediction = self.predictions[particle as usize];
         let face = prediction.exit;
-        let body = &mut self.bodies[particle as usize];
-        let Neighbours::Cells(cells) = &mut self.neighbours else { return };
-        if self.shear.is_some() && usize::from(face.axis) == GRADIENT && cells.wraps_behind(particle, face) {
-            return self.slide(particle, face, time);
+        let Neighbours::Cells(cells) = &mut self.neighbours else {
+            return Err(self.broken(particle, None, Invariant::Cells));
+        };
+        if let Some(shear) = self.shear
+            && usize::from(face.axis) == GRADIENT
+            && cells.wraps_behind(particle, face)
+        {
+            return self.slide(shear, particle, face, time);
         }
-        let transition = cells.cross(particle, face);
+        let Some(transition) = cells.cross(particle, face) else {
+            return Err(self.broken(particle, None, Invariant::Transition));
+        };
         if transition.wrap != 0 {
             let axis = usize::from(face.axis);
-            body.position[axis] += f64::from(transition.wrap) * self.periods[axis];
+            self.bodies[particle as usize].position[axis] += f64::from(transition.wrap) * self.periods[axis];
             self.images[particle as usize][axis] -= transition.wrap;
         }
         if self.is_one_by_one() || self.is_apart(particle) {
             self.predict(particle, time);
             self.schedule(particle);
-            return;
+            return Ok(());
         }
         let me = self.streamed(particle, time);
         if TABLE {
@@ -126,9 +135,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             cells.find_new(transition.cell, face, &mut near);
         }
         self.predict_near(&me, near, &mut prediction);
-        self.predict_bounds(&me, &mut prediction);
+        if let Neighbours::Cells(cells) = &self.neighbours {
+            self.predict_bounds(&me, cells, &mut prediction);
+        }
         self.predictions[particle as usize] = prediction;
         self.schedule(particle);
+        Ok(())
     }
 
     fn predict_transition(&self, me: &Streamed, grid: &Grid, cell: u32, prediction: &mut Prediction) {

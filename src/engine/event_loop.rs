@@ -8,7 +8,7 @@ use super::observe::Observe;
 use super::prediction::{Contact, Prediction};
 use super::shear::Shear;
 use super::thermostat::Kicks;
-use super::{Arrest, Reason, Until};
+use super::{EngineError, Invariant, InvariantBroken, Reason, Until};
 use crate::Vector;
 use crate::engine::event::{EventCounts, Tally};
 use crate::engine::neighbours::Neighbours;
@@ -111,9 +111,21 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     pub interlude: f64,
     /// Approach speed of an inelastic contact that lost it in rounding.
     pub lost_speed: Option<f64>,
+    /// The impossible state that it is in, if it is.
+    pub broken: Option<InvariantBroken>,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Ends the run in an impossible state.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn broken(&mut self, particle: u32, partner: Option<u32>, expected: Invariant) -> InvariantBroken {
+        let names = (self.name(particle), partner.map(|partner| self.name(partner)));
+        let broken = InvariantBroken { particle: names.0, partner: names.1, time: self.time(), expected };
+        self.broken = Some(broken);
+        broken
+    }
+
     /// The user's id of a particle.
     #[inline]
     pub(super) fn name(&self, particle: u32) -> ParticleId {
@@ -139,15 +151,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Makes two particles strangers again.
-    pub(super) fn forget(&mut self, a: u32, b: u32) {
+    pub(super) fn forget(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
-                self.memory.forget(particle, partner);
+                if !self.memory.forget(particle, partner) {
+                    return Err(self.broken(particle, Some(partner), Invariant::CapturedPair));
+                }
                 if let Some(lists) = self.neighbours.lists_mut() {
                     lists.add(particle, partner);
                 }
             }
         }
+        Ok(())
     }
 
     #[inline]
@@ -175,7 +190,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Runs until a time or a number of physical events, calls `observe` for each event and ends where that breaks.
-    pub fn advance(&mut self, until: Until, observe: Observe<'_>) -> Result<Reason, Arrest> {
+    pub fn advance(&mut self, until: Until, observe: Observe<'_>) -> Result<Reason, EngineError> {
         loop {
             if let Some(reason) = self.advance_for(u64::MAX, until, observe)? {
                 return Ok(reason);
@@ -187,7 +202,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// takes as long. Where it pauses changes nothing.
     ///
     /// The observer is no type parameter: the loop is compiled once for each engine, in the library, and not for each closure of each caller.
-    pub fn advance_for(&mut self, steps: u64, until: Until, observe: Observe<'_>) -> Result<Option<Reason>, Arrest> {
+    pub fn advance_for(
+        &mut self,
+        steps: u64,
+        until: Until,
+        observe: Observe<'_>,
+    ) -> Result<Option<Reason>, EngineError> {
+        if let Some(broken) = self.broken {
+            return Err(broken.into());
+        }
         let mut stop = self.since_epoch(until.time);
         let mut left = steps;
         loop {
@@ -195,7 +218,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             left = rest;
             let Some(wake) = self.queue.peek(&self.predictions) else {
                 if self.interlude <= stop.min(self.queue.reached()) {
-                    let (steps, flow) = self.intervene(observe);
+                    let (steps, flow) = self.intervene(observe)?;
                     if flow.is_break() {
                         return Ok(Some(Reason::Observer));
                     }
@@ -224,7 +247,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             if wake.time > stop.min(self.interlude) {
                 if self.interlude <= stop {
-                    let (steps, flow) = self.intervene(observe);
+                    let (steps, flow) = self.intervene(observe)?;
                     if flow.is_break() {
                         return Ok(Some(Reason::Observer));
                     }
@@ -245,8 +268,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.now = wake.time;
             if is_transition {
                 match self.neighbours {
-                    Neighbours::Cells(_) => self.cross(particle, wake.time),
-                    Neighbours::Lists(_) => self.recentre(particle, wake.time),
+                    Neighbours::Cells(_) => self.cross(particle, wake.time)?,
+                    Neighbours::Lists(_) => self.recentre(particle, wake.time)?,
                 }
                 continue;
             }
@@ -258,7 +281,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                         self.schedule(particle);
                         continue;
                     }
-                    let flow = observe(&self.execute_pair(particle, partner, side, wake.time));
+                    let flow = observe(&self.execute_pair(particle, partner, side, wake.time)?);
                     self.predict(particle, wake.time);
                     self.schedule(particle);
                     if !self.is_static(partner) {
@@ -268,7 +291,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                     flow
                 }
                 Contact::Wall(face) => {
-                    let flow = observe(&self.execute_wall(particle, face, wake.time));
+                    let flow = observe(&self.execute_wall(particle, face, wake.time)?);
                     self.predict(particle, wake.time);
                     self.schedule(particle);
                     flow
@@ -289,19 +312,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Does what is due between two wakes, and says how many steps that was and whether the observer goes on.
-    fn intervene(&mut self, observe: Observe<'_>) -> (u64, ControlFlow<()>) {
+    fn intervene(&mut self, observe: Observe<'_>) -> Result<(u64, ControlFlow<()>), InvariantBroken> {
         let mut steps = self.steps_of_all();
         let mut flow = ControlFlow::Continue(());
         if self.next_kick() <= self.interlude {
             flow = self.kick().iter().try_for_each(observe);
             steps = 0;
         } else if self.next_look() <= self.interlude {
-            self.look_across();
+            self.look_across()?;
         } else {
             self.begin_leg();
         }
         self.find_interlude();
-        (steps, flow)
+        Ok((steps, flow))
     }
 
     /// Looking at all particles takes as long as so many steps.

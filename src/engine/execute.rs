@@ -2,6 +2,7 @@
 
 use super::audit::MOST_ROUND_OFF;
 use super::event_loop::Engine;
+use super::{Invariant, InvariantBroken};
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind};
 use crate::engine::pairs::rules::Discontinuity;
@@ -63,12 +64,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// A pair reaches a discontinuity.
-    pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side, time: f64) -> Event {
+    pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side, time: f64) -> Result<Event, InvariantBroken> {
         let flown = time - self.bodies[i as usize].time.max(self.bodies[j as usize].time);
         self.stream(i, time);
         self.stream(j, time);
         let (state, interaction) = self.pair_state(i, j);
-        let (seen, restitution, surface) = self.discontinuity(state, interaction, side, time);
+        let Some((seen, restitution, surface)) = self.discontinuity(state, interaction, side, time) else {
+            return Err(self.broken(i, Some(j), Invariant::Discontinuity));
+        };
         let pair = self.encounter(i, j, side, surface);
         let before = self.velocities(i, j);
         self.note_state(&pair, &seen, flown);
@@ -116,10 +119,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if surface != 0.0 {
             self.tally.supplied.add(impulse * surface * squared.sqrt());
         }
-        self.remember_outcome(i, j, response.outcome, state, interaction);
+        self.remember_outcome(i, j, response.outcome, state, interaction)?;
         let positions = [i, j].map(|particle| self.bodies[particle as usize].position);
         let length = squared.sqrt();
-        Event {
+        Ok(Event {
             time: self.time(),
             kind: EventKind::Pair(response.outcome),
             particle: self.name(i),
@@ -132,7 +135,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions,
             before,
             after: self.velocities(i, j),
-        }
+        })
     }
 
     /// Counts an event of a pair for its species.
@@ -252,15 +255,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    fn remember_outcome(&mut self, i: u32, j: u32, outcome: Outcome, state: u16, interaction: u16) {
+    fn remember_outcome(
+        &mut self,
+        i: u32,
+        j: u32,
+        outcome: Outcome,
+        state: u16,
+        interaction: u16,
+    ) -> Result<(), InvariantBroken> {
         if TABLE {
             match outcome {
                 Outcome::Capture => self.know(i, j, state + 1, interaction),
                 Outcome::Release if state > 1 => self.know(i, j, state - 1, interaction),
-                Outcome::Release => self.release(i, j, interaction),
+                Outcome::Release => self.release(i, j, interaction)?,
                 Outcome::Core | Outcome::Bounce => {}
             }
         }
+        Ok(())
     }
 
     /// Adds `change` to `v_i - v_j`, at constant total momentum.
@@ -332,33 +343,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         )
     }
 
-    /// The discontinuity that a pair is at, its restitution, and how fast it moves outwards.
+    /// The discontinuity that a pair is at, its restitution, and how fast it moves outwards; none if its state has none on that side, for
+    /// which no prediction is ever made.
     #[inline]
-    fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> (Discontinuity, f64, f64) {
+    fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> Option<(Discontinuity, f64, f64)> {
         let interaction = if TABLE { interaction } else { self.rules.meeting(0, 0).interaction };
         let steps = &self.rules.steps[usize::from(interaction)];
-        // A prediction is only ever made for a discontinuity that the pair's state has.
-        let mut seen = steps.seen_from(state, side).unwrap_or(Discontinuity {
-            distance: 0.0,
-            squared: 0.0,
-            energy_step: f64::INFINITY,
-        });
+        let mut seen = steps.seen_from(state, side)?;
         let surface = self.growth_of(seen.distance);
         if self.growing.is_some() {
             seen.distance *= self.scale_at(time);
             seen.squared = seen.distance * seen.distance;
         }
-        (seen, steps.restitution, surface)
+        Some((seen, steps.restitution, surface))
     }
 
     /// A pair in state 0 again: strangers, unless a bond of its own keeps its interaction.
-    fn release(&mut self, i: u32, j: u32, interaction: u16) {
+    fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
         let meeting = self.rules.meeting(self.species[i as usize], self.species[j as usize]);
         if meeting.exists && meeting.interaction == interaction {
-            self.forget(i, j);
-        } else {
-            self.know(i, j, 0, interaction);
+            return self.forget(i, j);
         }
+        self.know(i, j, 0, interaction);
+        Ok(())
     }
 
     #[inline]

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::event_loop::Engine;
 use super::predict::Streamed;
 use super::prediction::Prediction;
+use super::{Invariant, InvariantBroken};
 use crate::Vector;
 use crate::base::numbers::trunc_to_i32;
 use crate::engine::neighbours::Neighbours;
@@ -117,8 +118,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Moves a particle that has left through one of the sides that slide to where its image comes in.
-    pub(super) fn slide(&mut self, particle: u32, face: Face, time: f64) {
-        let Some(shear) = self.shear else { return };
+    pub(super) fn slide(&mut self, shear: Shear, particle: u32, face: Face, time: f64) -> Result<(), InvariantBroken> {
         self.stream(particle, time);
         let up = if face.is_upper { 1.0 } else { -1.0 };
         let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
@@ -135,11 +135,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let position = body.position;
         self.images[particle as usize][GRADIENT] += trunc_to_i32(up);
         self.images[particle as usize][FLOW] += trunc_to_i32(periods);
-        if let Neighbours::Cells(cells) = &mut self.neighbours {
-            cells.slide_in(particle, &position, [FLOW, GRADIENT], !face.is_upper);
-        }
+        let Neighbours::Cells(cells) = &mut self.neighbours else {
+            return Err(self.broken(particle, None, Invariant::Cells));
+        };
+        cells.slide_in(particle, &position, [FLOW, GRADIENT], !face.is_upper);
         self.predict(particle, time);
         self.schedule(particle);
+        Ok(())
     }
 
     /// Counts images from an epoch that is later by `shift`.
@@ -163,18 +165,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Predicts those next to the sides that slide anew.
-    pub(super) fn look_across(&mut self) {
-        let Some(shear) = &mut self.shear else { return };
+    pub(super) fn look_across(&mut self) -> Result<(), InvariantBroken> {
+        let Some(shear) = &mut self.shear else { return Err(self.broken(0, None, Invariant::GlobalEvent)) };
         let time = shear.next_look;
         shear.next_look += shear.between_looks;
         self.now = time;
         for particle in self.particles() {
-            let Neighbours::Cells(cells) = &self.neighbours else { return };
+            let Neighbours::Cells(cells) = &self.neighbours else {
+                return Err(self.broken(particle, None, Invariant::Cells));
+            };
             let is_next_to_side = cells.is_outermost(cells.home(particle), GRADIENT);
             if is_next_to_side && !self.is_static(particle) {
                 self.predict(particle, time);
                 self.schedule(particle);
             }
         }
+        Ok(())
     }
 }

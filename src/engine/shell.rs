@@ -3,6 +3,7 @@
 use super::event_loop::Engine;
 use super::predict::Streamed;
 use super::prediction::Prediction;
+use super::{Invariant, InvariantBroken};
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::shells::Shells;
@@ -41,10 +42,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Makes the list of a particle that leaves its shell anew, around where it is now.
-    pub(super) fn recentre(&mut self, particle: u32, time: f64) {
+    pub(super) fn recentre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.tally.transition += 1;
         let me = self.streamed(particle, time);
-        let Neighbours::Lists(shells) = &self.neighbours else { return };
+        let Neighbours::Lists(shells) = &self.neighbours else {
+            return Err(self.broken(particle, None, Invariant::VerletList));
+        };
         let is_apart = self.is_apart(particle);
         if FALLING && !is_apart {
             // The bound came true without the particle having gone far.
@@ -52,25 +55,28 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if gone < 0.25 * shells.radius * shells.radius {
                 self.predictions[particle as usize].transition_time = self.leaves_shell(&me, shells);
                 self.schedule(particle);
-                return;
+                return Ok(());
             }
         }
         self.wrap(particle, &me.position);
-        self.relist(particle, time);
+        self.relist(particle, time)?;
         if is_apart {
             self.predict(particle, time);
             self.schedule(particle);
-            return;
+            return Ok(());
         }
         // Its motion stays as it is, and so does its predicted contact, unless one of those who are new to it comes first.
         let me = self.streamed(particle, time);
-        let Neighbours::Lists(shells) = &self.neighbours else { return };
+        let Neighbours::Lists(shells) = &self.neighbours else {
+            return Err(self.broken(particle, None, Invariant::VerletList));
+        };
         let mut prediction = self.predictions[particle as usize];
         let (newcomers, count) = shells.lists.newcomers();
         self.predict_strangers(&me, shells.wraps(&me.position), newcomers, count, &mut prediction);
         prediction.transition_time = self.leaves_shell(&me, shells);
         self.predictions[particle as usize] = prediction;
         self.schedule(particle);
+        Ok(())
     }
 
     /// Brings a particle that has left the box on a periodic axis back in.
@@ -93,9 +99,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.
-    fn relist(&mut self, particle: u32, time: f64) {
+    fn relist(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         let (to, _) = self.state_at(particle, time);
-        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else { return };
+        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else {
+            return Err(self.broken(particle, None, Invariant::VerletList));
+        };
         shells.centres[particle as usize] = to;
         shells.cells.lift(particle);
         let all: &[u16] = if TABLE { species } else { &[] };
@@ -106,6 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let is_static = |other: u32| TABLE && rules.species[usize::from(species[other as usize])].is_static();
         shells.lists.renew(particle, near.found(), is_static);
+        Ok(())
     }
 
     /// Fills the lists of all, once the pairs that know each other are known.

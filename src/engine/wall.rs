@@ -1,23 +1,22 @@
 //! Execution of a contact with a wall of the box.
 
 use super::audit::unit_of_wall;
-use super::event_loop::Engine;
+use super::event_loop::{Engine, Wall};
+use super::{Invariant, InvariantBroken};
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind};
 use crate::engine::neighbours::grid::Face;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// A particle reaches a wall.
-    pub(super) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Event {
+    pub(super) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Result<Event, InvariantBroken> {
         let flown = time - self.bodies[i as usize].time;
         self.stream(i, time);
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
-        let (at, restitution, temperature) = self
-            .walls
-            .iter()
-            .find(|wall| wall.face == face)
-            .map_or((0.0, 1.0, None), |wall| (wall.at, wall.restitution, wall.temperature));
+        let Some(&Wall { at, restitution, temperature, .. }) = self.walls.iter().find(|wall| wall.face == face) else {
+            return Err(self.broken(i, None, Invariant::Wall));
+        };
         let species = self.rules.species[usize::from(self.species[i as usize])];
         let body = self.bodies[i as usize];
         let vn = inwards * body.velocity[axis];
@@ -59,7 +58,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.count_wall(i, face, (after - vn) / species.inverse_mass);
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
-        Event {
+        Ok(Event {
             time: self.time(),
             kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
             particle: self.name(i),
@@ -72,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions: [position, Vector::zeros()],
             before: [before, Vector::zeros()],
             after: [velocity, Vector::zeros()],
-        }
+        })
     }
 
     fn count_wall(&mut self, i: u32, face: Face, impulse: f64) {
@@ -85,18 +84,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// A particle leaves a wall with a velocity from the flux of a gas of the wall's temperature: its normal component has the density
     /// `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
-    fn execute_thermal_wall(&mut self, i: u32, face: Face, temperature: f64) -> Event {
+    fn execute_thermal_wall(&mut self, i: u32, face: Face, temperature: f64) -> Result<Event, InvariantBroken> {
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
         let species = self.rules.species[usize::from(self.species[i as usize])];
         let width = (temperature * species.inverse_mass).sqrt();
         let body = self.bodies[i as usize];
         let (body_position, before) = (body.position, body.velocity);
-        let mut after = Vector::zeros();
-        if let Some(random) = &mut self.wall_random {
-            after = random.normal_vector(&self.space) * width;
-            after[axis] = inwards * width * (2.0 * random.exponential()).sqrt();
-        }
+        let Some(random) = &mut self.wall_random else {
+            return Err(self.broken(i, None, Invariant::WallRandom));
+        };
+        let mut after = random.normal_vector(&self.space) * width;
+        after[axis] = inwards * width * (2.0 * random.exponential()).sqrt();
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
         let gained = 0.5 / species.inverse_mass * (after - before).dot(&(after + before));
@@ -107,7 +106,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         body.velocity = after;
         body.events = body.events.wrapping_add(1);
         self.note_confined_change(i, &before);
-        Event {
+        Ok(Event {
             time: self.time(),
             kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
             particle: self.name(i),
@@ -120,6 +119,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions: [body_position, Vector::zeros()],
             before: [before, Vector::zeros()],
             after: [after, Vector::zeros()],
-        }
+        })
     }
 }

@@ -4,12 +4,12 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::atomic::sync_folder;
 use super::error::OutputError;
 use super::folder::remove;
-use super::place::sync_folder;
 use crate::engine::Simulation;
 use crate::run::RunState;
-use crate::run::checkpoint::{self, Kept};
+use crate::run::checkpoint::{self, Manifest};
 
 const LAST: &str = "checkpoint";
 const PREVIOUS: &str = "checkpoint.previous";
@@ -67,10 +67,10 @@ impl Checkpoints {
     }
 
     /// Writes one beside the last one, which becomes the one before when the new one is safe on the disk.
-    pub fn write(&mut self, simulation: &Simulation, state: &RunState, kept: &Kept) -> Result<(), OutputError> {
+    pub fn write(&mut self, simulation: &Simulation, state: &RunState, manifest: &Manifest) -> Result<(), OutputError> {
         let [last, previous, partial] = [LAST, PREVIOUS, PARTIAL].map(|name| self.folder.join(name));
         let file = File::create(&partial).map_err(OutputError::write(&partial))?;
-        if let Err(error) = checkpoint::write(&file, simulation, state, kept) {
+        if let Err(error) = checkpoint::write(&file, simulation, state, manifest) {
             // Half of one is of no use; what it took on a full disk may be.
             drop(file);
             let _ = fs::remove_file(&partial);

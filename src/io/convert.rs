@@ -27,9 +27,9 @@ pub use error::{ConvertError, FrameError};
 pub(super) use bonds::bond_ends;
 pub(super) use target::{Draft, foreign_in, remove_converted};
 
+use super::atomic::folder_of;
 use super::folder::TRAJECTORY;
 use super::owned::note;
-use super::place::folder_of;
 use super::{csv, gsd, lammps, npy, vtk};
 use crate::model::Format;
 use crate::trajectory::Frame;

@@ -108,7 +108,7 @@ fn is_endless(scene: &Scene) -> bool {
     scene.run.until_stationary && scene.run.equilibration == Limit::default()
 }
 
-/// Rows of the stages before the measured stretch; `None` where the scene does not tell.
+/// Rows of the stages before the measurement; `None` where the scene does not tell.
 fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
     if is_endless(scene) {
         return None;

@@ -22,7 +22,7 @@ use super::partial::PartialFile;
 use crate::base::numbers::index;
 use crate::engine::event::{Event, EventKind};
 use crate::physics::response::Outcome;
-use crate::run::checkpoint::{CheckpointError, Kept, KeptFile};
+use crate::run::checkpoint::{CheckpointError, Manifest, ManifestEntry};
 
 /// The folder of the columns.
 pub(super) const FOLDER: &str = "events";
@@ -62,13 +62,13 @@ impl EventLog {
     }
 
     /// The columns of a checkpoint.
-    pub fn resume(run: &Path, kept: &Kept) -> Result<Self, OutputError> {
+    pub fn resume(run: &Path, manifest: &Manifest) -> Result<Self, OutputError> {
         let column = |(name, ..): &Kind| {
             let (name, path) = (format!("{FOLDER}/{name}"), run.join(FOLDER).join(name));
-            let Some(kept) = kept.files.iter().find(|kept| Path::new(&kept.name) == Path::new(&name)) else {
+            let Some(entry) = manifest.files.iter().find(|entry| Path::new(&entry.name) == Path::new(&name)) else {
                 return Err(CheckpointError::File { path, found: 0, expected: HEADER_SIZE as u64 }.into());
             };
-            PartialFile::resume(path, kept)
+            PartialFile::resume(path, entry)
         };
         Ok(Self { columns: COLUMNS.iter().map(column).collect::<Result<_, _>>()? })
     }
@@ -98,7 +98,7 @@ impl EventLog {
     }
 
     /// Makes what was written so far safe on the disk.
-    pub fn keep(&mut self, run: &Path) -> Result<Vec<KeptFile>, OutputError> {
+    pub fn keep(&mut self, run: &Path) -> Result<Vec<ManifestEntry>, OutputError> {
         self.columns.iter_mut().map(|column| column.keep(run)).collect()
     }
 

@@ -10,17 +10,17 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use super::atomic::Existing;
 use super::checkpoints::{self, Checkpoints};
 use super::contacts;
 use super::error::OutputError;
 use super::event_log::{self, EventLog};
-use super::kept_scene::KeptScene;
 use super::measurements;
 use super::occupied::{run_around, spot};
 use super::owned::{Owned, Replacement};
 use super::partial::PartialFile;
-use super::place::Existing;
 use super::replacement;
+use super::scene_copy::SceneCopy;
 use super::thermo::Columns;
 use crate::analysis::instruments::Scalar;
 use crate::analysis::observables::Row;
@@ -28,7 +28,7 @@ use crate::engine::event::Event;
 use crate::engine::{Simulation, Snapshot};
 use crate::model::Format;
 use crate::model::{Limit, Scene};
-use crate::run::checkpoint::{Kept, KeptFile};
+use crate::run::checkpoint::{Manifest, ManifestEntry};
 use crate::run::{Recorder, RunState, Stage};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::Frame;
@@ -64,7 +64,7 @@ pub struct Folder {
     path: PathBuf,
     /// The lists of the folders from the first to the second.
     owned: Vec<Owned>,
-    scene: Option<KeptScene>,
+    scene: Option<SceneCopy>,
     columns: Columns,
     thermo: PartialFile,
     trajectory: PartialFile,
@@ -176,7 +176,7 @@ impl Folder {
     /// # Errors
     /// [`OutputError::Write`] if it cannot be written.
     pub fn keep_scene(&mut self, text: &str) -> Result<(), OutputError> {
-        self.scene = Some(KeptScene::create(&self.path.join(SCENE), text)?);
+        self.scene = Some(SceneCopy::create(&self.path.join(SCENE), text)?);
         Ok(())
     }
 
@@ -286,11 +286,11 @@ impl Recorder for Folder {
     fn checkpoint(&mut self, simulation: &Simulation, state: &RunState) -> Result<(), OutputError> {
         let files = [Some(&mut self.thermo), Some(&mut self.trajectory), self.contacts.as_mut()];
         let files = files.into_iter().flatten().map(|file| file.keep(&self.path));
-        let mut files: Vec<KeptFile> = files.collect::<Result<_, _>>()?;
+        let mut files: Vec<ManifestEntry> = files.collect::<Result<_, _>>()?;
         if let Some(log) = &mut self.events {
             files.extend(log.keep(&self.path)?);
         }
-        let kept = Kept { scene: self.scene.as_ref().map(|scene| scene.checksum), files };
-        self.checkpoints.write(simulation, state, &kept)
+        let manifest = Manifest { scene: self.scene.as_ref().map(|scene| scene.checksum), files };
+        self.checkpoints.write(simulation, state, &manifest)
     }
 }

@@ -4,11 +4,11 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::atomic::Existing;
 use super::error::OutputError;
 use super::folder::{SUMMARY, THERMO};
 use super::owned::{self, Replacement, is_run};
 use super::partial::partial_of;
-use super::place::Existing;
 use super::{checkpoints, replacement};
 
 /// What there is.

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
-use crate::run::checkpoint::{Checked, CheckpointError, KeptFile};
+use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 
 /// Ends the name of a file that is not complete.
 const SUFFIX: &str = ".partial";
@@ -37,22 +37,22 @@ impl PartialFile {
     }
 
     /// Whether a file still has what it had at a checkpoint, under either name.
-    pub fn check(path: &Path, kept: &KeptFile) -> Result<(), CheckpointError> {
+    pub fn check(path: &Path, entry: &ManifestEntry) -> Result<(), CheckpointError> {
         let path = Self::present(path);
         if path.exists() {
-            return kept.check(&path);
+            return entry.check(&path);
         }
-        Err(CheckpointError::File { path, found: 0, expected: kept.length })
+        Err(CheckpointError::File { path, found: 0, expected: entry.length })
     }
 
     /// Goes on with a file that has been checked, under its name of a file that is not complete; what was written after the checkpoint
     /// is cut off.
-    pub fn resume(path: PathBuf, kept: &KeptFile) -> Result<Self, OutputError> {
+    pub fn resume(path: PathBuf, entry: &ManifestEntry) -> Result<Self, OutputError> {
         let (partial, file) = open_again(&path)?;
-        file.set_len(kept.length).map_err(OutputError::write(&partial))?;
-        let mut file = Checked::go_on(file, kept.length, kept.checksum);
+        file.set_len(entry.length).map_err(OutputError::write(&partial))?;
+        let mut file = Checked::go_on(file, entry.length, entry.checksum);
         seek_end(&mut file, &partial)?;
-        Ok(Self { path, partial, file: buffered(file), head: kept.head })
+        Ok(Self { path, partial, file: buffered(file), head: entry.head })
     }
 
     /// Goes on with a file that no checkpoint counts.
@@ -108,12 +108,12 @@ impl PartialFile {
     }
 
     /// Makes what was written so far safe on the disk, and says what that is; `folder` is that of the run.
-    pub fn keep(&mut self, folder: &Path) -> Result<KeptFile, OutputError> {
+    pub fn keep(&mut self, folder: &Path) -> Result<ManifestEntry, OutputError> {
         self.flush()?;
         let written = self.file.get_ref();
         written.inner().sync_data().map_err(OutputError::write(&self.partial))?;
         let name = self.path.strip_prefix(folder).unwrap_or(&self.path).to_string_lossy().into_owned();
-        Ok(KeptFile { name, length: written.length(), head: self.head, checksum: written.checksum() })
+        Ok(ManifestEntry { name, length: written.length(), head: self.head, checksum: written.checksum() })
     }
 
     pub fn path(&self) -> &Path {

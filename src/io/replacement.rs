@@ -5,12 +5,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::atomic::sync_folder;
 use super::checkpoints;
 use super::convert::remove_converted;
 use super::error::OutputError;
 use super::folder::{SUMMARY, remove};
 use super::owned::{self, Owned, Replacement};
-use super::place::sync_folder;
 
 /// The folder of the run that is to replace the one in a folder.
 pub(super) fn within(run: &Path) -> PathBuf {

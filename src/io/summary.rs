@@ -12,7 +12,7 @@ use crate::run::Finished;
 
 /// What `summary.json` contains.
 ///
-/// Counts, observables and speed are those of the measured stretch; energies, momentum and overlaps span the whole run with
+/// Counts, observables and speed are those of the measurement; energies, momentum and overlaps span the whole run with
 /// its equilibration. What means nothing for the scene is `null` or, of the observables, absent.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "the keys are described as a whole")]
@@ -53,7 +53,7 @@ pub struct Summary {
 #[allow(missing_docs, reason = "as in `Tally`")]
 pub struct Events {
     pub total: u64,
-    /// Physical events of the run before its measured stretch; `None` in files that do not tell.
+    /// Physical events of the run before its measurement; `None` in files that do not tell.
     #[serde(default)]
     pub before: Option<u64>,
     pub core: u64,
@@ -138,9 +138,9 @@ impl Summary {
     /// The numbers of a finished run.
     #[must_use]
     pub fn of(finished: &Finished) -> Self {
-        let (simulation, audit, tally) = (&finished.simulation, &finished.audit, &finished.stretch.tally);
+        let (simulation, audit, tally) = (&finished.simulation, &finished.audit, &finished.measurement.tally);
         let scene = simulation.scene();
-        let wall_seconds = finished.stretch.wall_seconds;
+        let wall_seconds = finished.measurement.wall_seconds;
         let per_second = |count: u64| (wall_seconds > 0.0).then(|| count as f64 / wall_seconds);
         let observable = |(name, estimate): &(&'static str, crate::analysis::statistics::Estimate)| {
             let stationarity =
@@ -195,7 +195,7 @@ impl Summary {
             faults: audit.faults().iter().map(ToString::to_string).collect(),
             equilibrated: Equilibrium::of(&finished.stationarity, scene.space.dimensions()),
             observables: finished.observables.iter().map(observable).collect(),
-            rates: rates(&finished.event_counts, scene, finished.stretch.duration),
+            rates: rates(&finished.event_counts, scene, finished.measurement.duration),
             speed: Speed {
                 wall_seconds,
                 events_per_second: per_second(tally.physical()),

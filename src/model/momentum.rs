@@ -18,12 +18,12 @@ pub enum Influence {
     Gravity,
     /// Static particles that some of those that move meet or are bonded to.
     StaticParticles,
-    /// A heat bath that gives single particles new velocities in the measured stretch.
+    /// A heat bath that gives single particles new velocities in the measurement.
     Kicks,
 }
 
 impl Scene {
-    /// What changes the total momentum of the particles that move in the measured stretch, each with the axes along which it does.
+    /// What changes the total momentum of the particles that move in the measurement, each with the axes along which it does.
     #[must_use]
     pub fn influences(&self) -> Vec<(Influence, [bool; 3])> {
         let wall = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
@@ -53,7 +53,7 @@ impl Scene {
         all.into_iter().map(off_flat).filter(|(_, axes)| axes.contains(&true)).collect()
     }
 
-    /// The axes along which nothing from outside changes the total momentum of the particles that move in the measured stretch, in a
+    /// The axes along which nothing from outside changes the total momentum of the particles that move in the measurement, in a
     /// sheared box that relative to what streams; never those that are flat.
     #[must_use]
     pub fn conserved_axes(&self) -> [bool; 3] {
@@ -70,7 +70,7 @@ impl Scene {
         self.shear_rate.map_or_else(Vector::zeros, |rate| Vector::new(rate * (position.y - middle), 0.0, 0.0))
     }
 
-    /// Whether contacts that are possible lose energy in the measured stretch, and nothing supplies any: a thermostat, a sheared box, a thermal wall, gravity.
+    /// Whether contacts that are possible lose energy in the measurement, and nothing supplies any: a thermostat, a sheared box, a thermal wall, gravity.
     /// Such a system cools for ever.
     #[must_use]
     pub fn cools_for_ever(&self) -> bool {

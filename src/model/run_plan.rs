@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What tables call the stretch before anything is measured,
+/// What tables call the stage before anything is measured,
 pub(crate) const EQUILIBRATION: &str = "equilibration";
 
 /// and the measured one.
@@ -11,9 +11,9 @@ pub(crate) const MEASUREMENT: &str = "measurement";
 /// When to stop: at a time, after a number of physical events, or at whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Limit {
-    /// Simulated time from the start of the stretch `[time]`.
+    /// Simulated time from the start of the stage `[time]`.
     pub time: Option<f64>,
-    /// Number of physical events (Core, Capture, Release, Bounce, wall) from the start of the stretch.
+    /// Number of physical events (Core, Capture, Release, Bounce, wall) from the start of the stage.
     pub events: Option<u64>,
 }
 
@@ -40,9 +40,9 @@ pub struct RunPlan {
     pub equilibration: Limit,
     /// Whether the equilibration ends when no observable drifts, at its limit at the latest.
     pub until_stationary: bool,
-    /// The measured stretch, at the end.
+    /// The measurement, at the end.
     pub limit: Limit,
-    /// What holds the temperature in the measured stretch.
+    /// What holds the temperature in the measurement.
     pub thermostat: Option<Thermostat>,
 }
 
@@ -54,7 +54,7 @@ impl RunPlan {
         self.thermostat.is_some() || self.stages.iter().any(is_driven)
     }
 
-    /// Whether a thermostat gives single particles new velocities in the measured stretch, so that momentum is not conserved there.
+    /// Whether a thermostat gives single particles new velocities in the measurement, so that momentum is not conserved there.
     #[must_use]
     pub fn measures_with_kicks(&self) -> bool {
         matches!(self.thermostat, Some(Thermostat::Andersen { .. }))
@@ -68,7 +68,7 @@ impl RunPlan {
     }
 }
 
-/// One stage before the measured stretch.
+/// One stage before the measurement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StagePlan {
     /// Its name in progress and reports.

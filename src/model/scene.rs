@@ -4,7 +4,9 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::{AuditPlan, InputFile, MeasurementPlan, Mesh, OutputPlan, Potential, RunPlan, Space, SpeciesPairs};
+use super::{
+    AuditPlan, InputFile, MeasurementPlan, OutputPlan, Potential, RunPlan, Space, SpeciesPairs, StaticSurface,
+};
 use crate::Vector;
 
 /// Index into [`Scene::species`].
@@ -41,7 +43,7 @@ pub struct Species {
 }
 
 impl Species {
-    /// Whether particles of this species never move: a mesh, a pivot.
+    /// Whether particles of this species never move: a surface, a pivot.
     #[must_use]
     pub fn is_static(&self) -> bool {
         self.mass.is_infinite()
@@ -141,7 +143,7 @@ scene! {
     /// The particles, in the order of their ids.
     particles: Vec<Particle>,
     /// The surfaces among the particles; empty if there are none.
-    meshes: Vec<Mesh>,
+    static_surfaces: Vec<StaticSurface>,
     /// Temperature of the walls of each axis `[energy]`; `None` where they reflect.
     wall_temperatures: [Option<f64>; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
@@ -221,8 +223,8 @@ impl Scene {
 
     /// The surfaces among the particles.
     #[must_use]
-    pub fn meshes(&self) -> &[Mesh] {
-        &self.meshes
+    pub fn static_surfaces(&self) -> &[StaticSurface] {
+        &self.static_surfaces
     }
 
     /// Temperature of the walls of each axis `[energy]`; `None` where they reflect.

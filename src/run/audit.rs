@@ -86,7 +86,7 @@ pub struct Audit {
 /// What an audit objects to.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
-pub enum Fault {
+pub enum AuditFault {
     /// Something is not a number.
     #[error("a quantity is not finite")]
     NotFinite,
@@ -132,26 +132,26 @@ pub enum Fault {
 impl Audit {
     /// What is wrong with the run; empty if it is sound.
     #[must_use]
-    pub fn faults(&self) -> Vec<Fault> {
+    pub fn faults(&self) -> Vec<AuditFault> {
         let mut faults = Vec::new();
         let drift = self.momentum_drift.unwrap_or(0.0);
         let depth = self.deepest();
         let all = [self.energy.kinetic, self.energy.potential, self.ledger_error, drift, depth];
         if all.iter().any(|x| !x.is_finite()) {
-            faults.push(Fault::NotFinite);
+            faults.push(AuditFault::NotFinite);
         }
         let Limits { energy, momentum, overlap } = self.limits;
         if self.ledger_error > energy {
-            faults.push(Fault::Ledger { error: self.ledger_error, limit: energy });
+            faults.push(AuditFault::Ledger { error: self.ledger_error, limit: energy });
         }
         if drift > momentum {
-            faults.push(Fault::Momentum { drift, limit: momentum });
+            faults.push(AuditFault::Momentum { drift, limit: momentum });
         }
         let (events, pairs) = (self.tally.in_invalid_state, self.final_overlaps);
         match overlap {
-            Some(limit) if depth > limit => faults.push(Fault::Overlap { depth, limit }),
+            Some(limit) if depth > limit => faults.push(AuditFault::Overlap { depth, limit }),
             None if self.initial.overlaps == 0 && events + pairs as u64 > 0 => {
-                faults.push(Fault::InvalidState { events, pairs, depth });
+                faults.push(AuditFault::InvalidState { events, pairs, depth });
             }
             _ => {}
         }
@@ -282,17 +282,20 @@ mod tests {
     #[test]
     fn every_kind_of_fault_is_found() {
         let sound = audit();
-        let has = |audit: Audit, is_it: fn(&Fault) -> bool| audit.faults().iter().any(is_it);
-        assert!(has(Audit { ledger_error: 1e-9, ..sound }, |fault| matches!(fault, Fault::Ledger { .. })));
-        assert!(has(Audit { momentum_drift: Some(1e-9), ..sound }, |fault| matches!(fault, Fault::Momentum { .. })));
-        assert!(has(Audit { ledger_error: f64::NAN, ..sound }, |fault| *fault == Fault::NotFinite));
+        let has = |audit: Audit, is_it: fn(&AuditFault) -> bool| audit.faults().iter().any(is_it);
+        assert!(has(Audit { ledger_error: 1e-9, ..sound }, |fault| matches!(fault, AuditFault::Ledger { .. })));
+        assert!(has(Audit { momentum_drift: Some(1e-9), ..sound }, |fault| matches!(
+            fault,
+            AuditFault::Momentum { .. }
+        )));
+        assert!(has(Audit { ledger_error: f64::NAN, ..sound }, |fault| *fault == AuditFault::NotFinite));
         let mut deep = sound;
         deep.tally.in_invalid_state = 1;
         deep.tally.deepest_overlap = 1e-6;
-        assert!(has(deep, |fault| matches!(fault, Fault::InvalidState { events: 1, pairs: 0, .. })));
+        assert!(has(deep, |fault| matches!(fault, AuditFault::InvalidState { events: 1, pairs: 0, .. })));
         assert!(has(Audit { final_overlaps: 2, ..sound }, |fault| matches!(
             fault,
-            Fault::InvalidState { pairs: 2, .. }
+            AuditFault::InvalidState { pairs: 2, .. }
         )));
         let overlapping = Initial { overlaps: 3, resolved_after: Some(1.0) };
         assert_eq!(Audit { initial: overlapping, ..deep }.faults(), [], "the stable rule resolves overlaps");

@@ -15,11 +15,11 @@
 
 mod checked;
 mod error;
-mod kept;
+mod manifest;
 
 pub(crate) use checked::Checked;
 pub use error::CheckpointError;
-pub use kept::{Kept, KeptFile};
+pub use manifest::{Manifest, ManifestEntry};
 
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
@@ -55,7 +55,7 @@ pub struct Checkpoint {
     /// How far the run had come.
     pub state: RunState,
     /// Its files.
-    pub kept: Kept,
+    pub manifest: Manifest,
 }
 
 /// The same to be written.
@@ -63,7 +63,7 @@ pub struct Checkpoint {
 struct Content<'a> {
     simulation: &'a Simulation,
     state: &'a RunState,
-    kept: &'a Kept,
+    manifest: &'a Manifest,
 }
 
 fn version() -> [u8; VERSION] {
@@ -112,13 +112,13 @@ impl<W: Write> Write for Told<W> {
 ///
 /// # Errors
 /// If it cannot be written.
-pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, kept: &Kept) -> io::Result<()> {
+pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, manifest: &Manifest) -> io::Result<()> {
     let inner = BufWriter::with_capacity(1 << 20, file);
     let mut out = Checked::new(inner);
     out.write_all(MAGIC)?;
     out.write_all(&version())?;
     out.write_all(&fingerprint())?;
-    let content = Content { simulation, state, kept };
+    let content = Content { simulation, state, manifest };
     let mut told = Told { inner: &mut out, failure: None };
     if let Err(error) = postcard::to_io(&content, &mut told) {
         return Err(told.failure.unwrap_or_else(|| io::Error::other(error)));
@@ -172,7 +172,7 @@ impl Checkpoint {
         File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
     }
 
-    /// Refuses an end of the measured stretch that it is beyond, so that no scene tells of an end that was none.
+    /// Refuses an end of the measurement that it is beyond, so that no scene tells of an end that was none.
     ///
     /// # Errors
     /// [`CheckpointError::Passed`].
@@ -188,7 +188,7 @@ impl Checkpoint {
         Err(CheckpointError::Passed { time: self.simulation.time(), measured, asked })
     }
 
-    /// Gives the measured stretch another end; one that was reached before ends it at once.
+    /// Gives the measurement another end; one that was reached before ends it at once.
     pub fn extend(&mut self, limit: Limit) {
         self.simulation.set_limit(limit);
         self.state.extend(limit);
@@ -214,7 +214,7 @@ mod tests {
         let simulation = Simulation::new(scene);
         let state = RunState::new(&simulation);
         let full = File::options().write(true).open("/dev/full").unwrap();
-        let error = write(&full, &simulation, &state, &Kept { scene: None, files: Vec::new() }).unwrap_err();
+        let error = write(&full, &simulation, &state, &Manifest { scene: None, files: Vec::new() }).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);
     }
 }

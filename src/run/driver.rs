@@ -18,7 +18,7 @@ use super::progress::{Progress, Stage};
 use super::state::{Aim, RunState};
 use super::{Ending, Finished, Recorder};
 use crate::analysis::instruments::{Registry, SystemDescription};
-use crate::engine::{Arrest, Reason, Simulation, Until};
+use crate::engine::{EngineError, Reason, Simulation, Until};
 use crate::model::Limit;
 
 /// Physical events between two looks at whether anything happens at all.
@@ -68,7 +68,7 @@ struct Driver<'a, R> {
     registry: Registry,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    /// When the measured stretch began, or went on, on the clock.
+    /// When the measurement began, or went on, on the clock.
     started: Option<Instant>,
     /// Whether the present stage has come to what ends it besides its limit: a pressure of growing spheres, or an equilibrium.
     is_over: bool,
@@ -244,7 +244,7 @@ impl<R: Recorder> Driver<'_, R> {
                     return Ok(Ok(reason));
                 }
                 Ok(None) => {}
-                Err(arrest) => return Ok(Err(Ending::Arrested(arrest))),
+                Err(error) => return Ok(Err(error.into())),
             }
             if !self.is_ahead && self.recorder.is_checkpoint_due() {
                 self.keep()?;
@@ -256,7 +256,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Goes on without a look at anything but events, until the next pause at most.
-    fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, Arrest>, R::Error> {
+    fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, R::Error> {
         let is_measuring = self.state.stage.stage == Stage::Measurement && !self.is_ahead;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
@@ -378,7 +378,7 @@ mod tests {
         let limit = |events| RunPlan { limit: Limit::events(events), ..RunPlan::default() };
         // Many more rows than it would give up after, but some 40 of them between two events.
         let bounces = finished(overlapping(Boundary::walls(1.0), [1.0, 0.0, 0.0]), limit(100), Some(0.2));
-        assert_eq!((bounces.ending, bounces.stretch.tally.wall), (Ending::Events, 100));
+        assert_eq!((bounces.ending, bounces.measurement.tally.wall), (Ending::Events, 100));
         let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
         assert_eq!(leaves.ending, Ending::Idle);
         // For ever past the other two.

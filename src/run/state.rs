@@ -73,7 +73,7 @@ impl Aim {
     }
 }
 
-/// What the measured stretch has so far.
+/// What the measurement has so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Measurement {
     pub rows: SamplingTimes,
@@ -100,14 +100,14 @@ pub struct RunState {
     pub(super) quiet_rows: u64,
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
-    /// When rows are written in a stage before the measured stretch.
+    /// When rows are written in a stage before the measurement.
     pub(super) rows: Option<SamplingTimes>,
     pub(super) measurement: Option<Measurement>,
-    /// What had happened before the measured stretch.
+    /// What had happened before the measurement.
     pub(super) before: Tally,
     /// The same, by kind and species.
     pub(super) counts_before: EventCounts,
-    /// What the measured stretch took on the clock in earlier sittings `[seconds]`.
+    /// What the measurement took on the clock in earlier sittings `[seconds]`.
     pub(super) earlier_seconds: f64,
     /// Whether what acts on the present stage has been set up.
     pub(super) has_begun: bool,
@@ -158,14 +158,14 @@ impl RunState {
         }
     }
 
-    /// Gives the measured stretch another end, be it running, planned or over.
+    /// Gives the measurement another end, be it running, planned or over.
     pub(crate) fn extend(&mut self, limit: Limit) {
         if self.stage.stage == Stage::Measurement {
             self.stage.limit = limit;
         }
     }
 
-    /// Simulated time and physical events of the measured stretch so far; `None` before it.
+    /// Simulated time and physical events of the measurement so far; `None` before it.
     pub(crate) fn measured_so_far(&self, simulation: &Simulation) -> Option<(f64, u64)> {
         let is_measured = self.stage.stage == Stage::Measurement;
         let events = simulation.tally().physical().saturating_sub(self.stage.events);

@@ -6,11 +6,11 @@ use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{AuditPlan, InputFile, OutputPlan, RunPlan};
 use crate::scene::classes::Origins;
-use crate::scene::draft::{
-    Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Listed, MeshDraft, Model, PlacedGroup,
-    SpeciesDraft,
+use crate::scene::config_path::ConfigPath;
+use crate::scene::unvalidated::{
+    Amount, Arrangement, Chain, Fill, Group, Listed, LocatedGroup, Model, SurfaceFill, UnvalidatedBond,
+    UnvalidatedInteraction, UnvalidatedSpecies,
 };
-use crate::scene::place::Place;
 
 /// Collects the parts of a scene; [`SceneBuilder::build`] checks them and places the particles.
 ///
@@ -45,10 +45,10 @@ pub struct SceneBuilder {
     pub(crate) shear_rate: Option<f64>,
     pub(crate) displacement: f64,
     pub(crate) contact_time: Option<f64>,
-    pub(crate) species: Vec<SpeciesDraft>,
-    pub(crate) interactions: Vec<InteractionDraft>,
-    pub(crate) groups: Vec<PlacedGroup>,
-    pub(crate) bonds: Vec<BondDraft>,
+    pub(crate) species: Vec<UnvalidatedSpecies>,
+    pub(crate) interactions: Vec<UnvalidatedInteraction>,
+    pub(crate) groups: Vec<LocatedGroup>,
+    pub(crate) bonds: Vec<UnvalidatedBond>,
     pub(crate) audit: AuditPlan,
     pub(crate) run: RunPlan,
     pub(crate) output: OutputPlan,
@@ -158,19 +158,19 @@ impl SceneBuilder {
 
     /// A species that moves.
     pub fn species(mut self, name: &str, mass: f64, diameter: f64) -> Self {
-        self.species.push(SpeciesDraft { name: name.to_owned(), mass: Some(mass), diameter, acceleration: None });
+        self.species.push(UnvalidatedSpecies { name: name.to_owned(), mass: Some(mass), diameter, acceleration: None });
         self
     }
 
     /// A species that never moves.
     pub fn static_species(mut self, name: &str, diameter: f64) -> Self {
-        self.species.push(SpeciesDraft { name: name.to_owned(), mass: None, diameter, acceleration: None });
+        self.species.push(UnvalidatedSpecies { name: name.to_owned(), mass: None, diameter, acceleration: None });
         self
     }
 
     /// What particles of two species do to each other.
     pub fn interaction(mut self, first: &str, second: &str, potential: Potential, restitution: f64) -> Self {
-        self.interactions.push(InteractionDraft {
+        self.interactions.push(UnvalidatedInteraction {
             name: None,
             species: Some([first.to_owned(), second.to_owned()]),
             model: Model::Exact(potential),
@@ -182,7 +182,7 @@ impl SceneBuilder {
 
     /// Lets particles of two species pass through each other.
     pub fn no_interaction(mut self, first: &str, second: &str) -> Self {
-        self.interactions.push(InteractionDraft {
+        self.interactions.push(UnvalidatedInteraction {
             name: None,
             species: Some([first.to_owned(), second.to_owned()]),
             model: Model::None,
@@ -194,7 +194,7 @@ impl SceneBuilder {
 
     /// An interaction for bonds, by name.
     pub fn bond_interaction(mut self, name: &str, potential: Potential, restitution: f64) -> Self {
-        self.interactions.push(InteractionDraft {
+        self.interactions.push(UnvalidatedInteraction {
             name: Some(name.to_owned()),
             species: None,
             model: Model::Exact(potential),
@@ -207,8 +207,8 @@ impl SceneBuilder {
     /// One particle.
     pub fn particle(mut self, species: &str, position: Vector, velocity: Vector) -> Self {
         let listed = Listed { species: species.to_owned(), position, velocity };
-        let place = Place::entry("particle", self.count_groups(|group| matches!(group, Group::Listed(_))));
-        self.groups.push(PlacedGroup { place, group: Group::Listed(vec![listed]) });
+        let at = ConfigPath::entry("particle", self.count_groups(|group| matches!(group, Group::Listed(_))));
+        self.groups.push(LocatedGroup { at, group: Group::Listed(vec![listed]) });
         self
     }
 
@@ -219,14 +219,14 @@ impl SceneBuilder {
 
     /// Many particles.
     pub fn add_fill(mut self, fill: Fill) -> Self {
-        let place = Place::entry("fill", self.count_groups(|group| matches!(group, Group::Fill(_))));
-        self.groups.push(PlacedGroup { place, group: Group::Fill(fill) });
+        let at = ConfigPath::entry("fill", self.count_groups(|group| matches!(group, Group::Fill(_))));
+        self.groups.push(LocatedGroup { at, group: Group::Fill(fill) });
         self
     }
 
     /// Maxwell velocities for the fills and chains added so far that have no temperature yet `[energy]`.
     pub fn temperature(mut self, temperature: f64) -> Self {
-        for PlacedGroup { group, .. } in &mut self.groups {
+        for LocatedGroup { group, .. } in &mut self.groups {
             match group {
                 Group::Fill(Fill { temperature: t @ None, .. }) | Group::Chain(Chain { temperature: t @ None, .. }) => {
                     *t = Some(temperature);
@@ -239,22 +239,22 @@ impl SceneBuilder {
 
     /// Bonded chains.
     pub fn chain(mut self, chain: Chain) -> Self {
-        let place = Place::entry("chain", self.count_groups(|group| matches!(group, Group::Chain(_))));
-        self.groups.push(PlacedGroup { place, group: Group::Chain(chain) });
+        let at = ConfigPath::entry("chain", self.count_groups(|group| matches!(group, Group::Chain(_))));
+        self.groups.push(LocatedGroup { at, group: Group::Chain(chain) });
         self
     }
 
     /// A surface of static spheres.
-    pub fn mesh(mut self, mesh: MeshDraft) -> Self {
-        let place = Place::entry("mesh", self.count_groups(|group| matches!(group, Group::Mesh(_))));
-        self.groups.push(PlacedGroup { place, group: Group::Mesh(mesh) });
+    pub fn static_surface(mut self, surface: SurfaceFill) -> Self {
+        let at = ConfigPath::entry("mesh", self.count_groups(|group| matches!(group, Group::Surface(_))));
+        self.groups.push(LocatedGroup { at, group: Group::Surface(surface) });
         self
     }
 
     /// A bond between two particles, by a named interaction.
     pub fn bond(mut self, first: u32, second: u32, interaction: &str) -> Self {
-        let place = Place::entry("bond", self.bonds.len());
-        self.bonds.push(BondDraft { pair: [first, second], interaction: interaction.to_owned(), place });
+        let at = ConfigPath::entry("bond", self.bonds.len());
+        self.bonds.push(UnvalidatedBond { pair: [first, second], interaction: interaction.to_owned(), at });
         self
     }
 

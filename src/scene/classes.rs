@@ -1,11 +1,11 @@
 //! Species with a distribution of diameters become several species, wherever a scene names them.
 
 use crate::scene::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Fill, Group, InteractionDraft, Listed, Model, PlacedGroup, SpeciesDraft};
 use crate::scene::limits::positive;
-use crate::scene::place::Place;
-use crate::scene::sizes::Class;
+use crate::scene::polydispersity::Class;
+use crate::scene::unvalidated::{Fill, Group, Listed, LocatedGroup, Model, UnvalidatedInteraction, UnvalidatedSpecies};
 
 /// Species of one scene, where some have a distribution: their pairs, 32,896, have to be countable in 16 bits.
 const MOST_SPECIES: usize = 256;
@@ -37,10 +37,10 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
     }
     expand_species(scene, distributed)?;
     expand_interactions(scene, distributed)?;
-    for PlacedGroup { place, group } in &mut scene.groups {
+    for LocatedGroup { at, group } in &mut scene.groups {
         let (name, what) = match group {
             Group::Fill(fill) => {
-                expand_fill(fill, distributed, place)?;
+                expand_fill(fill, distributed, at)?;
                 continue;
             }
             Group::Listed(listed) => {
@@ -49,18 +49,18 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
                 (&listed.species, "a particle has one diameter")
             }
             Group::Chain(chain) => (&chain.species, "the beads of a chain are equal"),
-            Group::Mesh(mesh) => (&mesh.species, "the spheres of a mesh are equal"),
+            Group::Surface(mesh) => (&mesh.species, "the spheres of a mesh are equal"),
         };
         if let Some(distributed) = named(distributed, name) {
-            return Err(refused(distributed, what, &place.key("species")));
+            return Err(refused(distributed, what, &at.key("species")));
         }
     }
     let profiles = scene.measure.profiles.iter().map(|it| &it.species).enumerate().map(|it| ("profile", it));
     let flows = scene.measure.flows.iter().map(|it| &it.species).enumerate().map(|it| ("flow", it));
     for (kind, (index, name)) in profiles.chain(flows) {
         if let Some(distributed) = name.as_ref().and_then(|name| named(distributed, name)) {
-            let place = Place::root().key("measure").key(kind).index(index).key("species");
-            return Err(refused(distributed, "one species is measured", &place));
+            let at = ConfigPath::root().key("measure").key(kind).index(index).key("species");
+            return Err(refused(distributed, "one species is measured", &at));
         }
     }
     Ok(())
@@ -70,12 +70,12 @@ fn named<'d>(distributed: &'d [Distributed], name: &str) -> Option<&'d Distribut
     distributed.iter().find(|candidate| candidate.name == name)
 }
 
-fn refused(distributed: &Distributed, what: &str, place: &Place) -> SceneError {
+fn refused(distributed: &Distributed, what: &str, at: &ConfigPath) -> SceneError {
     let last = distributed.class(distributed.classes.len() - 1);
     let first = distributed.class(0);
     let expected = format!("a species with one diameter, because {what}: one of its classes, `{first}` to `{last}`");
     let value = format!("`{}`, which has a distribution of diameters", distributed.name);
-    SceneError::new(place.clone(), SceneErrorKind::value(value, expected))
+    SceneError::new(at.clone(), SceneErrorKind::value(value, expected))
 }
 
 /// Masses go with the volumes: the material is the same, and the given mass is that of the mean diameter.
@@ -85,7 +85,7 @@ fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Resu
     let dimensions = unsized_space.dimensions() as f64;
     let mut species = Vec::new();
     for (index, draft) in std::mem::take(&mut scene.species).into_iter().enumerate() {
-        let place = Place::entry("species", index);
+        let at = ConfigPath::entry("species", index);
         let Some(of) = distributed.iter().find(|it| it.index == index) else {
             species.push(draft);
             scene.origins.species.push(index);
@@ -93,18 +93,18 @@ fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Resu
         };
         let Some(mass) = draft.mass else {
             let kind = SceneErrorKind::value("true", "a species that moves, because its diameters are distributed");
-            return Err(SceneError::new(place.key("static"), kind));
+            return Err(SceneError::new(at.key("static"), kind));
         };
-        positive(mass, place.key("mass"))?;
+        positive(mass, at.key("mass"))?;
         for (k, class) in of.classes.iter().enumerate() {
             let mass = Some(mass * libm::pow(class.diameter / of.mean(), dimensions));
-            species.push(SpeciesDraft { name: of.class(k), mass, diameter: class.diameter, ..draft.clone() });
+            species.push(UnvalidatedSpecies { name: of.class(k), mass, diameter: class.diameter, ..draft.clone() });
             scene.origins.species.push(index);
         }
         if species.len() > MOST_SPECIES {
             let kind =
                 SceneErrorKind::value(species.len(), format!("at most {MOST_SPECIES} species, classes included"));
-            return Err(SceneError::new(place.key("diameter"), kind));
+            return Err(SceneError::new(at.key("diameter"), kind));
         }
     }
     scene.species = species;
@@ -121,7 +121,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
             scene.origins.interactions.push(index);
             continue;
         };
-        check_diameter(&draft, &Place::entry("interaction", index))?;
+        check_diameter(&draft, &ConfigPath::entry("interaction", index))?;
         let names = |k: usize| match parts[k] {
             Some(of) => (0..of.classes.len()).map(|class| of.class(class)).collect(),
             None => vec![species[k].clone()],
@@ -133,7 +133,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
         for (k, a) in first.iter().enumerate() {
             for b in second.iter().skip(if is_alike { k } else { 0 }) {
                 let pair = Some([a.clone(), b.clone()]);
-                interactions.push(InteractionDraft { name: name.take(), species: pair, ..draft.clone() });
+                interactions.push(UnvalidatedInteraction { name: name.take(), species: pair, ..draft.clone() });
                 scene.origins.interactions.push(index);
             }
         }
@@ -143,24 +143,24 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
 }
 
 /// Pairs of classes differ in what follows from their diameters, so nothing else may say it.
-fn check_diameter(draft: &InteractionDraft, place: &Place) -> Result<(), SceneError> {
+fn check_diameter(draft: &UnvalidatedInteraction, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = "no length of its own: it follows from the diameters of each two classes of a distribution";
     let (key, value) = match (&draft.model, draft.diameter) {
         (_, Some(diameter)) => ("diameter", diameter.to_string()),
         (Model::Exact(_), None) => ("potential", "given by its radii".to_owned()),
         _ => return Ok(()),
     };
-    Err(SceneError::new(place.key(key), SceneErrorKind::value(value, expected)))
+    Err(SceneError::new(at.key(key), SceneErrorKind::value(value, expected)))
 }
 
-fn expand_fill(fill: &mut Fill, distributed: &[Distributed], place: &Place) -> Result<(), SceneError> {
+fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) -> Result<(), SceneError> {
     let mut composition = Vec::new();
     for (name, share) in std::mem::take(&mut fill.composition) {
         let Some(of) = named(distributed, &name) else {
             composition.push((name, share));
             continue;
         };
-        positive(share, place.key("composition").key(name))?;
+        positive(share, at.key("composition").key(name))?;
         composition.extend(spread(of.classes.len()).map(|k| (of.class(k), share * of.classes[k].share)));
     }
     fill.composition = composition;
@@ -190,7 +190,7 @@ pub(crate) struct Origins {
 impl Origins {
     /// The same error at the place in the file.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
-        error.moved(|place| place.entry_moved("species", &self.species).entry_moved("interaction", &self.interactions))
+        error.moved(|at| at.entry_moved("species", &self.species).entry_moved("interaction", &self.interactions))
     }
 }
 

@@ -8,10 +8,10 @@ use crate::model::InputFile;
 use crate::model::input_file::is_checksum;
 use crate::model::space::{AXES, Boundary};
 use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{BondDraft, Group, Listed, PlacedGroup};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
-use crate::scene::place::Place;
+use crate::scene::unvalidated::{Group, Listed, LocatedGroup, UnvalidatedBond};
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{FrameReader, ReadError};
 
@@ -32,16 +32,16 @@ pub(super) fn add(
     space: &SpaceFile,
     may_give_box: bool,
     scene: &mut SceneBuilder,
-) -> Result<Vec<Sizes>, SceneError> {
+) -> Result<Vec<RadiiAndMasses>, SceneError> {
     let mut sizes = Vec::with_capacity(files.len());
     for (index, file) in files.iter().enumerate() {
-        let place = Place::entry("file", index);
+        let at = ConfigPath::entry("file", index);
         let path = directory.join(&file.path);
         let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
-        let text = std::fs::read(&path).map_err(|source| SceneError::new(place.key("path"), unreadable(source)))?;
-        scene.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &place)?);
+        let text = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
+        scene.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &at)?);
         let start = parse(&text, file.frame).map_err(|(line, problem)| {
-            SceneError::new(place.key("path"), SceneErrorKind::Coordinates { path: path.clone(), line, problem })
+            SceneError::new(at.key("path"), SceneErrorKind::Coordinates { path: path.clone(), line, problem })
         })?;
         if may_give_box && start.has_box && scene.size.is_none() {
             take_box(&start.frame, space, scene)?;
@@ -49,15 +49,15 @@ pub(super) fn add(
         if start.frame.displacement != 0.0 {
             scene.displacement = start.frame.displacement;
         }
-        add_bonds(&start, file, &path, &place, scene)?;
-        sizes.push(Sizes::of(&start, path, &place));
+        add_bonds(&start, file, &path, &at, scene)?;
+        sizes.push(RadiiAndMasses::of(&start, path, &at));
         let listed = start.frame.particles.iter().map(|particle| Listed {
             species: start.frame.species[particle.species.0 as usize].name.clone(),
             position: particle.position,
             velocity: particle.velocity,
         });
         let group = Group::Listed(listed.collect());
-        scene.groups.push(PlacedGroup { place, group });
+        scene.groups.push(LocatedGroup { at, group });
     }
     Ok(sizes)
 }
@@ -75,7 +75,7 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
             (false, true) => Boundary::Periodic,
             (false, false) => {
                 let (key, why) = (AXES[k], "the box of the file is not periodic along it".to_owned());
-                return Err(SceneError::new(Place::root().key("space"), SceneErrorKind::Missing { key, why }));
+                return Err(SceneError::new(ConfigPath::root().key("space"), SceneErrorKind::Missing { key, why }));
             }
         };
     }
@@ -88,7 +88,7 @@ fn add_bonds(
     start: &Start,
     file: &CoordinatesFile,
     path: &Path,
-    place: &Place,
+    at: &ConfigPath,
     scene: &mut SceneBuilder,
 ) -> Result<(), SceneError> {
     let frame = &start.frame;
@@ -97,14 +97,14 @@ fn add_bonds(
     }
     let wrong = |problem: String| {
         let kind = SceneErrorKind::Coordinates { path: path.to_owned(), line: start.comment, problem };
-        Err(SceneError::new(place.key("path"), kind))
+        Err(SceneError::new(at.key("path"), kind))
     };
     let known: Vec<&str> = scene.interactions.iter().filter_map(|draft| draft.name.as_deref()).collect();
     let names: Vec<&str> = match &file.bond {
         Some(name) if known.contains(&name.as_str()) => vec![name],
         Some(name) => {
             let kind = SceneErrorKind::unknown_word("interaction", name, known);
-            return Err(SceneError::new(place.key("bond"), kind));
+            return Err(SceneError::new(at.key("bond"), kind));
         }
         None if frame.bond_kinds.is_empty() => {
             return wrong(
@@ -140,14 +140,14 @@ fn add_bonds(
         if pair[0] == pair[1] {
             return wrong(format!("bond {}-{} holds a particle to itself", ends[0].0, ends[1].0));
         }
-        bonds.push(BondDraft { pair, interaction: names[kind].to_owned(), place: place.key("path") });
+        bonds.push(UnvalidatedBond { pair, interaction: names[kind].to_owned(), at: at.key("path") });
     }
     scene.bonds.extend(bonds);
     Ok(())
 }
 
 /// What is remembered of a file, which must have the checksum that the scene has for it.
-fn unchanged(path: &Path, text: &[u8], expected: Option<&str>, place: &Place) -> Result<InputFile, SceneError> {
+fn unchanged(path: &Path, text: &[u8], expected: Option<&str>, at: &ConfigPath) -> Result<InputFile, SceneError> {
     let input = InputFile::new(path, text);
     let Some(expected) = expected.filter(|expected| *expected != input.checksum) else { return Ok(input) };
     let kind = if is_checksum(expected) {
@@ -156,7 +156,7 @@ fn unchanged(path: &Path, text: &[u8], expected: Option<&str>, place: &Place) ->
     } else {
         SceneErrorKind::value(format!("{expected:?}"), "`crc32:` and eight hexadecimal digits")
     };
-    Err(SceneError::new(place.key("checksum"), kind))
+    Err(SceneError::new(at.key("checksum"), kind))
 }
 
 /// A frame, or the line and what is wrong with it.
@@ -184,9 +184,9 @@ fn parse(text: &[u8], frame: u64) -> Result<Start, (usize, String)> {
     }
 }
 
-mod sizes;
+mod radii_and_masses;
 
-pub(super) use sizes::Sizes;
+pub(super) use radii_and_masses::RadiiAndMasses;
 
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,7 @@ use thiserror::Error;
 
 use crate::base::text::printable;
 use crate::model::error::PotentialError;
-use crate::scene::place::Place;
+use crate::scene::config_path::ConfigPath;
 
 /// The kinds of mistakes in a scene.
 #[derive(Debug, Error)]
@@ -47,7 +47,7 @@ pub enum SceneErrorKind {
     UnknownWord { what: &'static str, word: String, nearest: Option<String>, known: Vec<String> },
     /// A name given twice.
     #[error("the name `{name}` is already taken by {first}")]
-    Duplicate { name: String, first: Place },
+    Duplicate { name: String, first: ConfigPath },
     /// Two species that can meet, and nothing says what happens then.
     #[error("species `{first}` and `{second}` can meet, but no [[interaction]] says what happens then")]
     NoInteraction { first: String, second: String },
@@ -185,14 +185,14 @@ pub struct SceneError(Box<Inner>);
 #[derive(Debug)]
 struct Inner {
     kind: SceneErrorKind,
-    place: Place,
+    at: ConfigPath,
     source: Option<(NamedSource<Arc<String>>, SourceSpan)>,
 }
 
 impl SceneError {
     /// A mistake at a place of the scene.
-    pub(crate) fn new(place: Place, kind: impl Into<SceneErrorKind>) -> Self {
-        Self(Box::new(Inner { kind: kind.into(), place, source: None }))
+    pub(crate) fn new(at: ConfigPath, kind: impl Into<SceneErrorKind>) -> Self {
+        Self(Box::new(Inner { kind: kind.into(), at, source: None }))
     }
 
     /// What is wrong.
@@ -202,8 +202,8 @@ impl SceneError {
     }
 
     /// The same mistake, with every place that it names moved.
-    pub(crate) fn moved(mut self, to: impl Fn(&Place) -> Place) -> Self {
-        self.0.place = to(&self.0.place);
+    pub(crate) fn moved(mut self, to: impl Fn(&ConfigPath) -> ConfigPath) -> Self {
+        self.0.at = to(&self.0.at);
         if let SceneErrorKind::Duplicate { first, .. } = &mut self.0.kind {
             *first = to(first);
         }
@@ -217,8 +217,8 @@ impl SceneError {
 
     /// Where in the scene; the root if no one place is to blame.
     #[must_use]
-    pub fn place(&self) -> &Place {
-        &self.0.place
+    pub fn config_path(&self) -> &ConfigPath {
+        &self.0.at
     }
 
     /// The line of the scene's text, from 1, if it has one.
@@ -250,9 +250,9 @@ impl SceneError {
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut text = String::new();
-        if !self.0.place.steps().is_empty() {
+        if !self.0.at.steps().is_empty() {
             let separator = if matches!(self.0.kind, SceneErrorKind::Value { .. }) { "" } else { ":" };
-            text = format!("{}{separator} ", self.0.place);
+            text = format!("{}{separator} ", self.0.at);
         }
         f.write_str(&printable(&(text + &self.0.kind.to_string())))
     }
@@ -297,7 +297,7 @@ mod tests {
     #[test]
     fn an_error_is_small_and_says_where() {
         assert_eq!(size_of::<SceneError>(), size_of::<usize>());
-        let error = SceneError::new(Place::root().key("seed"), SceneErrorKind::value(-1, "a whole number"));
+        let error = SceneError::new(ConfigPath::root().key("seed"), SceneErrorKind::value(-1, "a whole number"));
         assert_eq!(error.to_string(), "seed is -1, expected a whole number");
     }
 }

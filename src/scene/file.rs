@@ -3,13 +3,13 @@
 //! The comments of the fields, with their units, and the ranges beside them are also what an editor shows: they are the
 //! descriptions and the limits of [`schema`](fn@crate::scene::schema).
 
+mod diameter;
 mod drive;
 mod measure;
-mod sizes;
 
+pub(crate) use diameter::{DiameterFile, DistributionFile};
 pub(crate) use drive::{GrowthFile, StageFile, ThermostatFile};
 pub(crate) use measure::MeasureFile;
-pub(crate) use sizes::{DiameterFile, DistributionFile};
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -23,10 +23,10 @@ use serde_json::json;
 use crate::model::Format;
 use crate::scene::interactions::MOST_STEPS;
 use crate::scene::names::{SCENE, WORD, WORDS};
-use crate::scene::planning::AUTOMATIC;
-use crate::scene::reading::{ARRANGEMENTS, BOUNDARIES, POTENTIALS, SIDES, SURFACES};
+use crate::scene::parse::plan::AUTOMATIC;
+use crate::scene::parse::{ARRANGEMENTS, BOUNDARIES, POTENTIALS, SIDES, SURFACES};
 use crate::scene::schema::{keys_by_kind, words};
-use crate::scene::surface::Side;
+use crate::scene::surface::BoxSide;
 
 /// A scene of Carom: what is simulated, for how long, and what is measured and written. Reduced units: lengths, masses
 /// and energies are what the scene makes them, and Boltzmann's constant is 1.
@@ -370,7 +370,7 @@ pub(crate) struct MeshFile {
     /// Upper corner of a box `[length]`.
     pub upper: Option<[f64; 3]>,
     /// Sides of a box that are left out; x leads to the right, y to the back, z to the top.
-    #[schemars(extend("items" = json!({ "type": "string", "enum": words(&Side::NAMES) }), "default" = json!([])))]
+    #[schemars(extend("items" = json!({ "type": "string", "enum": words(&BoxSide::NAMES) }), "default" = json!([])))]
     pub open: Option<Vec<String>>,
     /// Centre of the first end of a cylinder or cone `[length]`.
     pub base: Option<[f64; 3]>,
@@ -431,10 +431,10 @@ pub(crate) struct RunFile {
     /// Number of events simulated first, not measured.
     #[schemars(range(min = 1))]
     pub equilibration_events: Option<u64>,
-    /// Duration of the measured stretch `[time]`.
+    /// Duration of the measurement `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
-    /// Number of events of the measured stretch.
+    /// Number of events of the measurement.
     #[schemars(range(min = 1))]
     pub until_events: Option<u64>,
     /// What holds the temperature while the run is measured; nothing if not given.

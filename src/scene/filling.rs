@@ -9,13 +9,13 @@ use crate::model::scene::own_volume;
 use crate::model::space::{Boundary, Space};
 use crate::model::{Species, SpeciesId};
 use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Amount, Fill, Group, Lattice};
 use crate::scene::interactions::species_named;
 use crate::scene::lattice::{Fit, root};
 use crate::scene::limits::{AXES, affordable, finite_vector, positive};
-use crate::scene::occupancy::Contacts;
-use crate::scene::place::Place;
+use crate::scene::packing::occupancy::Contacts;
+use crate::scene::unvalidated::{Amount, Fill, Group, Lattice};
 
 /// A fill whose numbers are known.
 pub(crate) struct Filling {
@@ -25,38 +25,38 @@ pub(crate) struct Filling {
 }
 
 impl Filling {
-    pub(crate) fn new(fill: &Fill, species: &[Species], space: &Space, place: &Place) -> Result<Self, SceneError> {
-        let count = index(Self::count(fill, species, space, place)?);
-        let shares = shares(fill, species, place)?;
-        Ok(Self { shares: whole_numbers(&shares, count), region: region(fill, space, place)? })
+    pub(crate) fn new(fill: &Fill, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Self, SceneError> {
+        let count = index(Self::count(fill, species, space, at)?);
+        let shares = shares(fill, species, at)?;
+        Ok(Self { shares: whole_numbers(&shares, count), region: region(fill, space, at)? })
     }
 
     /// Number of particles.
-    pub(crate) fn count(fill: &Fill, species: &[Species], space: &Space, place: &Place) -> Result<u64, SceneError> {
-        let region = region(fill, space, place)?;
-        let shares = shares(fill, species, place)?;
+    pub(crate) fn count(fill: &Fill, species: &[Species], space: &Space, at: &ConfigPath) -> Result<u64, SceneError> {
+        let region = region(fill, space, at)?;
+        let shares = shares(fill, species, at)?;
         let count = match (fill.count, fill.amount) {
-            (Some(0), _) => return Err(SceneError::new(place.key("count"), SceneErrorKind::value(0, "at least 1"))),
+            (Some(0), _) => return Err(SceneError::new(at.key("count"), SceneErrorKind::value(0, "at least 1"))),
             (Some(count), _) => count,
             (None, Some(amount)) => {
                 let volume: f64 = (0..3)
                     .filter(|&k| space.boundary[k] != Boundary::Flat)
                     .map(|k| region.upper[k] - region.lower[k])
                     .product();
-                let count = (volume / volume_per_particle(amount, &shares, species, space, place)?).round();
+                let count = (volume / volume_per_particle(amount, &shares, species, space, at)?).round();
                 if count < 1.0 {
                     let kind =
                         SceneErrorKind::value(format!("too low for one particle in a volume of {volume}"), "more");
-                    return Err(SceneError::new(place.key(key_of(amount)), kind));
+                    return Err(SceneError::new(at.key(key_of(amount)), kind));
                 }
                 trunc_to_u64(count)
             }
             (None, None) => {
                 let why = "or number_density or packing_fraction".to_owned();
-                return Err(SceneError::new(place.clone(), SceneErrorKind::Missing { key: "count", why }));
+                return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "count", why }));
             }
         };
-        affordable(count, place)?;
+        affordable(count, at)?;
         Ok(count)
     }
 
@@ -77,7 +77,7 @@ impl Filling {
         space: &Space,
         species: &[Species],
         contacts: Option<&Contacts>,
-        place: &Place,
+        at: &ConfigPath,
     ) -> Result<Vec<Vector>, SceneError> {
         if lattice.dimensions() != space.dimensions() {
             let expected = match space.dimensions() {
@@ -86,7 +86,7 @@ impl Filling {
                 _ => "`line` or `random` because two axes are flat",
             };
             let value = format!("a lattice of {} dimensions", lattice.dimensions());
-            return Err(SceneError::new(place.key("arrangement"), SceneErrorKind::value(value, expected)));
+            return Err(SceneError::new(at.key("arrangement"), SceneErrorKind::value(value, expected)));
         }
         let count = self.shares.iter().map(|(_, count)| count).sum();
         let largest = self.species().map(|kind| species[kind.0 as usize].diameter).fold(0.0, f64::max);
@@ -99,7 +99,7 @@ impl Filling {
             // Sites at exactly the contact distance, but for rounding, are not too close.
             if fit.spacing < contact * (1.0 - 1e-12) {
                 let kind = SceneErrorKind::LatticeTooTight { count, spacing: fit.spacing, contact };
-                return Err(SceneError::new(place.clone(), kind));
+                return Err(SceneError::new(at.clone(), kind));
             }
         }
         Ok(fit.sites())
@@ -107,21 +107,21 @@ impl Filling {
 }
 
 /// The species of a fill and their shares.
-fn shares(fill: &Fill, species: &[Species], place: &Place) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
+fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(SpeciesId, f64)>, SceneError> {
     let several = fill.composition.len() != 1;
     let mut shares = Vec::with_capacity(fill.composition.len());
     for (name, share) in &fill.composition {
-        let place = if several { place.key("composition").key(name.clone()) } else { place.key("species") };
-        let id = species_named(species, name, &place)?;
+        let at = if several { at.key("composition").key(name.clone()) } else { at.key("species") };
+        let id = species_named(species, name, &at)?;
         if shares.iter().any(|(other, _)| *other == id) {
-            let kind = SceneErrorKind::Duplicate { name: name.clone(), first: place.clone() };
-            return Err(SceneError::new(place, kind));
+            let kind = SceneErrorKind::Duplicate { name: name.clone(), first: at.clone() };
+            return Err(SceneError::new(at, kind));
         }
-        shares.push((id, positive(*share, place)?));
+        shares.push((id, positive(*share, at)?));
     }
     if shares.is_empty() {
         let why = "a fill needs species or composition".to_owned();
-        return Err(SceneError::new(place.clone(), SceneErrorKind::Missing { key: "species", why }));
+        return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "species", why }));
     }
     Ok(shares)
 }
@@ -158,22 +158,22 @@ fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> 
     numbers.into_iter().map(|(species, number)| (species, number as f64)).collect()
 }
 
-fn region(fill: &Fill, space: &Space, place: &Place) -> Result<Region, SceneError> {
+fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<Region, SceneError> {
     let whole = Region { lower: space.lower, upper: space.upper() };
     let Some(region) = fill.region else { return Ok(whole) };
-    let place = place.key("region");
-    finite_vector(&region.lower, &place.key("lower"))?;
-    finite_vector(&region.upper, &place.key("upper"))?;
+    let at = at.key("region");
+    finite_vector(&region.lower, &at.key("lower"))?;
+    finite_vector(&region.upper, &at.key("upper"))?;
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {
         if region.lower[k] >= region.upper[k] {
             let kind = SceneErrorKind::value(region.upper[k], format!("more than the lower end, {}", region.lower[k]));
-            return Err(SceneError::new(place.key("upper").index(k), kind));
+            return Err(SceneError::new(at.key("upper").index(k), kind));
         }
         let is_bounded = space.boundary[k] != Boundary::OPEN;
         for (key, value) in [("lower", region.lower[k]), ("upper", region.upper[k])] {
             if is_bounded && !(whole.lower[k]..=whole.upper[k]).contains(&value) {
                 let expected = format!("{} from {} to {} as the box", AXES[k], whole.lower[k], whole.upper[k]);
-                return Err(SceneError::new(place.key(key).index(k), SceneErrorKind::value(value, expected)));
+                return Err(SceneError::new(at.key(key).index(k), SceneErrorKind::value(value, expected)));
             }
         }
     }
@@ -192,13 +192,13 @@ fn volume_per_particle(
     shares: &[(SpeciesId, f64)],
     species: &[Species],
     space: &Space,
-    place: &Place,
+    at: &ConfigPath,
 ) -> Result<f64, SceneError> {
     match amount {
-        Amount::NumberDensity(density) => Ok(1.0 / positive(density, place.key("number_density"))?),
+        Amount::NumberDensity(density) => Ok(1.0 / positive(density, at.key("number_density"))?),
         Amount::PackingFraction(fraction) => {
-            let place = place.key("packing_fraction");
-            positive(fraction, place.clone())?;
+            let at = at.key("packing_fraction");
+            positive(fraction, at.clone())?;
             // Equal spheres: pi / (3 sqrt 2); disks: pi / (2 sqrt 3). Mixtures can fill the holes as well.
             let limit = match (space.dimensions(), shares.len()) {
                 (3, 1) => PI / (3.0 * std::f64::consts::SQRT_2),
@@ -206,7 +206,7 @@ fn volume_per_particle(
                 _ => 1.0,
             };
             if fraction > limit {
-                return Err(SceneError::new(place, SceneErrorKind::PackingFraction { value: fraction, limit }));
+                return Err(SceneError::new(at, SceneErrorKind::PackingFraction { value: fraction, limit }));
             }
             let total: f64 = shares.iter().map(|(_, share)| share).sum();
             let mean: f64 = shares
@@ -223,18 +223,18 @@ impl SceneBuilder {
     pub(crate) fn derived_size(&self, species: &[Species], space: &Space) -> Result<Vector, SceneError> {
         let mut deciding = self.groups.iter().filter_map(|placed| match &placed.group {
             Group::Fill(fill @ Fill { count: Some(count), amount: Some(amount), region: None, .. }) => {
-                Some((fill, *count, *amount, &placed.place))
+                Some((fill, *count, *amount, &placed.at))
             }
             _ => None,
         });
-        let (Some((fill, count, amount, place)), None) = (deciding.next(), deciding.next()) else {
+        let (Some((fill, count, amount, at)), None) = (deciding.next(), deciding.next()) else {
             let why = "it follows only if exactly one [[fill]] gives both a count and a density".to_owned();
-            let place = Place::root().key("space");
-            return Err(SceneError::new(place, SceneErrorKind::Missing { key: "size", why }));
+            let at = ConfigPath::root().key("space");
+            return Err(SceneError::new(at, SceneErrorKind::Missing { key: "size", why }));
         };
-        affordable(count, place)?;
-        let shares = shares(fill, species, place)?;
-        let volume = count as f64 * volume_per_particle(amount, &realised(shares, count), species, space, place)?;
+        affordable(count, at)?;
+        let shares = shares(fill, species, at)?;
+        let volume = count as f64 * volume_per_particle(amount, &realised(shares, count), species, space, at)?;
         let edge = root(volume, space.dimensions());
         Ok(Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Flat { 0.0 } else { edge }))
     }

@@ -4,36 +4,36 @@ use std::ops::Range;
 
 use crate::Vector;
 use crate::base::numbers::{self, id, trunc_to_u64};
-use crate::model::Mesh;
 use crate::model::Region;
+use crate::model::StaticSurface;
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
 use crate::model::space::Space;
 use crate::model::{Bond, Particle, ParticleId, Species, SpeciesId};
 use crate::scene::builder::SceneBuilder;
-use crate::scene::dense::Dense;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Arrangement, Chain, Fill, Group, Listed, MeshDraft, PlacedGroup};
 use crate::scene::filling::Filling;
 use crate::scene::interactions::{Interactions, species_named};
 use crate::scene::limits::{affordable, finite_vector, not_negative, on_flat_axes, positive};
-use crate::scene::occupancy::{Contacts, Occupancy};
-use crate::scene::place::Place;
-use crate::scene::placement::{Links, grow, insert, wrapped};
-use crate::scene::start;
+use crate::scene::packing::compression::Compression;
+use crate::scene::packing::insertion::{Links, grow, insert, wrapped};
+use crate::scene::packing::occupancy::{Contacts, Occupancy};
 use crate::scene::surface::{Layout, default_spacing};
+use crate::scene::unvalidated::{Arrangement, Chain, Fill, Group, Listed, LocatedGroup, SurfaceFill};
+use crate::scene::validate::start;
 
 /// All particles, and which group each came from.
 pub(crate) struct Groups {
     pub particles: Vec<Particle>,
-    pub bonds: Vec<(Bond, Place)>,
-    pub meshes: Vec<Mesh>,
-    /// Place of each group in the scene, and the id of its first particle.
-    starts: Vec<(usize, Place)>,
+    pub bonds: Vec<(Bond, ConfigPath)>,
+    pub static_surfaces: Vec<StaticSurface>,
+    /// Config path of each group, and the id of its first particle.
+    starts: Vec<(usize, ConfigPath)>,
 }
 
 impl Groups {
-    /// Places everything: first what stands at given places, then meshes and lattices, then what has to find room
+    /// Places everything: first what stands at given places, then static surfaces and lattices, then what has to find room
     /// among them, chains before single particles.
     pub(crate) fn place(
         scene: &SceneBuilder,
@@ -53,16 +53,16 @@ impl Groups {
                     occupancy = Some(placing.occupied(&parts));
                 }
                 parts[index] = match &placed.group {
-                    Group::Listed(listed) => placing.listed(listed, &placed.place)?,
-                    Group::Mesh(mesh) => placing.mesh(index, mesh, &placed.place)?,
+                    Group::Listed(listed) => placing.listed(listed, &placed.at)?,
+                    Group::Surface(surface) => placing.surface(index, surface, &placed.at)?,
                     Group::Fill(_) => placing.fill(index, placed, occupancy.as_mut())?,
                     Group::Chain(chain) => {
-                        placing.chains(index, chain, &placed.place, interactions, occupancy.as_mut())?
+                        placing.chains(index, chain, &placed.at, interactions, occupancy.as_mut())?
                     }
                 };
-                // With the spheres of all meshes, whose numbers are known only now.
+                // With the spheres of all static surfaces, whose numbers are known only now.
                 total += parts[index].len() as u64;
-                affordable(total, &placed.place)?;
+                affordable(total, &placed.at)?;
             }
         }
         Self::joined(placing, parts, interactions)
@@ -75,22 +75,24 @@ impl Groups {
     ) -> Result<Self, SceneError> {
         let scene = placing.scene;
         let particles = Vec::with_capacity(parts.iter().map(Vec::len).sum());
-        let mut groups = Self { particles, bonds: Vec::new(), meshes: Vec::new(), starts: Vec::new() };
-        for (index, (part, PlacedGroup { place, group })) in parts.into_iter().zip(&scene.groups).enumerate() {
+        let mut groups = Self { particles, bonds: Vec::new(), static_surfaces: Vec::new(), starts: Vec::new() };
+        for (index, (part, LocatedGroup { at, group })) in parts.into_iter().zip(&scene.groups).enumerate() {
             let first = groups.particles.len();
-            groups.starts.push((first, place.clone()));
+            groups.starts.push((first, at.clone()));
             match group {
                 Group::Chain(chain) => {
                     for k in (1..part.len()).filter(|k| !(*k as u64).is_multiple_of(chain.length)) {
                         let kind = part[k].species;
-                        let interaction = interactions.bond(&chain.bond, kind, kind, &place.key("bond"))?;
+                        let interaction = interactions.bond(&chain.bond, kind, kind, &at.key("bond"))?;
                         let pair = [first + k - 1, first + k].map(|index| ParticleId(id(index)));
-                        groups.bonds.push((Bond { pair, interaction }, place.clone()));
+                        groups.bonds.push((Bond { pair, interaction }, at.clone()));
                     }
                 }
-                Group::Mesh(mesh) => {
+                Group::Surface(surface) => {
                     let layout = placing.layouts.iter().find(|(of, _)| *of == index).map(|(_, layout)| layout);
-                    groups.meshes.extend(layout.map(|layout| Mesh::new(mesh, part[0].species, first, layout, index)));
+                    groups.static_surfaces.extend(
+                        layout.map(|layout| StaticSurface::new(surface, part[0].species, first, layout, index)),
+                    );
                 }
                 Group::Listed(_) | Group::Fill(_) => {}
             }
@@ -98,15 +100,19 @@ impl Groups {
         }
         if groups.particles.is_empty() {
             let why = "give [[particle]], [[file]], [[chain]] or [[fill]]".to_owned();
-            return Err(SceneError::new(Place::root(), SceneErrorKind::Missing { key: "particle", why }));
+            return Err(SceneError::new(ConfigPath::root(), SceneErrorKind::Missing { key: "particle", why }));
         }
         start::list_bonds(&mut groups, placing.species, &scene.bonds, interactions)?;
         Ok(groups)
     }
 
     /// Particles that have their places, bonds and meshes already.
-    pub(crate) fn given(particles: Vec<Particle>, bonds: Vec<(Bond, Place)>, meshes: Vec<Mesh>) -> Self {
-        Self { particles, bonds, meshes, starts: Vec::new() }
+    pub(crate) fn given(
+        particles: Vec<Particle>,
+        bonds: Vec<(Bond, ConfigPath)>,
+        static_surfaces: Vec<StaticSurface>,
+    ) -> Self {
+        Self { particles, bonds, static_surfaces, starts: Vec::new() }
     }
 
     /// Number of particles of each species.
@@ -125,12 +131,12 @@ impl Groups {
     }
 
     /// Where the scene asks for a particle.
-    pub(crate) fn place_of(&self, id: usize) -> Place {
+    pub(crate) fn path_of(&self, id: usize) -> ConfigPath {
         if self.starts.is_empty() {
-            return Place::entry("particle", id);
+            return ConfigPath::entry("particle", id);
         }
         let group = self.starts.partition_point(|(first, _)| *first <= id);
-        self.starts.get(group.wrapping_sub(1)).map_or_else(Place::root, |(_, place)| place.clone())
+        self.starts.get(group.wrapping_sub(1)).map_or_else(ConfigPath::root, |(_, at)| at.clone())
     }
 }
 
@@ -142,7 +148,7 @@ enum Order {
 }
 
 impl Order {
-    fn of(placed: &PlacedGroup) -> Self {
+    fn of(placed: &LocatedGroup) -> Self {
         match &placed.group {
             Group::Fill(fill) if fill.arrangement == Arrangement::Random => Self::Random,
             Group::Chain(chain) if chain.straight.is_none() => Self::Random,
@@ -157,7 +163,7 @@ struct Placing<'a> {
     species: &'a [Species],
     space: &'a Space,
     contacts: &'a Contacts,
-    /// Of the meshes, by group.
+    /// Of the static surfaces, by group.
     layouts: Vec<(usize, Layout)>,
 }
 
@@ -165,15 +171,15 @@ impl<'a> Placing<'a> {
     /// Refuses more particles than the memory is meant for, before the first is made.
     fn check_amounts(&self) -> Result<(), SceneError> {
         let mut total = 0_u64;
-        for PlacedGroup { place, group } in &self.scene.groups {
+        for LocatedGroup { at, group } in &self.scene.groups {
             let count = match group {
                 Group::Listed(listed) => listed.len() as u64,
-                Group::Fill(fill) => Filling::count(fill, self.species, self.space, place)?,
+                Group::Fill(fill) => Filling::count(fill, self.species, self.space, at)?,
                 Group::Chain(chain) => chain.length.saturating_mul(chain.count),
-                Group::Mesh(_) => 0,
+                Group::Surface(_) => 0,
             };
             total = total.saturating_add(count);
-            affordable(total, place)?;
+            affordable(total, at)?;
         }
         Ok(())
     }
@@ -183,7 +189,7 @@ impl<'a> Placing<'a> {
         let random = self.scene.groups.iter().filter(|placed| Order::of(placed) == Order::Random);
         let to_come: u64 = random
             .map(|placed| match &placed.group {
-                Group::Fill(fill) => Filling::count(fill, self.species, self.space, &placed.place).unwrap_or(0),
+                Group::Fill(fill) => Filling::count(fill, self.species, self.space, &placed.at).unwrap_or(0),
                 Group::Chain(chain) => chain.length.saturating_mul(chain.count),
                 _ => 0,
             })
@@ -195,50 +201,50 @@ impl<'a> Placing<'a> {
         occupancy
     }
 
-    fn listed(&self, listed: &[Listed], place: &Place) -> Result<Vec<Particle>, SceneError> {
+    fn listed(&self, listed: &[Listed], at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
         let mut particles = Vec::with_capacity(listed.len());
         for Listed { species, position, velocity } in listed {
-            let species = species_named(self.species, species, &place.key("species"))?;
-            on_flat_axes(position, &self.space.lower, self.space, &place.key("position"))?;
-            on_flat_axes(velocity, &Vector::zeros(), self.space, &place.key("velocity"))?;
-            self.check_motion(species, velocity, &place.key("velocity"))?;
+            let species = species_named(self.species, species, &at.key("species"))?;
+            on_flat_axes(position, &self.space.lower, self.space, &at.key("position"))?;
+            on_flat_axes(velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
+            self.check_motion(species, velocity, &at.key("velocity"))?;
             particles.push(Particle { species, position: wrapped(*position, self.space), velocity: *velocity });
         }
         Ok(particles)
     }
 
-    fn check_motion(&self, species: SpeciesId, velocity: &Vector, place: &Place) -> Result<(), SceneError> {
+    fn check_motion(&self, species: SpeciesId, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
         if self.species[species.0 as usize].is_static() && *velocity != Vector::zeros() {
             let kind = SceneErrorKind::value(format!("{:?}", velocity.as_slice()), "none: a static species stays");
-            return Err(SceneError::new(place.clone(), kind));
+            return Err(SceneError::new(at.clone(), kind));
         }
         Ok(())
     }
 
-    fn mesh(&mut self, index: usize, mesh: &MeshDraft, place: &Place) -> Result<Vec<Particle>, SceneError> {
-        let species = species_named(self.species, &mesh.species, &place.key("species"))?;
+    fn surface(&mut self, index: usize, surface: &SurfaceFill, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
+        let species = species_named(self.species, &surface.species, &at.key("species"))?;
         let kind = &self.species[species.0 as usize];
         if !kind.is_static() {
             let expected = "a static species (static = true)";
-            return Err(SceneError::new(place.key("species"), SceneErrorKind::value(&mesh.species, expected)));
+            return Err(SceneError::new(at.key("species"), SceneErrorKind::value(&surface.species, expected)));
         }
-        mesh.surface.check(place)?;
-        if let Some(spacing) = mesh.spacing {
-            positive(spacing, place.key("spacing"))?;
+        surface.shape.check(at)?;
+        if let Some(spacing) = surface.spacing {
+            positive(spacing, at.key("spacing"))?;
         }
-        // The smallest that meets the mesh decides: it is the first to leak.
+        // The smallest that meets the surface decides: it is the first to leak.
         let moving = (0..self.species.len()).filter(|&other| !self.species[other].is_static());
         let contacts =
             moving.map(|other| self.contacts.get(other, species.0 as usize)).filter(|contact| *contact > 0.0);
         let contact = contacts.reduce(f64::min).unwrap_or(kind.diameter);
-        let spacing = mesh.spacing.unwrap_or(default_spacing(contact));
-        let estimate = mesh.surface.estimate(spacing);
-        affordable(trunc_to_u64(estimate), place)?;
-        let layout = mesh.surface.layout(spacing);
+        let spacing = surface.spacing.unwrap_or(default_spacing(contact));
+        let estimate = surface.shape.estimate(spacing);
+        affordable(trunc_to_u64(estimate), at)?;
+        let layout = surface.shape.layout(spacing);
         let mut particles = Vec::with_capacity(layout.points.len());
         for point in &layout.points {
-            finite_vector(point, place)?;
-            on_flat_axes(point, &self.space.lower, self.space, place)?;
+            finite_vector(point, at)?;
+            on_flat_axes(point, &self.space.lower, self.space, at)?;
             let position = wrapped(*point, self.space);
             particles.push(Particle { species, position, velocity: Vector::zeros() });
         }
@@ -249,28 +255,28 @@ impl<'a> Placing<'a> {
     fn fill(
         &self,
         index: usize,
-        placed: &PlacedGroup,
+        placed: &LocatedGroup,
         occupancy: Option<&mut Occupancy<'_>>,
     ) -> Result<Vec<Particle>, SceneError> {
-        let (Group::Fill(fill), place) = (&placed.group, &placed.place) else { return Ok(Vec::new()) };
-        let filling = Filling::new(fill, self.species, self.space, place)?;
+        let (Group::Fill(fill), at) = (&placed.group, &placed.at) else { return Ok(Vec::new()) };
+        let filling = Filling::new(fill, self.species, self.space, at)?;
         let mut kinds = filling.kinds();
         Random::new(self.scene.seed, Purpose::Composition, index).shuffle(&mut kinds);
         let positions = match (fill.arrangement, occupancy) {
             (Arrangement::Lattice(lattice), _) => {
                 let contacts = (!self.scene.allow_invalid_start).then_some(self.contacts);
-                filling.on_lattice(lattice, self.space, self.species, contacts, place)?
+                filling.on_lattice(lattice, self.space, self.species, contacts, at)?
             }
             (Arrangement::Random, Some(occupancy)) => self
                 .at_random(index, fill, &filling.region, &kinds, occupancy)
-                .map_err(|kind| SceneError::new(place.clone(), kind))?,
+                .map_err(|kind| SceneError::new(at.clone(), kind))?,
             (Arrangement::Random, None) => Vec::new(),
         };
         for kind in filling.species() {
-            self.check_motion(kind, &fill.velocity, &place.key("velocity"))?;
+            self.check_motion(kind, &fill.velocity, &at.key("velocity"))?;
         }
-        on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &place.key("velocity"))?;
-        check_temperature(fill.temperature, place)?;
+        on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
+        check_temperature(fill.temperature, at)?;
         let at_rest = |(position, species)| Particle {
             species,
             position: wrapped(position, self.space),
@@ -295,7 +301,7 @@ impl<'a> Placing<'a> {
             let volumes = kinds.iter().map(|kind| own_volume(diameter(kind), self.space.dimensions()));
             let packing_fraction = volumes.sum::<f64>() / self.space.volume();
             let (seed, contacts, space) = (self.scene.seed, self.contacts, self.space);
-            Dense { kinds, contacts, space, seed, group: index, packing_fraction }
+            Compression { kinds, contacts, space, seed, group: index, packing_fraction }
         });
         if let Some(dense) = &dense
             && dense.is_too_dense_to_insert()
@@ -314,28 +320,28 @@ impl<'a> Placing<'a> {
         &self,
         index: usize,
         chain: &Chain,
-        place: &Place,
+        at: &ConfigPath,
         interactions: &mut Interactions<'_>,
         occupancy: Option<&mut Occupancy<'_>>,
     ) -> Result<Vec<Particle>, SceneError> {
-        let species = species_named(self.species, &chain.species, &place.key("species"))?;
+        let species = species_named(self.species, &chain.species, &at.key("species"))?;
         for (value, key) in [(chain.length, "length"), (chain.count, "count")] {
             if value == 0 {
-                return Err(SceneError::new(place.key(key), SceneErrorKind::value(0, "at least 1")));
+                return Err(SceneError::new(at.key(key), SceneErrorKind::value(0, "at least 1")));
             }
         }
-        let bond = interactions.bond(&chain.bond, species, species, &place.key("bond"))?;
+        let bond = interactions.bond(&chain.bond, species, species, &at.key("bond"))?;
         let potential = &interactions.get(bond).potential;
         let spacing = match (chain.spacing, potential.is_bond()) {
-            (Some(spacing), _) => positive(spacing, place.key("spacing"))?,
+            (Some(spacing), _) => positive(spacing, at.key("spacing"))?,
             (None, true) => 0.5 * (potential.range() + potential.core().unwrap_or(0.0)),
             (None, false) => {
                 let why = "this interaction lets its pair part, so there is no middle to start in".to_owned();
-                return Err(SceneError::new(place.clone(), SceneErrorKind::Missing { key: "spacing", why }));
+                return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "spacing", why }));
             }
         };
         let positions = match (chain.straight, occupancy) {
-            (Some((start, direction)), _) => self.straight(chain, &start, &direction, spacing, place)?,
+            (Some((start, direction)), _) => self.straight(chain, &start, &direction, spacing, at)?,
             (None, occupancy) => {
                 let links = Links {
                     length: numbers::index(chain.length),
@@ -344,10 +350,10 @@ impl<'a> Placing<'a> {
                     species: species.0,
                     contact: self.contacts.get(species.0 as usize, species.0 as usize),
                 };
-                self.grown(index, chain, &links, occupancy, place)?
+                self.grown(index, chain, &links, occupancy, at)?
             }
         };
-        check_temperature(chain.temperature, place)?;
+        check_temperature(chain.temperature, at)?;
         let at_rest =
             |position| Particle { species, position: wrapped(position, self.space), velocity: Vector::zeros() };
         Ok(positions.into_iter().map(at_rest).collect())
@@ -359,14 +365,14 @@ impl<'a> Placing<'a> {
         start: &Vector,
         direction: &Vector,
         spacing: f64,
-        place: &Place,
+        at: &ConfigPath,
     ) -> Result<Vec<Vector>, SceneError> {
-        on_flat_axes(start, &self.space.lower, self.space, &place.key("start"))?;
-        on_flat_axes(direction, &Vector::zeros(), self.space, &place.key("direction"))?;
-        positive(direction.norm(), place.key("direction"))?;
+        on_flat_axes(start, &self.space.lower, self.space, &at.key("start"))?;
+        on_flat_axes(direction, &Vector::zeros(), self.space, &at.key("direction"))?;
+        positive(direction.norm(), at.key("direction"))?;
         if chain.count != 1 {
             let expected = "1: several chains cannot start at one place";
-            return Err(SceneError::new(place.key("count"), SceneErrorKind::value(chain.count, expected)));
+            return Err(SceneError::new(at.key("count"), SceneErrorKind::value(chain.count, expected)));
         }
         let step = direction.normalize() * spacing;
         Ok((0..chain.length).map(|k| start + step * k as f64).collect())
@@ -378,7 +384,7 @@ impl<'a> Placing<'a> {
         chain: &Chain,
         links: &Links,
         occupancy: Option<&mut Occupancy<'_>>,
-        place: &Place,
+        at: &ConfigPath,
     ) -> Result<Vec<Vector>, SceneError> {
         let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
         let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
@@ -389,9 +395,9 @@ impl<'a> Placing<'a> {
                 let kind = SceneErrorKind::NoRoom {
                     placed: positions.len(),
                     count,
-                    attempts: super::placement::CHAIN_ATTEMPTS,
+                    attempts: crate::scene::packing::insertion::CHAIN_ATTEMPTS,
                 };
-                return Err(SceneError::new(place.clone(), kind));
+                return Err(SceneError::new(at.clone(), kind));
             };
             positions.extend(chain);
         }
@@ -399,6 +405,6 @@ impl<'a> Placing<'a> {
     }
 }
 
-fn check_temperature(temperature: Option<f64>, place: &Place) -> Result<(), SceneError> {
-    temperature.map_or(Ok(()), |temperature| not_negative(temperature, place.key("temperature")).map(drop))
+fn check_temperature(temperature: Option<f64>, at: &ConfigPath) -> Result<(), SceneError> {
+    temperature.map_or(Ok(()), |temperature| not_negative(temperature, at.key("temperature")).map(drop))
 }

@@ -6,12 +6,12 @@ use crate::base::numbers::id;
 use crate::model::error::PotentialError;
 use crate::model::species_pairs::SpeciesPairs;
 use crate::model::{Interaction, InteractionId, Species, SpeciesId};
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{InteractionDraft, Model};
 use crate::scene::limits::{above_one, finite, positive, restitution};
 use crate::scene::names;
-use crate::scene::occupancy::Contacts;
-use crate::scene::place::Place;
+use crate::scene::packing::occupancy::Contacts;
+use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
 
 /// The most steps of a stepped potential: more are a slip of the keyboard.
 pub(crate) const MOST_STEPS: usize = 10_000;
@@ -22,7 +22,7 @@ pub(crate) const MOST_KINDS: usize = 1 << 16;
 
 /// The interactions in use. One draft makes several if it stands for pairs of different diameters.
 pub(crate) struct Interactions<'a> {
-    drafts: &'a [InteractionDraft],
+    drafts: &'a [UnvalidatedInteraction],
     species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
@@ -32,44 +32,45 @@ pub(crate) struct Interactions<'a> {
 
 impl<'a> Interactions<'a> {
     /// Checks every draft and fills the table of species.
-    pub(crate) fn new(drafts: &'a [InteractionDraft], species: &'a [Species]) -> Result<Self, SceneError> {
+    pub(crate) fn new(drafts: &'a [UnvalidatedInteraction], species: &'a [Species]) -> Result<Self, SceneError> {
         let table = SpeciesPairs::new(species.len());
         let mut these = Self { drafts, species, list: Vec::new(), made: HashMap::new(), table };
         let mut given_by: HashMap<[usize; 2], usize> = HashMap::new();
         let mut names: HashMap<&str, usize> = HashMap::new();
         for (index, draft) in drafts.iter().enumerate() {
-            let place = Place::entry("interaction", index);
-            check(draft, &place)?;
+            let at = ConfigPath::entry("interaction", index);
+            check(draft, &at)?;
             if let Some(name) = &draft.name {
-                names::word(name, &place.key("name"))?;
+                names::word(name, &at.key("name"))?;
             }
             if let Some(name) = &draft.name
                 && let Some(first) = names.insert(name, index)
             {
-                let kind = SceneErrorKind::Duplicate { name: name.clone(), first: Place::entry("interaction", first) };
-                return Err(SceneError::new(place.key("name"), kind));
+                let kind =
+                    SceneErrorKind::Duplicate { name: name.clone(), first: ConfigPath::entry("interaction", first) };
+                return Err(SceneError::new(at.key("name"), kind));
             }
             let Some(words) = &draft.species else { continue };
             let mut pair = [0; 2];
             for (k, word) in words.iter().enumerate() {
-                pair[k] = species_named(species, word, &place.key("species").index(k))?.0 as usize;
+                pair[k] = species_named(species, word, &at.key("species").index(k))?.0 as usize;
             }
             pair.sort_unstable();
             if let Some(first) = given_by.insert(pair, index) {
                 let name = format!("{} and {}", words[0], words[1]);
-                let kind = SceneErrorKind::Duplicate { name, first: Place::entry("interaction", first) };
-                return Err(SceneError::new(place.key("species"), kind));
+                let kind = SceneErrorKind::Duplicate { name, first: ConfigPath::entry("interaction", first) };
+                return Err(SceneError::new(at.key("species"), kind));
             }
-            these.enter(index, pair, &place)?;
+            these.enter(index, pair, &at)?;
         }
         Ok(these)
     }
 
-    fn enter(&mut self, index: usize, pair: [usize; 2], place: &Place) -> Result<(), SceneError> {
+    fn enter(&mut self, index: usize, pair: [usize; 2], at: &ConfigPath) -> Result<(), SceneError> {
         let [a, b] = pair;
         if self.species[a].is_static() && self.species[b].is_static() {
             let expected = "at least one species that moves: static ones never meet";
-            return Err(SceneError::new(place.key("species"), SceneErrorKind::value("static", expected)));
+            return Err(SceneError::new(at.key("species"), SceneErrorKind::value("static", expected)));
         }
         let id = self.make(index, a, b)?;
         if let Some(id) = id
@@ -77,7 +78,7 @@ impl<'a> Interactions<'a> {
         {
             let expected = "a potential that ends at some distance; a bond holds single pairs: give it a name instead \
                             of species, and use it in [[bond]] or [[chain]]";
-            return Err(SceneError::new(place.key("potential"), SceneErrorKind::value("a bond", expected)));
+            return Err(SceneError::new(at.key("potential"), SceneErrorKind::value("a bond", expected)));
         }
         self.table.set(a, b, id);
         Ok(())
@@ -97,19 +98,19 @@ impl<'a> Interactions<'a> {
                 PotentialError::Order { .. } if matches!(draft.model, Model::SteppedLennardJones { .. }) => "cutoff",
                 _ => "potential",
             };
-            SceneError::new(Place::entry("interaction", index).key(key), error)
+            SceneError::new(ConfigPath::entry("interaction", index).key(key), error)
         })?;
         if potential.is_some() && self.list.len() == MOST_KINDS {
             let kind =
                 SceneErrorKind::value(format!("more than {MOST_KINDS} interactions"), "at most so many in a scene");
-            return Err(SceneError::new(Place::entry("interaction", index), kind));
+            return Err(SceneError::new(ConfigPath::entry("interaction", index), kind));
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
         // A stepped Lennard-Jones potential has its core besides.
         if steps > MOST_STEPS + 1 {
             let expected = format!("a number of radii from 1 to {}", MOST_STEPS + 1);
-            let place = Place::entry("interaction", index).key("radii");
-            return Err(SceneError::new(place, SceneErrorKind::value(steps, expected)));
+            let at = ConfigPath::entry("interaction", index).key("radii");
+            return Err(SceneError::new(at, SceneErrorKind::value(steps, expected)));
         }
         let id = potential.map(|potential| {
             self.list.push(Interaction { potential, restitution: draft.restitution, name: draft.name.clone() });
@@ -126,13 +127,13 @@ impl<'a> Interactions<'a> {
         species: &'a [Species],
     ) -> Result<Self, SceneError> {
         for (index, interaction) in list.iter().enumerate() {
-            restitution(interaction.restitution, Place::entry("interaction", index).key("restitution"))?;
+            restitution(interaction.restitution, ConfigPath::entry("interaction", index).key("restitution"))?;
         }
         let is_in_list = table.iter().all(|(_, id)| (id.0 as usize) < list.len());
         if table.species() != species.len() || !is_in_list {
             let expected = format!("one of {} species and {} interactions", species.len(), list.len());
             let kind = SceneErrorKind::value("a table of other species or interactions", expected);
-            return Err(SceneError::new(Place::root().key("interaction"), kind));
+            return Err(SceneError::new(ConfigPath::root().key("interaction"), kind));
         }
         Ok(Self { drafts: &[], species, list, made: HashMap::new(), table: table.map(|id| Some(Some(id))) })
     }
@@ -143,15 +144,15 @@ impl<'a> Interactions<'a> {
         name: &str,
         a: SpeciesId,
         b: SpeciesId,
-        place: &Place,
+        at: &ConfigPath,
     ) -> Result<InteractionId, SceneError> {
         let Some(index) = self.drafts.iter().position(|draft| draft.name.as_deref() == Some(name)) else {
             let known = self.drafts.iter().filter_map(|draft| draft.name.as_deref());
-            return Err(SceneError::new(place.clone(), SceneErrorKind::unknown_word("interaction", name, known)));
+            return Err(SceneError::new(at.clone(), SceneErrorKind::unknown_word("interaction", name, known)));
         };
         self.make(index, a.0 as usize, b.0 as usize)?.ok_or_else(|| {
             let expected = "an interaction with a potential";
-            SceneError::new(place.clone(), SceneErrorKind::value(format!("`{name}`, which has none"), expected))
+            SceneError::new(at.clone(), SceneErrorKind::value(format!("`{name}`, which has none"), expected))
         })
     }
 
@@ -190,7 +191,7 @@ impl<'a> Interactions<'a> {
                 let can_meet = (a != b || counts[a] > 1) && !(first.is_static() && second.is_static());
                 if can_meet && self.table.get(a, b).is_none() {
                     let kind = SceneErrorKind::NoInteraction { first: first.name.clone(), second: second.name.clone() };
-                    return Err(SceneError::new(Place::entry("species", a), kind));
+                    return Err(SceneError::new(ConfigPath::entry("species", a), kind));
                 }
             }
         }
@@ -204,40 +205,40 @@ impl<'a> Interactions<'a> {
 }
 
 /// The species of this name.
-pub(crate) fn species_named(species: &[Species], name: &str, place: &Place) -> Result<SpeciesId, SceneError> {
+pub(crate) fn species_named(species: &[Species], name: &str, at: &ConfigPath) -> Result<SpeciesId, SceneError> {
     species.iter().position(|candidate| candidate.name == name).map(|index| SpeciesId(id(index))).ok_or_else(|| {
         let known = species.iter().map(|candidate| candidate.name.as_str());
-        SceneError::new(place.clone(), SceneErrorKind::unknown_word("species", name, known))
+        SceneError::new(at.clone(), SceneErrorKind::unknown_word("species", name, known))
     })
 }
 
-fn check(draft: &InteractionDraft, place: &Place) -> Result<(), SceneError> {
-    restitution(draft.restitution, place.key("restitution"))?;
+fn check(draft: &UnvalidatedInteraction, at: &ConfigPath) -> Result<(), SceneError> {
+    restitution(draft.restitution, at.key("restitution"))?;
     if let Some(diameter) = draft.diameter {
-        positive(diameter, place.key("diameter"))?;
+        positive(diameter, at.key("diameter"))?;
     }
     match draft.model {
         Model::SquareWell { lambda, well_depth } => {
-            above_one(lambda, place.key("lambda"))?;
-            positive(well_depth, place.key("well_depth"))?;
+            above_one(lambda, at.key("lambda"))?;
+            positive(well_depth, at.key("well_depth"))?;
         }
         Model::SquareShoulder { lambda, height } => {
-            above_one(lambda, place.key("lambda"))?;
-            positive(height, place.key("height"))?;
+            above_one(lambda, at.key("lambda"))?;
+            positive(height, at.key("height"))?;
         }
         Model::Penetrable { height } => {
-            finite(height, place.key("height"))?;
+            finite(height, at.key("height"))?;
         }
         Model::Bond { lambda } => {
-            above_one(lambda, place.key("lambda"))?;
+            above_one(lambda, at.key("lambda"))?;
         }
         Model::SteppedLennardJones { well_depth, cutoff, steps, core_energy } => {
-            positive(well_depth, place.key("well_depth"))?;
-            positive(cutoff, place.key("cutoff"))?;
-            positive(core_energy, place.key("core_energy"))?;
+            positive(well_depth, at.key("well_depth"))?;
+            positive(cutoff, at.key("cutoff"))?;
+            positive(core_energy, at.key("core_energy"))?;
             if !(1..=MOST_STEPS).contains(&steps) {
                 let expected = format!("a number of steps from 1 to {MOST_STEPS}");
-                return Err(SceneError::new(place.key("steps"), SceneErrorKind::value(steps, expected)));
+                return Err(SceneError::new(at.key("steps"), SceneErrorKind::value(steps, expected)));
             }
         }
         Model::None | Model::HardSphere | Model::Exact(_) => {}

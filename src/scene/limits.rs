@@ -4,8 +4,8 @@ use crate::Vector;
 use crate::base::memory;
 use crate::base::text::shortest;
 use crate::model::space::{Boundary, Space};
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::place::Place;
 
 /// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: products of four, such
 /// as the discriminants of event detection, stay finite.
@@ -25,19 +25,19 @@ const BYTES_PER_PAIR: u64 = 64;
 const MOST_ROWS: u64 = 1 << 16;
 
 /// Refuses numbers of particles beyond the memory of the machine, before anything is allocated for them, and those that the engine cannot count.
-pub(crate) fn affordable(particles: u64, place: &Place) -> Result<(), SceneError> {
-    affordable_with(particles, memory::total(), place)
+pub(crate) fn affordable(particles: u64, at: &ConfigPath) -> Result<(), SceneError> {
+    affordable_with(particles, memory::total(), at)
 }
 
-fn affordable_with(particles: u64, budget: u64, place: &Place) -> Result<(), SceneError> {
+fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), SceneError> {
     let bytes = particles.saturating_mul(BYTES_PER_PARTICLE);
     if bytes > budget {
-        return Err(SceneError::new(place.clone(), SceneErrorKind::TooMany { particles, bytes, budget }));
+        return Err(SceneError::new(at.clone(), SceneErrorKind::TooMany { particles, bytes, budget }));
     }
     if particles > MOST_PARTICLES {
         let expected = format!("at most {MOST_PARTICLES}, however much memory there is");
         let kind = SceneErrorKind::value(format!("a scene of {particles} particles"), expected);
-        return Err(SceneError::new(place.clone(), kind));
+        return Err(SceneError::new(at.clone(), kind));
     }
     Ok(())
 }
@@ -53,13 +53,13 @@ pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
             budget >> 30
         );
         let value = format!("{species} species with particles");
-        return Err(SceneError::new(Place::root().key("species"), SceneErrorKind::value(value, expected)));
+        return Err(SceneError::new(ConfigPath::root().key("species"), SceneErrorKind::value(value, expected)));
     }
     Ok(())
 }
 
-fn check(value: f64, is_good: bool, expected: &str, place: Place) -> Result<f64, SceneError> {
-    if is_good { Ok(value) } else { Err(SceneError::new(place, SceneErrorKind::value(shortest(value), expected))) }
+fn check(value: f64, is_good: bool, expected: &str, at: ConfigPath) -> Result<f64, SceneError> {
+    if is_good { Ok(value) } else { Err(SceneError::new(at, SceneErrorKind::value(shortest(value), expected))) }
 }
 
 /// What is expected instead of a number: one of this kind, or if it is of this kind, one in this range.
@@ -68,52 +68,52 @@ fn instead(is_of_kind: bool, kind: &'static str, range: &'static str) -> &'stati
 }
 
 /// A number, neither NaN nor infinite.
-pub(crate) fn finite(value: f64, place: Place) -> Result<f64, SceneError> {
+pub(crate) fn finite(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let expected = instead(value.is_finite(), "a finite number", "a number from -1e50 to 1e50");
-    check(value, value.abs() <= LARGEST, expected, place)
+    check(value, value.abs() <= LARGEST, expected, at)
 }
 
 /// A number above zero.
-pub(crate) fn positive(value: f64, place: Place) -> Result<f64, SceneError> {
+pub(crate) fn positive(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "a positive finite number", "a number from 1e-50 to 1e50");
-    check(value, (1.0 / LARGEST..=LARGEST).contains(&value), expected, place)
+    check(value, (1.0 / LARGEST..=LARGEST).contains(&value), expected, at)
 }
 
 /// Zero or a number above it.
-pub(crate) fn not_negative(value: f64, place: Place) -> Result<f64, SceneError> {
+pub(crate) fn not_negative(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "zero or a positive finite number", "zero or a number up to 1e50");
-    check(value, (0.0..=LARGEST).contains(&value), expected, place)
+    check(value, (0.0..=LARGEST).contains(&value), expected, at)
 }
 
 /// A ratio of speeds.
-pub(crate) fn restitution(value: f64, place: Place) -> Result<f64, SceneError> {
-    check(value, (0.0..=1.0).contains(&value), "a number from 0 to 1", place)
+pub(crate) fn restitution(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
+    check(value, (0.0..=1.0).contains(&value), "a number from 0 to 1", at)
 }
 
 /// A ratio above one.
-pub(crate) fn above_one(value: f64, place: Place) -> Result<f64, SceneError> {
+pub(crate) fn above_one(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 1.0 && value.is_finite();
     let expected = instead(is_of_kind, "a finite number above 1", "a number above 1, up to 1e50");
-    check(value, value > 1.0 && value <= LARGEST, expected, place)
+    check(value, value > 1.0 && value <= LARGEST, expected, at)
 }
 
 /// Three finite numbers.
-pub(crate) fn finite_vector(vector: &Vector, place: &Place) -> Result<(), SceneError> {
+pub(crate) fn finite_vector(vector: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
     for (k, &component) in vector.iter().enumerate() {
-        finite(component, place.index(k))?;
+        finite(component, at.index(k))?;
     }
     Ok(())
 }
 
 /// Three finite numbers, of which those along flat axes have to be those of `flat`.
-pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, place: &Place) -> Result<(), SceneError> {
-    finite_vector(vector, place)?;
+pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    finite_vector(vector, at)?;
     for k in 0..3 {
         if space.boundary[k] == Boundary::Flat && vector[k] != flat[k] {
             let expected = format!("{} because {} is flat", flat[k], AXES[k]);
-            return Err(SceneError::new(place.index(k), SceneErrorKind::value(vector[k], expected)));
+            return Err(SceneError::new(at.index(k), SceneErrorKind::value(vector[k], expected)));
         }
     }
     Ok(())
@@ -128,27 +128,27 @@ mod tests {
 
     #[test]
     fn numbers_one_float_outside_of_their_range_are_refused() {
-        let place = Place::root;
-        assert!(restitution(1.0, place()).is_ok() && restitution(0.0, place()).is_ok());
-        assert!(restitution(1.0_f64.next_up(), place()).is_err() && restitution(-1e-300, place()).is_err());
-        assert!(above_one(1.0, place()).is_err() && above_one(1.0_f64.next_up(), place()).is_ok());
-        assert!(positive(0.0, place()).is_err() && positive(f64::INFINITY, place()).is_err());
-        assert!(not_negative(0.0, place()).is_ok() && not_negative(f64::NAN, place()).is_err());
-        assert!(finite(f64::NEG_INFINITY, place()).is_err() && finite(-1.0, place()).is_ok());
+        let at = ConfigPath::root;
+        assert!(restitution(1.0, at()).is_ok() && restitution(0.0, at()).is_ok());
+        assert!(restitution(1.0_f64.next_up(), at()).is_err() && restitution(-1e-300, at()).is_err());
+        assert!(above_one(1.0, at()).is_err() && above_one(1.0_f64.next_up(), at()).is_ok());
+        assert!(positive(0.0, at()).is_err() && positive(f64::INFINITY, at()).is_err());
+        assert!(not_negative(0.0, at()).is_ok() && not_negative(f64::NAN, at()).is_err());
+        assert!(finite(f64::NEG_INFINITY, at()).is_err() && finite(-1.0, at()).is_ok());
     }
 
     #[test]
     fn numbers_beyond_the_limits_are_told_what_these_are() {
-        assert!(LARGEST == 1e50 && positive(1e-50, Place::root()).is_ok());
+        assert!(LARGEST == 1e50 && positive(1e-50, ConfigPath::root()).is_ok());
         for (result, expected) in [
-            (positive(1e300, Place::root()), "is 1e300, expected a number from 1e-50 to 1e50"),
-            (positive(1e-300, Place::root()), "is 1e-300, expected a number from 1e-50 to 1e50"),
-            (positive(-1e300, Place::root()), "is -1e300, expected a positive finite number"),
-            (positive(f64::INFINITY, Place::root()), "is inf, expected a positive finite number"),
-            (finite(-1e51, Place::root()), "is -1e51, expected a number from -1e50 to 1e50"),
-            (not_negative(2.5e60, Place::root()), "is 2.5e60, expected zero or a number up to 1e50"),
-            (above_one(1e60, Place::root()), "is 1e60, expected a number above 1, up to 1e50"),
-            (above_one(0.25, Place::root()), "is 0.25, expected a finite number above 1"),
+            (positive(1e300, ConfigPath::root()), "is 1e300, expected a number from 1e-50 to 1e50"),
+            (positive(1e-300, ConfigPath::root()), "is 1e-300, expected a number from 1e-50 to 1e50"),
+            (positive(-1e300, ConfigPath::root()), "is -1e300, expected a positive finite number"),
+            (positive(f64::INFINITY, ConfigPath::root()), "is inf, expected a positive finite number"),
+            (finite(-1e51, ConfigPath::root()), "is -1e51, expected a number from -1e50 to 1e50"),
+            (not_negative(2.5e60, ConfigPath::root()), "is 2.5e60, expected zero or a number up to 1e50"),
+            (above_one(1e60, ConfigPath::root()), "is 1e60, expected a number above 1, up to 1e50"),
+            (above_one(0.25, ConfigPath::root()), "is 0.25, expected a finite number above 1"),
         ] {
             assert_eq!(result.unwrap_err().kind().to_string(), expected);
         }
@@ -157,8 +157,8 @@ mod tests {
     #[test]
     fn products_of_four_allowed_numbers_are_finite_and_not_zero() {
         let (largest, smallest) = (LARGEST, 1.0 / LARGEST);
-        assert!(finite(largest, Place::root()).is_ok() && finite(largest.next_up(), Place::root()).is_err());
-        assert!(positive(smallest.next_down(), Place::root()).is_err());
+        assert!(finite(largest, ConfigPath::root()).is_ok() && finite(largest.next_up(), ConfigPath::root()).is_err());
+        assert!(positive(smallest.next_down(), ConfigPath::root()).is_err());
         assert!((9.0 * largest.powi(4)).is_finite() && smallest.powi(4).is_normal());
     }
 
@@ -170,13 +170,13 @@ mod tests {
 
     #[test]
     fn the_budget_is_checked_without_overflow() {
-        assert!(affordable(1_000_000, &Place::root()).is_ok());
-        assert!(affordable(u64::MAX, &Place::root()).is_err());
+        assert!(affordable(1_000_000, &ConfigPath::root()).is_ok());
+        assert!(affordable(u64::MAX, &ConfigPath::root()).is_err());
     }
 
     #[test]
     fn more_particles_than_the_engine_counts_are_refused_with_any_memory() {
-        let with_any_memory = |particles| affordable_with(particles, u64::MAX, &Place::root());
+        let with_any_memory = |particles| affordable_with(particles, u64::MAX, &ConfigPath::root());
         assert!(with_any_memory(MOST_PARTICLES).is_ok());
         let error = with_any_memory(MOST_PARTICLES + 1).unwrap_err().to_string();
         assert!(error.contains("a scene of 500000001 particles, expected at most 500000000"), "{error}");

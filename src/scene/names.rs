@@ -1,7 +1,7 @@
 //! What can be a name: it stands in files, tables, pages and on terminals, and must mean nothing else there.
 
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::place::Place;
 
 /// The longest name of one word, and the longest of several, in characters.
 const LONGEST_WORD: usize = 64;
@@ -15,19 +15,19 @@ pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
 
 /// A name that stands in columns of trajectories, in lists with blanks between, and in tables: no formula of a spreadsheet begins with
 /// a letter or a digit.
-pub(crate) fn word(name: &str, place: &Place) -> Result<(), SceneError> {
+pub(crate) fn word(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORD} letters, digits and any of `_ - + . ( )` that begins with a letter or a digit"
     );
-    check(is_name(name, LONGEST_WORD, |_| false), name, expected, place)
+    check(is_name(name, LONGEST_WORD, |_| false), name, expected, at)
 }
 
 /// A name that stands in messages and at the head of a column, also of several words.
-pub(crate) fn words(name: &str, place: &Place) -> Result<(), SceneError> {
+pub(crate) fn words(name: &str, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = format!(
         "a name of up to {LONGEST_WORDS} letters, digits, blanks and any of `_ - + . ( )` that begins with a letter or a digit"
     );
-    check(is_name(name, LONGEST_WORDS, |c| c == ' ') && !name.ends_with(' '), name, expected, place)
+    check(is_name(name, LONGEST_WORDS, |c| c == ' ') && !name.ends_with(' '), name, expected, at)
 }
 
 fn is_name(name: &str, longest: usize, is_allowed: impl Fn(char) -> bool) -> bool {
@@ -35,7 +35,7 @@ fn is_name(name: &str, longest: usize, is_allowed: impl Fn(char) -> bool) -> boo
     name.starts_with(char::is_alphanumeric) && name.chars().all(is_good) && name.chars().count() <= longest
 }
 
-fn check(is_good: bool, name: &str, expected: String, place: &Place) -> Result<(), SceneError> {
+fn check(is_good: bool, name: &str, expected: String, at: &ConfigPath) -> Result<(), SceneError> {
     if is_good {
         return Ok(());
     }
@@ -44,7 +44,7 @@ fn check(is_good: bool, name: &str, expected: String, place: &Place) -> Result<(
     if name.chars().nth(40).is_some() {
         shown += "...";
     }
-    Err(SceneError::new(place.clone(), SceneErrorKind::value(format!("\"{shown}\""), expected)))
+    Err(SceneError::new(at.clone(), SceneErrorKind::value(format!("\"{shown}\""), expected)))
 }
 
 #[cfg(test)]
@@ -53,9 +53,9 @@ mod tests {
 
     #[test]
     fn names_mean_nothing_else_anywhere() {
-        let place = Place::root().key("name");
+        let at = ConfigPath::root().key("name");
         for good in ["A", "bead-12", "Na+", "\u{e9}t\u{e9}", "(x)".trim_start_matches('('), "2.5", &"a".repeat(64)] {
-            assert!(word(good, &place).is_ok(), "{good}");
+            assert!(word(good, &at).is_ok(), "{good}");
         }
         let long = "a".repeat(65);
         for bad in [
@@ -74,13 +74,13 @@ mod tests {
             "\u{202e}a",
             &long,
         ] {
-            let error = word(bad, &place).unwrap_err().to_string();
+            let error = word(bad, &at).unwrap_err().to_string();
             assert!(error.contains("expected a name of up to 64 letters"), "{error}");
             assert!(!error.chars().any(char::is_control) && error.len() < 400, "{error:?}");
         }
-        assert!(words("front side", &place).is_ok());
+        assert!(words("front side", &at).is_ok());
         for bad in ["", " a", "a ", "a,b", "a\"b", "=a b", &"a".repeat(101)] {
-            assert!(words(bad, &place).is_err(), "{bad}");
+            assert!(words(bad, &at).is_err(), "{bad}");
         }
     }
 }

@@ -7,8 +7,8 @@ use toml::de::Deserializer;
 use toml::{Table, Value};
 
 use crate::model::{Limit, Scene};
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::place::Place;
 use crate::scene::read_text;
 use crate::scene::source::Source;
 
@@ -28,7 +28,7 @@ impl Scene {
     pub fn record(&self, path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
         let path = path.as_ref();
         let source = Source::new(&path.to_string_lossy(), read_text(path)?, overrides);
-        let failed = |message: String| SceneError::new(Place::root(), SceneErrorKind::Syntax { message });
+        let failed = |message: String| SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message });
         let tree = source.tree()?;
         let mut table = Table::deserialize(Deserializer::from(tree)).map_err(|error| failed(error.to_string()))?;
         table.insert("name".to_owned(), Value::String(self.name.clone()));
@@ -50,14 +50,14 @@ impl Scene {
     }
 }
 
-/// The record of a scene with another limit of the measured stretch.
+/// The record of a scene with another limit of the measurement.
 pub(crate) fn with_limit(record: &str, limit: Limit) -> Result<String, toml::de::Error> {
     let mut table: Table = record.parse()?;
     record_limit(limit, &mut table);
     Ok(format!("{HEADER}{table}"))
 }
 
-/// The record of a scene but for the limit of the measured stretch; a text that is no record, as it is.
+/// The record of a scene but for the limit of the measurement; a text that is no record, as it is.
 pub(crate) fn without_limit(record: &str) -> String {
     with_limit(record, Limit::default()).unwrap_or_else(|_| record.to_owned())
 }

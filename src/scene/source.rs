@@ -10,9 +10,9 @@ use serde::Deserialize;
 use serde_spanned::Spanned;
 use toml::de::{DeTable, DeValue, Deserializer};
 
+use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, nearest};
 use crate::scene::file::SceneFile;
-use crate::scene::place::{Place, Step};
 
 /// One `key=value` that replaces or adds a value.
 struct Override {
@@ -74,7 +74,7 @@ impl Source {
     pub(crate) fn read(&self) -> Result<SceneFile, SceneError> {
         let tree = self.tree()?;
         if tree.get_ref().is_empty() {
-            return Err(self.at(SceneError::new(Place::root(), SceneErrorKind::Empty), 0..0));
+            return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Empty), 0..0));
         }
         SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.refused(&error))
     }
@@ -85,7 +85,7 @@ impl Source {
             return error;
         }
         // Reading it a second time is cheaper than keeping the tree of a good scene.
-        let range = self.tree().map_or(0..0, |tree| range_of(error.place(), &tree));
+        let range = self.tree().map_or(0..0, |tree| range_of(error.config_path(), &tree));
         self.at(error, range)
     }
 
@@ -100,7 +100,7 @@ impl Source {
             let key_range = this.start..this.start + this.key.len();
             set(document.get_mut(), &keys, this.parsed(), &key_range).map_err(|problem| {
                 let kind = SceneErrorKind::Override { key: this.key.clone(), problem };
-                self.at(SceneError::new(Place::root(), kind), key_range.clone())
+                self.at(SceneError::new(ConfigPath::root(), kind), key_range.clone())
             })?;
         }
         Ok(document)
@@ -108,7 +108,7 @@ impl Source {
 
     fn refused(&self, error: &toml::de::Error) -> SceneError {
         let range = error.span().unwrap_or(0..0);
-        self.at(SceneError::new(Place::root(), kind_of(error.message())), range)
+        self.at(SceneError::new(ConfigPath::root(), kind_of(error.message())), range)
     }
 
     /// The text that contains a range: the file, or the override.
@@ -177,13 +177,13 @@ fn set_in<'t>(
 }
 
 /// The value at a place, or the innermost table on the way there.
-fn range_of(place: &Place, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
+fn range_of(at: &ConfigPath, tree: &Spanned<DeTable<'_>>) -> Range<usize> {
     let mut found: Option<&Spanned<DeValue<'_>>> = None;
-    for (depth, step) in place.steps().iter().enumerate() {
+    for (depth, step) in at.steps().iter().enumerate() {
         let next = match (step, found) {
-            (Step::Key(key), None) if depth == 0 => tree.get_ref().get(key.as_ref()),
-            (Step::Key(key), Some(value)) => value.get_ref().as_table().and_then(|table| table.get(key.as_ref())),
-            (Step::Index(index), Some(value)) => value.get_ref().as_array().and_then(|array| array.get(*index)),
+            (PathStep::Key(key), None) if depth == 0 => tree.get_ref().get(key.as_ref()),
+            (PathStep::Key(key), Some(value)) => value.get_ref().as_table().and_then(|table| table.get(key.as_ref())),
+            (PathStep::Index(index), Some(value)) => value.get_ref().as_array().and_then(|array| array.get(*index)),
             _ => None,
         };
         match next {

@@ -1,39 +1,41 @@
 //! Surfaces made of static spheres, laid out so that nothing that should be held can leak.
 //!
-//! A sphere whose contact distance with the mesh spheres is `s` passes through a hole between them only if the hole's
-//! circumradius `R`, the distance from its middle to the nearest mesh spheres, exceeds `s`. Rows of spheres at most `d`
+//! A sphere whose contact distance with the static spheres is `s` passes through a hole between them only if the hole's
+//! circumradius `R`, the distance from its middle to the nearest static spheres, exceeds `s`. Rows of spheres at most `d`
 //! apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) / 2`, however the rows are shifted:
 //! an empty circle cuts no chord longer than `d` out of either row, so its centre lies at most `h / 2` from both.
+
+pub(crate) mod leak;
 
 use std::collections::BTreeSet;
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::limits::{finite_vector, not_negative, positive};
-use crate::scene::place::Place;
 
 /// Holes are this much smaller than the contact distance unless a scene sets the spacing itself. A particle's centre
-/// then sinks by at most `1 - sqrt(1 - 0.65^2) = 24 %` of the contact distance between mesh spheres, so that the surface
+/// then sinks by at most `1 - sqrt(1 - 0.65^2) = 24 %` of the contact distance between static spheres, so that the surface
 /// is smooth as well as tight.
 const HOLE_TO_CONTACT: f64 = 0.65;
 
-/// The largest spacing of a square grid that a mesh uses by itself `[length]`.
+/// The largest spacing of a square grid that a surface uses by itself `[length]`.
 pub(crate) fn default_spacing(contact: f64) -> f64 {
     HOLE_TO_CONTACT * contact * SQRT_2
 }
 
 /// One side of a box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Side {
+pub struct BoxSide {
     /// The axis across it: 0, 1 or 2.
     pub axis: usize,
     /// Whether it is the side at the upper corner.
     pub is_upper: bool,
 }
 
-impl Side {
+impl BoxSide {
     /// The names of the sides, with z upwards and y away from the viewer.
     pub const NAMES: [(&'static str, Self); 6] = [
         ("left", Self { axis: 0, is_upper: false }),
@@ -45,7 +47,7 @@ impl Side {
     ];
 }
 
-/// The shape of a mesh `[length]`.
+/// The shape of a surface `[length]`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Surface {
@@ -63,7 +65,7 @@ pub enum Surface {
         /// Upper corner.
         upper: Vector,
         /// Sides that are left out.
-        open: Vec<Side>,
+        open: Vec<BoxSide>,
     },
     /// A cone's frustum without ends: a funnel, or a cylinder if the radii are equal.
     Cone {
@@ -98,7 +100,7 @@ pub(crate) struct Layout {
 }
 
 impl Surface {
-    /// About how many spheres the surface needs, and never less than half of it: to refuse a mesh before it is made.
+    /// About how many spheres the surface needs, and never less than half of it: to refuse a surface before it is made.
     pub(crate) fn estimate(&self, spacing: f64) -> f64 {
         let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
         match self {
@@ -165,11 +167,11 @@ fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
 }
 
 /// The sides share one division of each edge, so that they join in common spheres.
-fn sides(lower: &Vector, upper: &Vector, open: &[Side], spacing: f64) -> Layout {
+fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layout {
     let size = upper - lower;
     let cells = [0, 1, 2].map(|k| intervals(size[k], spacing));
     let mut sites = BTreeSet::new();
-    for (_, side) in Side::NAMES.iter().filter(|(_, side)| !open.contains(side)) {
+    for (_, side) in BoxSide::NAMES.iter().filter(|(_, side)| !open.contains(side)) {
         let (u, v) = ((side.axis + 1) % 3, (side.axis + 2) % 3);
         for i in 0..=cells[u] {
             for j in 0..=cells[v] {
@@ -192,7 +194,7 @@ fn sides(lower: &Vector, upper: &Vector, open: &[Side], spacing: f64) -> Layout 
         layout.points.push(Vector::from_fn(|k, _| lower[k] + size[k] * (site[k] as f64 / cells[k] as f64)));
     }
     let edge = |k: usize| size[k] / cells[k] as f64;
-    layout.hole = Side::NAMES
+    layout.hole = BoxSide::NAMES
         .iter()
         .filter(|(_, side)| !open.contains(side))
         .map(|(_, side)| 0.5 * libm::hypot(edge((side.axis + 1) % 3), edge((side.axis + 2) % 3)))
@@ -267,50 +269,50 @@ fn sphere(centre: &Vector, radius: f64, spacing: f64) -> Layout {
 
 impl Surface {
     /// Refuses surfaces without extent, and numbers that are none.
-    pub(crate) fn check(&self, place: &Place) -> Result<(), SceneError> {
+    pub(crate) fn check(&self, at: &ConfigPath) -> Result<(), SceneError> {
         match self {
             Self::Plane { corner, edges } => {
-                finite_vector(corner, &place.key("corner"))?;
-                finite_vector(&edges[0], &place.key("edge_1"))?;
-                finite_vector(&edges[1], &place.key("edge_2"))?;
+                finite_vector(corner, &at.key("corner"))?;
+                finite_vector(&edges[0], &at.key("edge_1"))?;
+                finite_vector(&edges[1], &at.key("edge_2"))?;
                 let area = edges[0].cross(&edges[1]).norm();
                 // Edges in one direction have an area of rounding only.
                 if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
                     let kind = SceneErrorKind::value("parallel to edge_1 or zero", "an edge in another direction");
-                    return Err(SceneError::new(place.key("edge_2"), kind));
+                    return Err(SceneError::new(at.key("edge_2"), kind));
                 }
             }
             Self::Box { lower, upper, .. } => {
-                finite_vector(lower, &place.key("lower"))?;
-                finite_vector(upper, &place.key("upper"))?;
+                finite_vector(lower, &at.key("lower"))?;
+                finite_vector(upper, &at.key("upper"))?;
                 for k in 0..3 {
                     if lower[k] >= upper[k] {
                         let kind = SceneErrorKind::value(upper[k], format!("more than the lower end, {}", lower[k]));
-                        return Err(SceneError::new(place.key("upper").index(k), kind));
+                        return Err(SceneError::new(at.key("upper").index(k), kind));
                     }
                 }
             }
             Self::Cone { base, axis, radii, length } => {
-                finite_vector(base, &place.key("base"))?;
-                finite_vector(axis, &place.key("axis"))?;
-                positive(axis.norm(), place.key("axis"))?;
+                finite_vector(base, &at.key("base"))?;
+                finite_vector(axis, &at.key("axis"))?;
+                positive(axis.norm(), at.key("axis"))?;
                 for (k, radius) in radii.iter().enumerate() {
-                    not_negative(*radius, place.key("radii").index(k))?;
+                    not_negative(*radius, at.key("radii").index(k))?;
                 }
-                positive(radii[0].max(radii[1]), place.key("radii"))?;
-                positive(*length, place.key("length"))?;
+                positive(radii[0].max(radii[1]), at.key("radii"))?;
+                positive(*length, at.key("length"))?;
             }
             Self::Sphere { centre, radius } => {
-                finite_vector(centre, &place.key("centre"))?;
-                positive(*radius, place.key("radius"))?;
+                finite_vector(centre, &at.key("centre"))?;
+                positive(*radius, at.key("radius"))?;
             }
             Self::Points(points) => {
                 for (index, point) in points.iter().enumerate() {
-                    finite_vector(point, &place.key("points").index(index))?;
+                    finite_vector(point, &at.key("points").index(index))?;
                 }
                 if points.is_empty() {
                     let kind = SceneErrorKind::value("empty", "at least one point");
-                    return Err(SceneError::new(place.key("points"), kind));
+                    return Err(SceneError::new(at.key("points"), kind));
                 }
             }
         }
@@ -324,8 +326,8 @@ mod tests {
     use crate::model::random::{Purpose, Random};
 
     /// Distance from a place to the nearest sphere.
-    fn nearest(points: &[Vector], place: &Vector) -> f64 {
-        points.iter().map(|point| (point - place).norm()).fold(f64::INFINITY, f64::min)
+    fn nearest(points: &[Vector], at: &Vector) -> f64 {
+        points.iter().map(|point| (point - at).norm()).fold(f64::INFINITY, f64::min)
     }
 
     /// The largest hole seen from random places on the surface, which must not exceed the one that is claimed.
@@ -355,9 +357,9 @@ mod tests {
         });
         let upper = Vector::new(6.0, 5.0, 4.0);
         check(&Surface::Box { lower: Vector::zeros(), upper, open: Vec::new() }, 0.9, |random| {
-            let mut place = Vector::from_fn(|k, _| upper[k] * random.uniform());
-            place[0] = upper[0];
-            place
+            let mut at = Vector::from_fn(|k, _| upper[k] * random.uniform());
+            at[0] = upper[0];
+            at
         });
         let funnel = Surface::Cone { base: Vector::zeros(), axis: Vector::z(), radii: [3.0, 8.0], length: 6.0 };
         check(&funnel, 0.7, |random| {
@@ -373,7 +375,7 @@ mod tests {
 
     #[test]
     fn the_sides_of_a_box_share_their_edges_and_an_open_side_has_a_rim() {
-        let top = Side::NAMES[5].1;
+        let top = BoxSide::NAMES[5].1;
         let surface = Surface::Box { lower: Vector::zeros(), upper: Vector::repeat(3.0), open: vec![top] };
         let layout = surface.layout(1.0);
         // 4 x 4 at the bottom, and three levels of a ring of 12.

@@ -7,7 +7,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Particle, Scene, Species};
 use crate::scene::builder::SceneBuilder;
-use crate::scene::draft::{Chain, Fill, Group};
+use crate::scene::unvalidated::{Chain, Fill, Group};
 
 /// Draws velocities for the moving ones among `particles`, at rest as a whole and exactly at a temperature, `T = 2 K / (D (N - 1))`.
 pub(crate) fn maxwell(
@@ -42,7 +42,7 @@ pub(super) fn set_velocities(builder: &SceneBuilder, groups: &[Range<usize>], sc
     let drawn = |index: usize| match &builder.groups[index].group {
         Group::Fill(Fill { temperature, velocity, .. }) => Some((*temperature, *velocity)),
         Group::Chain(Chain { temperature, .. }) => Some((*temperature, Vector::zeros())),
-        Group::Listed(_) | Group::Mesh(_) => None,
+        Group::Listed(_) | Group::Surface(_) => None,
     };
     for (index, ids) in groups.iter().enumerate() {
         let Some((Some(temperature), velocity)) = drawn(index) else { continue };

@@ -1,4 +1,4 @@
-//! Pictures of a frame: shaded spheres, bonds and the box, drawn without a display.
+//! Images of a frame: shaded spheres, bonds and the box, drawn without a display.
 //!
 //! A frame is drawn by a camera that places itself: three-dimensional scenes in perspective from a raised corner, flat
 //! and straight ones from the front. Light comes from a sky with shadows and from a sun, so that heaps and packings
@@ -9,7 +9,7 @@
 //! use carom::trajectory::{Frame};
 //! use carom::io::{Existing};
 //! use carom::view::render::{self, Style};
-//! # fn picture(frame: &Frame) -> Result<(), render::PictureError> {
+//! # fn image(frame: &Frame) -> Result<(), render::RenderError> {
 //! let image = render::draw(frame, &Style { width: 800, height: 600, ..Style::default() })?;
 //! image.write_png("fluid.png".as_ref(), Existing::Keep)
 //! # }
@@ -31,7 +31,7 @@ mod tests;
 
 use std::path::Path;
 
-pub use error::PictureError;
+pub use error::RenderError;
 pub use image::Image;
 
 use crate::Vector;
@@ -42,7 +42,7 @@ use bodies::Bodies;
 use camera::{Camera, Extent};
 use shade::Scenery;
 
-/// The most pixels of a picture, enough for 3840 x 2160. Drawing takes some 220 bytes for each, so this is 2 GB.
+/// The most pixels of a image, enough for 3840 x 2160. Drawing takes some 220 bytes for each, so this is 2 GB.
 const MOST_PIXELS: u32 = 1 << 23;
 
 /// What the colour of a particle tells.
@@ -51,13 +51,13 @@ pub enum ColourBy {
     /// Its species, in the colours of [`Style::palette`]; static species are pale grey.
     #[default]
     Species,
-    /// Its speed, from dark blue at rest to yellow, with a scale below the picture; static particles are pale grey.
+    /// Its speed, from dark blue at rest to yellow, with a scale below the image; static particles are pale grey.
     Speed,
 }
 
-/// What the picture is filled with. Particles outside of it are drawn as far as they are in view.
+/// What the image is filled with. Particles outside of it are drawn as far as they are in view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Subject {
+pub enum Framing {
     /// The box, and the spheres whose centres are in it.
     #[default]
     Box,
@@ -68,7 +68,7 @@ pub enum Subject {
 /// How to draw.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Style {
-    /// The most columns of pixels: the picture is cut down to its subject.
+    /// The most columns of pixels: the image is cut down to what it frames.
     pub width: u32,
     /// The most rows of pixels.
     pub height: u32,
@@ -80,11 +80,11 @@ pub struct Style {
     pub top_speed: Option<f64>,
     /// Opacity of static particles, 0 to 1; those that hold a bond are always opaque.
     pub static_opacity: f64,
-    /// What fills the picture.
-    pub subject: Subject,
+    /// What fills the image.
+    pub framing: Framing,
     /// Whether the edges of the box are drawn.
     pub has_box: bool,
-    /// The direction that points up in the picture; `None` takes z, or y where z is flat.
+    /// The direction that points up in the image; `None` takes z, or y where z is flat.
     pub up: Option<Vector>,
     /// Degrees by which the camera has walked around the scene to the right.
     pub azimuth: f64,
@@ -101,7 +101,7 @@ impl Default for Style {
             palette: colour::PALETTE.to_vec(),
             top_speed: None,
             static_opacity: 0.16,
-            subject: Subject::Box,
+            framing: Framing::Box,
             has_box: true,
             up: None,
             azimuth: 28.0,
@@ -114,25 +114,25 @@ impl Default for Style {
 /// the file off, the last complete frame counts.
 ///
 /// # Errors
-/// [`PictureError::Trajectory`] if the file cannot be read; otherwise as [`draw`].
-pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Image, PictureError> {
-    let pick = pick_frame(path, time).map_err(|source| PictureError::Trajectory { path: path.into(), source })?;
+/// [`RenderError::Trajectory`] if the file cannot be read; otherwise as [`draw`].
+pub fn of_trajectory(path: &Path, time: Option<f64>, style: &Style) -> Result<Image, RenderError> {
+    let pick = pick_frame(path, time).map_err(|source| RenderError::Trajectory { path: path.into(), source })?;
     draw(&pick.frame, style)
 }
 
 /// Draws a frame.
 ///
 /// # Errors
-/// [`PictureError::Empty`], [`PictureError::Particle`] or [`PictureError::Box`] if the frame cannot be drawn;
-/// [`PictureError::Size`], [`PictureError::Style`] or [`PictureError::NoColour`] if the style makes no sense.
-pub fn draw(frame: &Frame, style: &Style) -> Result<Image, PictureError> {
+/// [`RenderError::Empty`], [`RenderError::Particle`] or [`RenderError::Box`] if the frame cannot be drawn;
+/// [`RenderError::Size`], [`RenderError::Style`] or [`RenderError::NoColour`] if the style makes no sense.
+pub fn draw(frame: &Frame, style: &Style) -> Result<Image, RenderError> {
     refuse_style(style)?;
     refuse_frame(frame)?;
     let footer = match style.colour_by {
         ColourBy::Species => 0.0,
         ColourBy::Speed => legend::STRIP * style.width.min(style.height) as f32,
     };
-    let camera = Camera::facing(frame, style, &subject_of(frame, style), footer).ok_or(PictureError::Box)?;
+    let camera = Camera::facing(frame, style, &framed(frame, style), footer).ok_or(RenderError::Box)?;
     let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
     let speeds: Vec<f64> = moving.map(|particle| particle.velocity.norm()).collect();
     let highest = speeds.iter().copied().fold(0.0, f64::max);
@@ -153,18 +153,18 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, PictureError> {
     Ok(Image::new(camera.width, camera.height, pixels.iter().map(colour::encode).collect()))
 }
 
-/// What has to be in the picture.
-fn subject_of(frame: &Frame, style: &Style) -> Vec<Extent> {
+/// What has to be in the image.
+fn framed(frame: &Frame, style: &Style) -> Vec<Extent> {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));
-    let has_all = style.subject == Subject::Particles || frame.size.iter().all(|&edge| edge == 0.0);
+    let has_all = style.framing == Framing::Particles || frame.size.iter().all(|&edge| edge == 0.0);
     let particles = frame.particles.iter().filter(|particle| has_all || is_inside(&particle.position));
-    let mut subject: Vec<Extent> =
+    let mut framed: Vec<Extent> =
         particles.map(|particle| Extent { position: particle.position, radius: particle.radius }).collect();
     if !has_all {
-        subject.extend(corners(frame).map(|position| Extent { position, radius: 0.0 }));
+        framed.extend(corners(frame).map(|position| Extent { position, radius: 0.0 }));
     }
-    subject
+    framed
 }
 
 /// The corners of the box; bit `k` of the index tells which side along axis `k`.
@@ -186,13 +186,13 @@ fn box_edges(frame: &Frame) -> Vec<[Vector; 2]> {
     edges
 }
 
-fn refuse_style(style: &Style) -> Result<(), PictureError> {
+fn refuse_style(style: &Style) -> Result<(), RenderError> {
     let (width, height) = (style.width, style.height);
     if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= MOST_PIXELS) {
-        return Err(PictureError::Size { width, height });
+        return Err(RenderError::Size { width, height });
     }
     if style.palette.is_empty() {
-        return Err(PictureError::NoColour);
+        return Err(RenderError::NoColour);
     }
     let up = style.up.map_or(1.0, |up| up.norm());
     let top_speed = style.top_speed.unwrap_or(1.0);
@@ -204,22 +204,22 @@ fn refuse_style(style: &Style) -> Result<(), PictureError> {
         ("length of the direction up", up, up.is_normal(), "a finite length that is not 0"),
     ];
     match checks.into_iter().find(|&(_, _, is_valid, _)| !is_valid) {
-        Some((name, value, _, expected)) => Err(PictureError::Style { name, value, expected }),
+        Some((name, value, _, expected)) => Err(RenderError::Style { name, value, expected }),
         None => Ok(()),
     }
 }
 
-fn refuse_frame(frame: &Frame) -> Result<(), PictureError> {
+fn refuse_frame(frame: &Frame) -> Result<(), RenderError> {
     if frame.particles.is_empty() {
-        return Err(PictureError::Empty);
+        return Err(RenderError::Empty);
     }
     let is_finite = |vector: &Vector| vector.iter().all(|x| x.is_finite());
     if !(is_finite(&frame.lower) && is_finite(&frame.size) && frame.size.iter().all(|&edge| edge >= 0.0)) {
-        return Err(PictureError::Box);
+        return Err(RenderError::Box);
     }
     let is_drawable = |radius: f64| radius.is_finite() && radius > 0.0;
     let bad = frame.particles.iter().find(|particle| {
         !(is_finite(&particle.position) && is_finite(&particle.velocity) && is_drawable(particle.radius))
     });
-    bad.map_or(Ok(()), |particle| Err(PictureError::Particle(particle.id)))
+    bad.map_or(Ok(()), |particle| Err(RenderError::Particle(particle.id)))
 }

@@ -33,7 +33,7 @@ use std::io;
 use std::path::Path;
 
 use crate::analysis::observables::Answer;
-use crate::io::place::write_whole;
+use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 
 pub use error::ReportError;
@@ -68,7 +68,7 @@ pub fn page(run: &Path) -> Result<Page, ReportError> {
 /// # Errors
 /// [`ReportError::Exists`] if there is another file that is to be kept, [`ReportError::Write`] if the file cannot be written.
 pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ReportError> {
-    let written = write_whole(path, existing, |file| file.write_all(page.html.as_bytes()));
+    let written = write_atomically(path, existing, |file| file.write_all(page.html.as_bytes()));
     written.map_err(|source| match source.kind() {
         io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_owned()),
         _ => ReportError::Write { path: path.to_owned(), source },

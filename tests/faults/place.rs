@@ -87,7 +87,7 @@ impl Place {
             place.done(&place.template, &words(&format!("convert two --to {format} --out {out}")));
         }
         place.done(&place.template, &words("report two --out old.html"));
-        place.done(&place.template, &words("picture two --size 64x48 --out old.png"));
+        place.done(&place.template, &words("render two --size 64x48 --out old.png"));
         Some(place)
     }
 

@@ -120,15 +120,15 @@ pub const SCENARIOS: [Scenario; 9] = [
         check: |_, _| {},
     },
     Scenario {
-        name: "picture",
-        command: "picture one --size 64x48 --out old.png --force",
+        name: "render",
+        command: "render one --size 64x48 --out old.png --force",
         touches: &["old.png"],
         kept: |before, after, what| {
             whole(before, after, "old.png", b"\x89PNG", what);
             // The last chunk of a whole one.
             assert!(after["old.png"].ends_with(b"IEND\xaeB`\x82"), "{what}: half a picture");
         },
-        go_on: |place, folder, what| succeed(place, folder, "picture one --size 64x48 --out old.png --force", what),
+        go_on: |place, folder, what| succeed(place, folder, "render one --size 64x48 --out old.png --force", what),
         check: |_, _| {},
     },
 ];

@@ -156,7 +156,7 @@ fn only_cores_count() {
 
 fn reached(result: Result<Scene, SceneError>) -> f64 {
     let error = result.unwrap_err();
-    assert_eq!(error.place().to_string(), "fill[0]");
+    assert_eq!(error.config_path().to_string(), "fill[0]");
     match error.kind() {
         SceneErrorKind::Jammed { reached, .. } => *reached,
         _ => panic!("{error}"),

@@ -47,7 +47,7 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
     // Kicks come at random: 256 of them in a unit of time, with the standard deviation of a Poisson process.
     let expected = 256.0 * 100.0;
-    let kicks = finished.stretch.tally.kick as f64;
+    let kicks = finished.measurement.tally.kick as f64;
     assert!((kicks - expected).abs() < 4.0 * expected.sqrt(), "{kicks}");
 }
 
@@ -129,7 +129,7 @@ fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap(
     let ratio = scene.species()[0].diameter;
     assert!((snapshot.scale - ratio).abs() < 1e-14);
     assert_no_overlap(scene, &snapshot, 0.0, &|id| scene.species()[scene.particles()[id].species.0 as usize].diameter);
-    assert!(finished.stretch.tally.core >= 20_000);
+    assert!(finished.measurement.tally.core >= 20_000);
     assert_eq!(finished.observables[0].0, "temperature");
     assert!((finished.observables[0].1.mean - 1.0).abs() < 1e-12);
 }
@@ -178,7 +178,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
             .run(RunPlan { stages: vec![stage], limit: Limit::events(20_000), ..RunPlan::default() })
             .build()
             .unwrap();
-        let stretch = finish(scene).stretch;
+        let stretch = finish(scene).measurement;
         let factor = 1.0 + stretch.tally.virial / (3.0 * 108.0 * stretch.duration);
         // A look averages over 540 contacts, whose impulses (of a Rayleigh distribution) and number in a time make an error of
         // sqrt(1.27 / 540) = 5 %. While a sphere has ten contacts, which takes 10 sqrt(pi) sigma / (6 (Z - 1)) at a temperature of 1, the
@@ -270,7 +270,7 @@ fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
     let energy = finished.simulation.energy();
     let common = energy.momentum.norm_squared() / 64.0;
     assert!(common > 0.01, "{common}");
-    // Momentum is conserved in the measured stretch: 3 (N - 1) components are free.
+    // Momentum is conserved in the measurement: 3 (N - 1) components are free.
     let expected = 2.0 * (energy.kinetic - common) / 93.0;
     let (_, temperature) = finished.observables.iter().find(|(name, _)| *name == "temperature").unwrap();
     assert!((temperature.mean / expected - 1.0).abs() < 1e-12, "{temperature:?} {expected}");

@@ -94,7 +94,7 @@ fn three_spheres_on_a_line_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
     let limit = 7.0 - 4.0 * 3.0_f64.sqrt();
     for below in [0.0, 0.01, 0.03, 0.05, 0.06, limit - 0.001] {
         let mut simulation = three_on_a_line(below, None);
-        let arrest = simulation.advance(Until::time(100.0)).unwrap_err();
+        let arrest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         println!("e = {below}: {} contacts, {arrest}", simulation.tally().core);
         // Each contact leaves a fraction of the speed; 1e-16 is passed after less than a hundred.
         assert!(simulation.tally().core < 100);
@@ -119,9 +119,9 @@ fn three_spheres_on_a_line_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
 fn a_collapse_on_the_move_arrests_as_well_as_one_at_rest() {
     for speed in [1.0, -37.0, 1e3] {
         let mut simulation = three_on_a_line(0.05, None);
-        let at_rest = simulation.advance(Until::time(100.0)).unwrap_err();
+        let at_rest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         let mut moving = drifting_line(0.05, None, speed);
-        let arrest = moving.advance(Until::time(100.0)).unwrap_err();
+        let arrest = moving.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         // The speeds that are lost in rounding are larger by the speed of the frame, and come the earlier.
         assert!((arrest.time - at_rest.time).abs() < 1e-9 * speed.abs(), "{at_rest}, {arrest}");
     }
@@ -153,7 +153,7 @@ fn column(restitution: f64, contact_time: Option<f64>) -> Simulation {
 fn a_column_of_spheres_arrests_unless_the_tc_model_holds_it() {
     for e in [0.0, 0.05, 0.3] {
         let mut simulation = column(e, None);
-        let arrest = simulation.advance(Until::time(100.0)).unwrap_err();
+        let arrest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
         println!("e = {e}: {} events, {arrest}", simulation.tally().physical());
         assert!(arrest.time < 10.0, "{arrest}");
         assert!(simulation.tally().physical() < 100_000, "in bounded time");
@@ -179,7 +179,8 @@ fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
         .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
-    let arrest = Simulation::new(ball.clone().build().unwrap()).advance(Until::time(5.0)).unwrap_err();
+    let arrest =
+        Simulation::new(ball.clone().build().unwrap()).advance(Until::time(5.0)).unwrap_err().arrest().unwrap();
     // sqrt(2) (1 + e) / (1 - e)
     assert!((arrest.time - 3.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{arrest}");
     assert_eq!((arrest.particle.0, arrest.partner), (0, None));

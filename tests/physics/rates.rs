@@ -35,7 +35,7 @@ fn a_ball_among_fixed_spheres_counts_each_contact_once() {
         builder = builder.particle("fixed", Vector::new(x, y, z), Vector::zeros());
     }
     let finished = finish(builder.build().unwrap());
-    let stretch = &finished.stretch;
+    let stretch = &finished.measurement;
     let rate = stretch.tally.core as f64 / stretch.duration;
     // Sums over the rows of a run.
     assert!((collision_rate(&finished) / rate - 1.0).abs() < 1e-9, "{} {rate}", collision_rate(&finished));
@@ -76,7 +76,7 @@ fn rates_by_kind_and_species_add_up_to_all_events() {
         .build()
         .unwrap();
     let finished = finish(scene);
-    let (tally, rates) = (&finished.stretch.tally, Summary::of(&finished).rates);
+    let (tally, rates) = (&finished.measurement.tally, Summary::of(&finished).rates);
     let count = |kind: &str| rates.iter().filter(|rate| rate.kind == kind).map(|rate| rate.events).sum::<u64>();
     assert_eq!((count("core"), count("capture"), count("release")), (tally.core, tally.capture, tally.release));
     assert_eq!((count("bounce") + count("bond"), count("wall")), (tally.bounce, tally.wall));

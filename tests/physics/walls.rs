@@ -142,7 +142,7 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     let on = |side: &str| observed(&finished, &format!("pressure_on_{side}_y_wall")).unwrap().mean;
     // The floor and the ceiling of a length of 10, with 20 particles of mass 0.7: their momentum at the start and the end is what is left,
     // two of some sqrt(20 0.7), over the time.
-    let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.stretch.duration));
+    let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.measurement.duration));
     assert!((on("lower") - on("upper") - weight).abs() < left, "{} {} {weight} {left}", on("lower"), on("upper"));
     assert!(left < 0.01 * weight);
     boundary[0] = Boundary::OPEN;

@@ -146,13 +146,18 @@ fn check_tells_the_temperature_of_few_particles_relative_to_what_streams() {
 }
 
 #[test]
-fn a_picture_of_a_run_is_a_png() {
+fn a_rendered_frame_is_a_png() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--until-events", "100"])), 0);
-    let output = place.carom(&["picture", "runs/scene", "--size", "160x120", "--colour", "speed"]);
+    let output = place.carom(&["render", "runs/scene", "--size", "160x120", "--colour", "speed"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let png = fs::read(place.path().join("runs/scene/picture.png")).unwrap();
     assert!(png.starts_with(b"\x89PNG"));
+    // The command of earlier versions.
+    let output =
+        place.carom(&["picture", "runs/scene", "--size", "160x120", "--colour", "speed", "--out", "again.png"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(fs::read(place.path().join("again.png")).unwrap(), png);
 }
 
 #[test]

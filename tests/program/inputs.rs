@@ -77,8 +77,8 @@ fn nothing_that_is_read_is_written_over() {
         &["run", "scene.toml", "--set", "file.0.path=runs/a/trajectory.xyz", "--out", "runs/a"],
         &["convert", "runs/a", "--to", "csv", "--out", "runs/a/thermo.csv", "--force"],
         &["convert", "runs/a", "--to", "xyz", "--out", "runs/a/trajectory.xyz", "--force"],
-        &["picture", "runs/a", "--out", "runs/a/trajectory.xyz"],
-        &["picture", "runs/a/trajectory.xyz", "--out", "runs/a/../a/scene.toml"],
+        &["render", "runs/a", "--out", "runs/a/trajectory.xyz"],
+        &["render", "runs/a/trajectory.xyz", "--out", "runs/a/../a/scene.toml"],
         &["report", "runs/a", "--out", "runs/a/summary.json"],
     ] {
         let output = place.carom(command);

@@ -14,7 +14,7 @@ fn no_command_replaces_anything_unasked() {
     let place = Place::with(FLUID);
     let run = ["run", "scene.toml", "--until-events", "300", "--set", "output.contacts=true"];
     assert_eq!(code(&place.carom(&run)), 0);
-    for command in ["report", "picture"] {
+    for command in ["report", "render"] {
         assert_eq!(code(&place.carom(&[command, "runs/scene"])), 0);
         assert_eq!(code(&place.carom(&[command, "runs/scene"])), 0, "the same bytes are no replacement");
     }
@@ -28,8 +28,8 @@ fn no_command_replaces_anything_unasked() {
         (&["run", "scene.toml", "--out", ".", "--force"], &["--out"]),
         (&["report", "runs/scene", "--out", "thesis.tex"], &["--out", "--force"]),
         (&["report", "runs/scene", "--out", "runs/scene/trajectory.xyz"], &["--out"]),
-        (&["picture", "runs/scene", "--out", "thesis.tex"], &["--out", "--force"]),
-        (&["picture", "runs/scene", "--size", "40x40"], &["--out", "--force"]),
+        (&["render", "runs/scene", "--out", "thesis.tex"], &["--out", "--force"]),
+        (&["render", "runs/scene", "--size", "40x40"], &["--out", "--force"]),
         (&["convert", "runs/scene", "--to", "csv"], &["--out", "--force"]),
         (&["convert", "runs/scene", "--to", "gsd", "--out", "thesis.tex"], &["--out", "--force"]),
     ] {

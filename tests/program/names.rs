@@ -20,7 +20,7 @@ fn no_control_character_reaches_the_terminal() {
         &["run", &file],
         &["convert", &file, "--to", "csv"],
         &["verify", &file],
-        &["picture", "scene.toml", "--size", escape],
+        &["render", "scene.toml", "--size", escape],
         &[escape],
     ] {
         let output = place.carom(command);

@@ -85,7 +85,7 @@ impl Place {
         fs::read_to_string(self.path().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"))
     }
 
-    /// `thermo.csv` of a run with the rows of its measured stretch only.
+    /// `thermo.csv` of a run with the rows of its measurement only.
     pub fn measured(&self, folder: &str) -> String {
         let thermo = self.read(&format!("{folder}/thermo.csv"));
         let is_wanted = |(index, line): &(usize, &str)| *index == 0 || line.ends_with(",measurement");

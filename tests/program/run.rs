@@ -61,7 +61,7 @@ fn the_keys_of_the_summary_are_the_contract() {
     assert_eq!(summary["events"]["core"], 4000);
     let rate = &summary["observables"]["collision_rate"];
     assert!(rate["standard_error"].as_f64().unwrap() > 0.0);
-    // The mean over all of the stretch is what the counts say.
+    // The mean over all of the measurement is what the counts say.
     let thermo = place.measured("runs/scene");
     let times: Vec<f64> = thermo.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
     let duration = times[times.len() - 1] - times[0];
@@ -268,8 +268,8 @@ fn bad_input_is_told_before_anything_is_written() {
         (vec!["verify", "scene.toml", "-q", "--from-events", "1e5"], "only 4500 events"),
         (vec!["validate", "soup"], "validate --list"),
         (vec!["validate", "--seed", "-1"], "-1"),
-        (vec!["picture", "missing"], "missing"),
-        (vec!["picture", ".", "--size", "10"], "WIDTH"),
+        (vec!["render", "missing"], "missing"),
+        (vec!["render", ".", "--size", "10"], "WIDTH"),
         (vec!["report", "missing"], "not the folder of a run"),
         (vec!["report", "empty"], "summary.json"),
     ] {

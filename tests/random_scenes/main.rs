@@ -12,7 +12,7 @@ mod metamorphic;
 use std::ops::ControlFlow;
 use std::panic::catch_unwind;
 
-use carom::check::verify::{Certificate, End, Fault, Stretch, Violation, verify};
+use carom::check::verify::{Certificate, End, EventRange, Fault, Violation, verify};
 use carom::model::Scene;
 
 /// Events that are proven of each scene.
@@ -45,6 +45,7 @@ fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
             count.without_digits += 1
         }
         End::Violated(violation) => return Some(format!("{violation:?}")),
+        End::Broken(broken) => return Some(broken.to_string()),
         End::Arrested(_) => count.arrested += 1,
         End::Interrupted => count.given_up += 1,
         _ => count.proven += 1,
@@ -59,7 +60,7 @@ fn judge(text: &str, count: &mut Count) -> Option<String> {
     };
     let proof = catch_unwind(|| {
         let (mut events, mut asked) = (0, 0);
-        verify(scene, Stretch { from: 0, events: EVENTS }, &mut |progress| {
+        verify(scene, EventRange { from: 0, events: EVENTS }, &mut |progress| {
             asked = if progress.events == events { asked + 1 } else { 0 };
             events = progress.events;
             if asked > PATIENCE { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

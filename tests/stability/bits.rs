@@ -9,7 +9,7 @@ use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
 use carom::model::{Limit, OutputPlan, RunPlan, Scene};
 use carom::run;
-use carom::scene::{Amount, Arrangement, Chain, Fill, MeshDraft, SceneBuilder, Surface};
+use carom::scene::{Amount, Arrangement, Chain, Fill, SceneBuilder, Surface, SurfaceFill};
 use std::ops::ControlFlow;
 
 /// Scenes, numbers of events, and the fingerprints of where they lead.
@@ -22,7 +22,7 @@ use std::ops::ControlFlow;
 const FINGERPRINTS: [(&str, u64, u64); 10] = [
     ("bouncing_ball", 1000, 0x3eb7d631c4034797),
     ("elastic_spheres_1d", 2, 0x2f7cc64dd2137dfa),
-    ("everything", 30000, 0x32d74c4458ce4acd),
+    ("everything", 30000, 0xb9d9fe04e8dcaa97),
     ("granular_cooling", 20000, 0xff38450fddfa14b5),
     ("hard_sphere_fluid", 20000, 0x7fefe63269006114),
     ("hopper", 10000, 0xddcb53dfaafacb2f),
@@ -84,17 +84,17 @@ fn everything() -> Scene {
         straight: None,
         temperature: None,
     };
-    let dish = MeshDraft {
+    let dish = SurfaceFill {
         name: None,
         species: "S".into(),
-        surface: Surface::Plane { corner: Vector::new(-2.0, -2.0, 3.0), edges: [Vector::x() * 4.0, Vector::y() * 4.0] },
+        shape: Surface::Plane { corner: Vector::new(-2.0, -2.0, 3.0), edges: [Vector::x() * 4.0, Vector::y() * 4.0] },
         spacing: None,
     };
     mixture(SceneBuilder::new("everything"))
         .space(space)
         .gravity(Vector::new(0.1, 0.0, -1.0))
         .contact_time(1e-3)
-        .mesh(dish)
+        .static_surface(dish)
         .add_fill(fill("A", 60, 5.0, 12.0))
         .add_fill(fill("B", 40, 12.5, 19.0))
         .chain(chain)

@@ -127,7 +127,7 @@ fn a_bead_of_a_lossy_bond_hangs_at_its_end_with_the_tc_model_and_arrests_without
         assert_eq!(reason, Ok(Reason::Time));
         assert_eq!(held.tally().in_invalid_state, 0);
         let mut free = Simulation::new(pendulum(1e-9, angle, 0.5, None).build().unwrap());
-        let arrest = free.advance(Until::time(1000.0)).unwrap_err();
+        let arrest = free.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
         println!("angle {angle}: {} events, {arrest}", free.tally().physical());
         assert!(free.tally().physical() < 100_000);
     }
@@ -148,12 +148,12 @@ fn a_bead_that_hangs_at_the_end_of_its_bond_needs_room_to_bounce() {
     };
     // At rest and taut to the last digit there is no energy for a bounce, and none is added. A run says so at once.
     for contact_time in [None, Some(1e-3)] {
-        let arrest = end(0.0, contact_time).unwrap_err();
+        let arrest = end(0.0, contact_time).unwrap_err().arrest().unwrap();
         assert_eq!((arrest.time, arrest.particle.0, arrest.partner.map(|p| p.0)), (0.0, 1, Some(0)));
     }
     // A float away there is.
     for short_by in [2.0 * f64::EPSILON, 1e-12, 1e-9] {
         assert_eq!(end(short_by, Some(1e-3)), Ok(Reason::Events));
-        assert!(end(short_by, None).unwrap_err().time < 1e-3);
+        assert!(end(short_by, None).unwrap_err().arrest().unwrap().time < 1e-3);
     }
 }

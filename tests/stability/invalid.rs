@@ -216,7 +216,7 @@ fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
     // Weight turns a ball back that is about to leave a static one: at its turning point no impulse helps.
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
     let mut simulation = Simulation::new(random_start(&recipe, 7));
-    let arrest = simulation.advance(Until::time(30.0)).unwrap_err();
+    let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
     println!("{} events, {arrest}", simulation.tally().physical());
     // As many events in no time as simultaneous ones of a lattice are allowed for.
     assert!(simulation.tally().physical() < 1_000_000);

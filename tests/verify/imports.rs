@@ -9,7 +9,7 @@ const ALLOWED: [(&str, &[&str]); 6] = [
     ("Vector", &[]),
     ("check::reference", &["Polynomial", "next_event"]),
     // The form in which states are shown, and how a run says that it cannot go on.
-    ("engine", &["Arrest", "Elapsed", "States"]),
+    ("engine", &["Arrest", "Elapsed", "InvariantBroken", "States"]),
     ("engine::event", &[]),
     ("model", &[]),
     ("scene", &[]),

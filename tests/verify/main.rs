@@ -8,13 +8,13 @@ mod tampered_events;
 
 use std::ops::ControlFlow;
 
-use carom::check::verify::{Certificate, Fault, Stretch, Verifier, verify};
+use carom::check::verify::{Certificate, EventRange, Fault, Verifier, verify};
 use carom::engine::event::Event;
 use carom::engine::{Simulation, States};
 use carom::model::Scene;
 
 fn prove(scene: Scene, from: u64, events: u64) -> Certificate {
-    verify(scene, Stretch { from, events }, &mut |_| ControlFlow::Continue(()))
+    verify(scene, EventRange { from, events }, &mut |_| ControlFlow::Continue(()))
 }
 
 fn config(name: &str) -> Scene {

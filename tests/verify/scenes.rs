@@ -270,7 +270,7 @@ fn a_caller_who_wants_no_more_ends_the_proof_between_two_events() {
     let mut asked = 0;
     let certificate = carom::check::verify::verify(
         deep("1e12"),
-        carom::check::verify::Stretch { from: 0, events: 1000 },
+        carom::check::verify::EventRange { from: 0, events: 1000 },
         &mut |_| {
             asked += 1;
             if asked > 3 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
@@ -304,11 +304,14 @@ fn a_proof_hears_its_caller_however_far_the_next_event_is() {
     ";
     for from in [0, 10] {
         let mut asked = 0;
-        let certificate =
-            carom::check::verify::verify(scene(pipe), carom::check::verify::Stretch { from, events: 10 }, &mut |_| {
+        let certificate = carom::check::verify::verify(
+            scene(pipe),
+            carom::check::verify::EventRange { from, events: 10 },
+            &mut |_| {
                 asked += 1;
                 if asked > 5 { std::ops::ControlFlow::Break(()) } else { std::ops::ControlFlow::Continue(()) }
-            });
+            },
+        );
         assert_eq!(certificate.end, End::Interrupted);
     }
 }

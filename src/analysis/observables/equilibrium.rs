@@ -1,4 +1,4 @@
-//! Whether a measured stretch was in equilibrium, or in a steady state.
+//! Whether a measurement was in equilibrium, or in a steady state.
 
 use std::fmt;
 

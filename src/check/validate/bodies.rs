@@ -1,6 +1,6 @@
 //! Single motions with exact answers.
 
-use super::state_point::{Compared, Fault, Watch, advance, build};
+use super::state_point::{Compared, StatePointError, Watch, advance, build};
 use super::{Comparison, Source};
 use crate::Vector;
 use crate::engine::{Simulation, Until};
@@ -126,7 +126,7 @@ pub(super) fn pendulum(watch: Watch<'_>) -> Compared {
 }
 
 /// When the bob passes the lowest point: between the contacts on both sides of it, at next to even speed.
-fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, Fault> {
+fn passages(mut simulation: Simulation, watch: Watch<'_>) -> Result<Vec<f64>, StatePointError> {
     let (mut passages, mut last) = (Vec::new(), (0.0, 1.0));
     for _ in 0..MOST_CHUNKS {
         if passages.len() > 2 * PERIODS {
@@ -175,6 +175,6 @@ mod tests {
     #[test]
     fn what_is_interrupted_is_not_compared() {
         let interrupted = pendulum(&mut || ControlFlow::Break(()));
-        assert!(matches!(interrupted, Err(Fault::Interrupted)), "{interrupted:?}");
+        assert!(matches!(interrupted, Err(StatePointError::Interrupted)), "{interrupted:?}");
     }
 }

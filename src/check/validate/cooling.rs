@@ -9,8 +9,8 @@ use crate::model::potential::Potential;
 use crate::scene::{Amount, Lattice, SceneBuilder};
 
 pub(super) const COUNT: u64 = 4000;
-/// Contacts per particle before, in which the lattice scatters, and in the measured stretch, long before clusters form.
-const STRETCHES: [u64; 2] = [5, 15];
+/// Contacts per particle before, in which the lattice scatters, and in the measurement, long before clusters form.
+const CONTACTS: [u64; 2] = [5, 15];
 
 pub(super) const QUANTITIES: &[&str] = &["cooling per contact"];
 
@@ -39,7 +39,7 @@ pub(super) fn compare(restitution: f64, seed: u64, watch: Watch<'_>) -> Compared
 }
 
 /// How much the logarithm of a gas's temperature falls in each contact per particle.
-fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::Fault> {
+fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::StatePointError> {
     let scene = SceneBuilder::new("validate")
         .seed(seed)
         .species("A", 1.0, 1.0)
@@ -48,12 +48,12 @@ fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super
         .temperature(1.0);
     let mut simulation = Simulation::new(build(&scene)?);
     let block = COUNT / 2;
-    for _ in 0..STRETCHES[0] {
+    for _ in 0..CONTACTS[0] {
         advance(&mut simulation, block, watch, |_| {})?;
     }
     let mut slopes = Vec::new();
     let mut last = simulation.energy().kinetic;
-    for _ in 0..STRETCHES[1] {
+    for _ in 0..CONTACTS[1] {
         advance(&mut simulation, block, watch, |_| {})?;
         let kinetic = simulation.energy().kinetic;
         // A block is one contact per particle.

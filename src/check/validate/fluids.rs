@@ -52,7 +52,7 @@ fn run(
     effort: Effort,
     seed: u64,
     watch: Watch<'_>,
-) -> Result<Finished, super::Fault> {
+) -> Result<Finished, super::StatePointError> {
     let is_plane = lattice == Lattice::Hexagonal;
     let third = if is_plane { Boundary::Flat } else { Boundary::Periodic };
     let scene = SceneBuilder::new("validate")

@@ -55,7 +55,7 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
 }
 
 /// Energy per particle, with its kinetic part, and pressure.
-fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::Fault> {
+fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::StatePointError> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
     let scene = SceneBuilder::new("validate")
         .seed(seed)

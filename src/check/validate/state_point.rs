@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::{Comparison, Effort};
 use crate::analysis::instruments::Measured;
 use crate::analysis::statistics::Estimate;
-use crate::engine::{Arrest, Simulation, Until};
+use crate::engine::{EngineError, Simulation, Until};
 use crate::model::Scene;
 use crate::model::error::PotentialError;
 use crate::run::audit;
@@ -20,7 +20,7 @@ pub type Watch<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
 /// Why a point could not be compared.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum Fault {
+pub enum StatePointError {
     /// The scene is refused.
     #[error(transparent)]
     Scene(#[from] Box<SceneError>),
@@ -29,26 +29,27 @@ pub enum Fault {
     Potential(#[from] PotentialError),
     /// The simulation could not go on.
     #[error(transparent)]
-    Arrested(#[from] Arrest),
+    Engine(#[from] EngineError),
     /// The run did not pass its own audit.
     #[error("the audit of the run failed: {0}")]
-    Unsound(audit::Fault),
+    Unsound(audit::AuditFault),
     /// The caller wanted no more.
     #[error("interrupted")]
     Interrupted,
 }
 
 /// A scene that is known to be good.
-pub(super) fn build(builder: &SceneBuilder) -> Result<Scene, Fault> {
-    builder.build().map_err(|error| Fault::Scene(Box::new(error)))
+pub(super) fn build(builder: &SceneBuilder) -> Result<Scene, StatePointError> {
+    builder.build().map_err(|error| StatePointError::Scene(Box::new(error)))
 }
 
 /// Runs a scene as it plans, and its audit.
-pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, Fault> {
+pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePointError> {
     let Ok(finished) = run::run(scene, &mut (), &mut |_| watch());
     match finished.ending {
-        Ending::Interrupted => return Err(Fault::Interrupted),
-        Ending::Arrested(arrest) => return Err(Fault::Arrested(arrest)),
+        Ending::Interrupted => return Err(StatePointError::Interrupted),
+        Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
+        Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
         // No state point has spheres that grow, or an equilibration that ends by itself.
         Ending::Time
         | Ending::Events
@@ -59,7 +60,7 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, Fault> 
         | Ending::Jammed(_) => {}
     }
     match finished.audit.faults().first() {
-        Some(fault) => Err(Fault::Unsound(*fault)),
+        Some(fault) => Err(StatePointError::Unsound(*fault)),
         None => Ok(finished),
     }
 }
@@ -70,9 +71,9 @@ pub(super) fn advance(
     events: u64,
     watch: Watch<'_>,
     observe: impl FnMut(&crate::engine::event::Event),
-) -> Result<(), Fault> {
+) -> Result<(), StatePointError> {
     if watch().is_break() {
-        return Err(Fault::Interrupted);
+        return Err(StatePointError::Interrupted);
     }
     let end = simulation.tally().physical() + events;
     simulation.advance_with(Until::events(end), observe)?;
@@ -99,7 +100,7 @@ pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
 }
 
 /// What a point gives.
-pub(super) type Compared = Result<Vec<Comparison>, Fault>;
+pub(super) type Compared = Result<Vec<Comparison>, StatePointError>;
 
 /// Contacts per particle that take a lattice and its velocities out of step before anything is measured: many times the
 /// some ten that velocities need, and the some hundred that a dense lattice needs to melt.

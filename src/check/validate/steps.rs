@@ -49,7 +49,12 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
     Ok(law(&blocks, freedom))
 }
 
-fn block(simulation: &mut Simulation, events: u64, freedom: f64, watch: Watch<'_>) -> Result<Block, super::Fault> {
+fn block(
+    simulation: &mut Simulation,
+    events: u64,
+    freedom: f64,
+    watch: Watch<'_>,
+) -> Result<Block, super::StatePointError> {
     let (start, mut now, mut kinetic) = (simulation.time(), simulation.time(), simulation.energy().kinetic);
     let (mut block, mut integral) = (Block::default(), 0.0);
     advance(simulation, events, watch, |event| {

@@ -2,7 +2,7 @@
 
 use super::replay::RunEnd;
 use super::violation::Violation;
-use crate::engine::Arrest;
+use crate::engine::{Arrest, InvariantBroken};
 
 /// How close to the bounds of round-off the numbers came: 1 is the bound.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -56,8 +56,10 @@ pub enum End {
     Driven,
     /// An event is wrong.
     Violated(Violation),
-    /// The simulation could not go on.
+    /// The dynamics came to rest in a way that needs infinitely many events.
     Arrested(Arrest),
+    /// The engine met an impossible state.
+    Broken(InvariantBroken),
 }
 
 /// Numbers of events that were proven, by kind.
@@ -94,15 +96,15 @@ impl Counts {
     }
 }
 
-/// The proof of a stretch of a run, as far as it goes.
+/// The certificate of a verified range of events.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Certificate {
     /// Number of the first event that was looked at, from 1.
     pub first_event: u64,
-    /// Simulated time at the start of the stretch.
+    /// Simulated time at the start of the range.
     pub start: f64,
-    /// Simulated time that the stretch takes.
+    /// Simulated time that the range takes.
     pub duration: f64,
     /// What was proven.
     pub counts: Counts,
@@ -134,6 +136,6 @@ impl Certificate {
     /// Whether every event that was looked at is proven, and the simulation could go on.
     #[must_use]
     pub fn is_proven(&self) -> bool {
-        !matches!(self.end, End::Violated(_) | End::Arrested(_) | End::Driven | End::Departed { .. })
+        !matches!(self.end, End::Violated(_) | End::Arrested(_) | End::Broken(_) | End::Driven | End::Departed { .. })
     }
 }

@@ -1,22 +1,22 @@
-//! The replay of a run, with every event of a stretch shown to the verifier.
+//! The replay of a run, with every event of a range shown to the verifier.
 
 use super::certificate::{Certificate, Counts, End};
 use super::verifier::Verifier;
 use super::violation::{Fault, Violation};
-use crate::engine::{Arrest, Reason, Simulation, States, Until};
+use crate::engine::{EngineError, Reason, Simulation, States, Until};
 use crate::model::{Limit, RunPlan, Scene};
 use std::ops::ControlFlow;
 
-/// Events between two calls of `watch` on the way to the stretch.
+/// Events between two calls of `watch` on the way to the range.
 const CHUNK: u64 = 100_000;
 /// Events between two calls of `watch` within it.
 const FEW: u64 = 64;
 /// Steps of the engine between two calls of `watch`, however few events they are: some tens of milliseconds.
 const STEPS: u64 = 20_000;
 
-/// Which events of a run to prove.
+/// The range of events of a run to prove.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Stretch {
+pub struct EventRange {
     /// Events that are only replayed first.
     pub from: u64,
     /// Events that are then proven.
@@ -39,41 +39,45 @@ impl RunEnd {
     }
 }
 
-/// How far a verification is.
+/// Progress of a verification.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
+pub struct VerifyProgress {
     /// What is to be done.
-    pub stretch: Stretch,
+    pub range: EventRange,
     /// Events so far, since the start of the simulation.
     pub events: u64,
-    /// Whether the stretch has begun.
+    /// Whether the range has begun.
     pub is_proving: bool,
     /// Simulated time.
     pub time: f64,
 }
 
-impl Progress {
-    /// The part of the way to the stretch that is done, or of the stretch: 0 to 1.
+impl VerifyProgress {
+    /// The part of the way to the range that is done, or of the range: 0 to 1.
     #[must_use]
     pub fn fraction(&self) -> f64 {
-        let Stretch { from, events } = self.stretch;
+        let EventRange { from, events } = self.range;
         let (done, all) =
             if self.is_proving { (self.events.saturating_sub(from), events) } else { (self.events, from) };
         (done as f64 / all.max(1) as f64).min(1.0)
     }
 }
 
-/// Replays a scene, and proves a stretch of it.
+/// Replays a scene, and proves a range of its events.
 ///
 /// The replay ends where the run does that the scene plans. `watch` is called now and then, and ends it at once where it
-/// breaks. Before a stretch that does not begin at the start, pair states are what the engine remembers; from there on they
+/// breaks. Before a range that does not begin at the start, pair states are what the engine remembers; from there on they
 /// follow from the events alone.
 #[must_use]
-pub fn verify(scene: Scene, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Certificate {
-    certify(scene, stretch, None, watch)
+pub fn verify(
+    scene: Scene,
+    range: EventRange,
+    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
+) -> Certificate {
+    certify(scene, range, None, watch)
 }
 
-/// Replays a run that has been, and proves a stretch of it.
+/// Replays a run that has been, and proves a range of its events.
 ///
 /// As [`verify`], but the replay ends where the run did, whatever ended its equilibration. Where the proof comes to that end, number of events and
 /// time are held against those of the run: [`End::Departed`] if they differ.
@@ -81,17 +85,17 @@ pub fn verify(scene: Scene, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -
 pub fn verify_run(
     scene: Scene,
     ended: RunEnd,
-    stretch: Stretch,
-    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    range: EventRange,
+    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
 ) -> Certificate {
-    certify(scene, stretch, Some(ended), watch)
+    certify(scene, range, Some(ended), watch)
 }
 
 fn certify(
     scene: Scene,
-    stretch: Stretch,
+    range: EventRange,
     recorded: Option<RunEnd>,
-    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
 ) -> Certificate {
     if scene.is_driven() {
         return Certificate { end: End::Driven, ..Certificate::blank(1, scene.start_time) };
@@ -99,11 +103,11 @@ fn certify(
     let plan = scene.run.clone();
     let mut replay =
         Replay { simulation: Simulation::new(scene), stages: stages(&plan), ends: None, recorded, has_run_out: false };
-    let skipped = replay.skip(stretch, watch);
+    let skipped = replay.skip(range, watch);
     let mut states = States::default();
     replay.simulation.states(&mut states);
     let blank = Certificate::blank(replay.simulation.tally().physical() + 1, replay.simulation.time());
-    let mut verifier = match replay.verifier(stretch, &states) {
+    let mut verifier = match replay.verifier(range, &states) {
         Ok(verifier) => verifier,
         Err(fault) => return Certificate { end: End::Violated(replay.violation(fault)), ..blank },
     };
@@ -111,7 +115,7 @@ fn certify(
     let end = match skipped {
         Some(End::Idle) => replay.idle(&mut verifier).unwrap_or_else(End::Violated),
         Some(end) => end,
-        None => replay.prove(&mut verifier, stretch, &mut states, watch),
+        None => replay.prove(&mut verifier, range, &mut states, watch),
     };
     Certificate {
         duration: states.elapsed.after(&origin),
@@ -198,29 +202,29 @@ impl Replay {
         self.has_run_out = true;
     }
 
-    /// Goes to the start of the stretch without looking.
-    fn skip(&mut self, stretch: Stretch, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Option<End> {
-        while self.simulation.tally().physical() < stretch.from {
-            if watch(&self.progress(stretch, false)).is_break() {
+    /// Goes to the start of the range without looking.
+    fn skip(&mut self, range: EventRange, watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>) -> Option<End> {
+        while self.simulation.tally().physical() < range.from {
+            if watch(&self.progress(range, false)).is_break() {
                 return Some(End::Interrupted);
             }
             let Some(stage) = self.stage() else { return Some(self.ended()) };
             let chunk = self.simulation.tally().physical().saturating_add(CHUNK);
-            let until = Until { events: stage.events.min(stretch.from).min(chunk), ..stage };
+            let until = Until { events: stage.events.min(range.from).min(chunk), ..stage };
             match self.simulation.advance_for(STEPS, until, |_| {}) {
                 Ok(None | Some(Reason::Events | Reason::Observer)) => {}
                 Ok(Some(Reason::Time)) => self.end_stage(),
                 Ok(Some(Reason::Idle)) => return Some(End::Idle),
-                Err(arrest) => return Some(End::Arrested(arrest)),
+                Err(error) => return Some(Stop::from(error).into()),
             }
         }
         None
     }
 
-    /// At the start of the stretch.
-    fn verifier(&self, stretch: Stretch, states: &States) -> Result<Verifier, Fault> {
+    /// At the start of the range.
+    fn verifier(&self, range: EventRange, states: &States) -> Result<Verifier, Fault> {
         let scene = self.simulation.scene();
-        match stretch.from {
+        match range.from {
             0 => Verifier::new(scene, states),
             _ => Verifier::resume(scene, states, &self.simulation.captured_pairs()),
         }
@@ -230,24 +234,24 @@ impl Replay {
     fn prove(
         &mut self,
         verifier: &mut Verifier,
-        stretch: Stretch,
+        range: EventRange,
         states: &mut States,
-        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
     ) -> End {
         let mut end = None;
         while end.is_none() {
             let done = verifier.counts.events();
-            if done.is_multiple_of(FEW) && watch(&self.progress(stretch, true)).is_break() {
+            if done.is_multiple_of(FEW) && watch(&self.progress(range, true)).is_break() {
                 end = Some(End::Interrupted);
-            } else if done >= stretch.events {
+            } else if done >= range.events {
                 end = Some(End::Asked);
             } else {
-                end = self.step(verifier, stretch, states, watch).unwrap_or_else(|stop| Some(stop.into()));
+                end = self.step(verifier, range, states, watch).unwrap_or_else(|stop| Some(stop.into()));
             }
         }
         let end = end.unwrap_or(End::Asked);
         match verifier.compare_pairs(&self.simulation.captured_pairs()) {
-            Err(fault) if !matches!(end, End::Violated(_) | End::Arrested(_) | End::Interrupted) => {
+            Err(fault) if !matches!(end, End::Violated(_) | End::Arrested(_) | End::Broken(_) | End::Interrupted) => {
                 End::Violated(self.violation(fault))
             }
             _ => end,
@@ -258,9 +262,9 @@ impl Replay {
     fn step(
         &mut self,
         verifier: &mut Verifier,
-        stretch: Stretch,
+        range: EventRange,
         states: &mut States,
-        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>,
     ) -> Result<Option<End>, Stop> {
         let Some(stage) = self.stage() else {
             return Ok(Some(match self.ended() {
@@ -268,7 +272,7 @@ impl Replay {
                 end => end,
             }));
         };
-        let progress = self.progress(stretch, true);
+        let progress = self.progress(range, true);
         let mut watch = || watch(&progress);
         let until = Until { time: stage.time, events: self.simulation.tally().physical().saturating_add(1) };
         let mut event = None;
@@ -302,21 +306,21 @@ impl Replay {
         Violation { event: self.simulation.tally().physical(), time: self.simulation.time(), fault }
     }
 
-    fn progress(&self, stretch: Stretch, is_proving: bool) -> Progress {
+    fn progress(&self, range: EventRange, is_proving: bool) -> VerifyProgress {
         let events = self.simulation.tally().physical();
-        Progress { stretch, events, is_proving, time: self.simulation.time() }
+        VerifyProgress { range, events, is_proving, time: self.simulation.time() }
     }
 }
 
 /// What ends a proof early.
 enum Stop {
-    Arrested(Arrest),
+    Engine(EngineError),
     Violated(Violation),
 }
 
-impl From<Arrest> for Stop {
-    fn from(arrest: Arrest) -> Self {
-        Self::Arrested(arrest)
+impl From<EngineError> for Stop {
+    fn from(error: EngineError) -> Self {
+        Self::Engine(error)
     }
 }
 
@@ -329,7 +333,8 @@ impl From<Violation> for Stop {
 impl From<Stop> for End {
     fn from(stop: Stop) -> Self {
         match stop {
-            Stop::Arrested(arrest) => Self::Arrested(arrest),
+            Stop::Engine(EngineError::Arrest(arrest)) => Self::Arrested(arrest),
+            Stop::Engine(EngineError::InvariantBroken(broken)) => Self::Broken(broken),
             Stop::Violated(Violation { fault: Fault::Interrupted, .. }) => Self::Interrupted,
             Stop::Violated(violation) => Self::Violated(violation),
         }

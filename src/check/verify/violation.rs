@@ -193,7 +193,7 @@ pub enum Fault {
     PairState {
         /// Which.
         pair: [ParticleId; 2],
-        /// By the events since the start of the stretch.
+        /// By the events since the start of the range.
         events: usize,
         /// In the engine's memory.
         engine: usize,

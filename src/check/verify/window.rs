@@ -1,4 +1,4 @@
-//! A stretch of simulated time, and everything that Algorithm 1 says will be due in it.
+//! An interval of simulated time, and everything that Algorithm 1 says will be due in it.
 //!
 //! At its start all pairs are looked at once. What is too far apart to meet within the window is left out; the rest is asked
 //! when its next event is due. An event changes the flight of two particles: what was due for them is void, and their pairs with

@@ -110,7 +110,7 @@ impl Cells {
     /// Whether a particle goes round a periodic box when it leaves through a face of its cell.
     #[must_use]
     pub fn wraps_behind(&self, particle: u32, face: Face) -> bool {
-        self.grid.behind(self.home(particle), face).1 != 0
+        self.grid.behind(self.home(particle), face).is_some_and(|(_, wrap)| wrap != 0)
     }
 
     /// Whether a cell is the first or the last along an axis.
@@ -136,12 +136,12 @@ impl Cells {
         });
     }
 
-    /// Moves a particle through a face of its cell.
+    /// Moves a particle through a face of its cell; none if there is no cell behind it.
     #[inline]
-    pub fn cross(&mut self, particle: u32, face: Face) -> Transition {
-        let (to, wrap) = self.grid.behind(self.home(particle), face);
+    pub fn cross(&mut self, particle: u32, face: Face) -> Option<Transition> {
+        let (to, wrap) = self.grid.behind(self.home(particle), face)?;
         self.relocate(particle, to);
-        Transition { cell: to, wrap }
+        Some(Transition { cell: to, wrap })
     }
 }
 
@@ -200,7 +200,7 @@ mod tests {
                 grid.grid.for_each_face(0, |face, _| faces.push(face));
                 for face in faces {
                     let before = near(&grid, 0);
-                    let to = grid.cross(0, face).cell;
+                    let to = grid.cross(0, face).unwrap().cell;
                     let mut found = Near::default();
                     grid.find_new(to, face, &mut found);
                     let new = found.found();
@@ -208,7 +208,7 @@ mod tests {
                     let after = near(&grid, to);
                     assert!(after.iter().all(|id| before.contains(id) || new.contains(id)));
                     let back = Face { is_upper: !face.is_upper, ..face };
-                    assert_eq!(grid.cross(0, back).cell, 0);
+                    assert_eq!(grid.cross(0, back).unwrap().cell, 0);
                 }
             }
         }
@@ -219,8 +219,8 @@ mod tests {
         let (space, positions) = lattice(4);
         let mut grid = Cells::new(&space, 0.9, &positions);
         let face = Face { axis: 0, is_upper: false };
-        assert_eq!(grid.cross(0, face), Transition { cell: 3, wrap: 1 });
-        assert_eq!(grid.cross(0, Face { axis: 0, is_upper: true }), Transition { cell: 0, wrap: -1 });
+        assert_eq!(grid.cross(0, face), Some(Transition { cell: 3, wrap: 1 }));
+        assert_eq!(grid.cross(0, Face { axis: 0, is_upper: true }), Some(Transition { cell: 0, wrap: -1 }));
     }
 
     #[test]

@@ -96,16 +96,15 @@ impl Grid {
         self.counts.iter().map(|&n| n as usize).product()
     }
 
-    /// The cell beyond a face, and the periods to add to a coordinate there. The cell itself at an end that is not periodic.
+    /// The cell beyond a face, and the periods to add to a coordinate there; none at an end that is not periodic.
     #[inline]
     #[must_use]
-    pub fn behind(&self, cell: u32, face: Face) -> (u32, i32) {
+    pub fn behind(&self, cell: u32, face: Face) -> Option<(u32, i32)> {
         let mut at = self.split(cell);
         let axis = usize::from(face.axis);
-        // A particle at an end that is not periodic has no face there.
-        let (index, wrap) = self.beyond(axis, at[axis], face.is_upper).unwrap_or((at[axis], 0));
+        let (index, wrap) = self.beyond(axis, at[axis], face.is_upper)?;
         at[axis] = index;
-        (self.join(at), wrap)
+        Some((self.join(at), wrap))
     }
 
     /// Calls `visit(first, count)` for the cells near a cell, itself included, that follow each other: one or three at once.

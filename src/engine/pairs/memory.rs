@@ -71,15 +71,17 @@ impl PairMemory {
         true
     }
 
-    /// Makes a particle forget a partner.
-    pub fn forget(&mut self, particle: u32, partner: u32) {
+    /// Makes a particle forget a partner; whether it had it.
+    pub fn forget(&mut self, particle: u32, partner: u32) -> bool {
         let length = self.lengths[particle as usize] as usize;
         let at = particle as usize * self.room;
         let list = &mut self.entries[at..at + length];
-        if let Some(position) = list.iter().position(|known| known.partner == partner) {
+        let found = list.iter().position(|known| known.partner == partner);
+        if let Some(position) = found {
             list[position] = list[length - 1];
             self.lengths[particle as usize] -= 1;
         }
+        found.is_some()
     }
 
     /// Doubles the room of every list.
@@ -120,8 +122,8 @@ mod tests {
             let mut map = BTreeMap::new();
             for (particle, partner, state) in steps {
                 if state == 0 {
-                    memory.forget(particle, partner);
-                    map.remove(&(particle, partner));
+                    let was_there = map.remove(&(particle, partner)).is_some();
+                    prop_assert_eq!(memory.forget(particle, partner), was_there);
                 } else {
                     memory.set(particle, Known { partner, state, interaction: 0 });
                     map.insert((particle, partner), state);

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use super::ConvertError;
 use crate::io::OutputError;
+use crate::io::atomic::{Existing, publish, sync_folder};
 use crate::io::partial::partial_of;
-use crate::io::place::{Existing, put, sync_folder};
 use crate::model::Format;
 
 /// A file or folder that is written beside its final name. What is not completed is removed.
@@ -55,7 +55,7 @@ impl Target {
         if self.format.is_folder() {
             sync_folder(&self.partial);
         }
-        match put(&self.partial, &self.path, self.existing) {
+        match publish(&self.partial, &self.path, self.existing) {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => Err(ConvertError::Exists(self.path.clone())),
             result => result.map_err(ConvertError::write(&self.path)),
         }

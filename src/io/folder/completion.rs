@@ -4,13 +4,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::{BEFORE, Folder, PAGE, REPORT, SUMMARY, TRAJECTORY};
+use crate::io::atomic::sync_folder;
 use crate::io::convert::{ConvertError, Options, convert};
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
-use crate::io::kept_scene::KeptScene;
 use crate::io::owned::{Owned, Replacement};
 use crate::io::partial::PartialFile;
-use crate::io::place::sync_folder;
+use crate::io::scene_copy::SceneCopy;
 use crate::io::summary::Summary;
 use crate::io::{measurements, replacement};
 use crate::run::Finished;
@@ -46,7 +46,7 @@ impl Folder {
         let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
         let trajectory = self.path.join(TRAJECTORY);
         let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
-        let files = [self.scene.map(KeptScene::into_file)]
+        let files = [self.scene.map(SceneCopy::into_file)]
             .into_iter()
             .chain(tables)
             .flatten()

@@ -8,10 +8,10 @@ use super::{BEFORE, CONTACTS, Folder, SCENE, SUMMARY, THERMO, TRAJECTORY, levels
 use crate::io::checkpoints::{self, Checkpoints};
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
-use crate::io::kept_scene::KeptScene;
 use crate::io::occupied::active;
 use crate::io::owned::{Owned, Replacement, is_run};
 use crate::io::partial::PartialFile;
+use crate::io::scene_copy::SceneCopy;
 use crate::io::thermo::Columns;
 use crate::io::{inputs, replacement};
 use crate::model::Limit;
@@ -20,7 +20,7 @@ use crate::trajectory::frame::Frame;
 
 impl Folder {
     /// Goes on with a run from its last checkpoint, or from the one before if that is gone: what its files gained later is cut off. A run that
-    /// was to replace the one in the folder, and has not come to its end, comes first. `limit` gives the measured stretch another end.
+    /// was to replace the one in the folder, and has not come to its end, comes first. `limit` gives the measurement another end.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes there; [`OutputError::Checkpoint`] if there is none, if a file is missing, too short, or not
@@ -54,11 +54,11 @@ impl Folder {
             // The list may have been lost; the files are known by their checksums.
             inner.allow(&names.into_iter().filter(|name| inner.names().contains(name)).collect::<Vec<_>>())?;
         }
-        let kept = &checkpoint.kept;
-        if let Some(checksum) = kept.scene {
-            KeptScene::check(&path.join(SCENE), checksum)?;
+        let manifest = &checkpoint.manifest;
+        if let Some(checksum) = manifest.scene {
+            SceneCopy::check(&path.join(SCENE), checksum)?;
         }
-        for file in &kept.files {
+        for file in &manifest.files {
             PartialFile::check(&path.join(&file.name), file)?;
         }
         if let [.., outer, _] = owned.as_mut_slice() {
@@ -73,8 +73,8 @@ impl Folder {
             fs::rename(&summary, path.join(BEFORE)).map_err(OutputError::write(&summary))?;
         }
         let file = |name: &str| {
-            let kept = kept.files.iter().find(|kept| kept.name == name);
-            kept.map(|kept| PartialFile::resume(path.join(name), kept)).transpose()
+            let entry = manifest.files.iter().find(|entry| entry.name == name);
+            entry.map(|entry| PartialFile::resume(path.join(name), entry)).transpose()
         };
         let need = |name: &str| {
             let missing = || CheckpointError::File { path: path.join(name), found: 0, expected: 0 };
@@ -84,12 +84,12 @@ impl Folder {
         let radii = frame.particles.iter().map(|particle| particle.radius / checkpoint.simulation.grown()).collect();
         let folder = Self {
             // A program of the library need not have kept it.
-            scene: kept.scene.map(|checksum| KeptScene::resume(&path.join(SCENE), checksum)).transpose()?,
+            scene: manifest.scene.map(|checksum| SceneCopy::resume(&path.join(SCENE), checksum)).transpose()?,
             columns: Columns::of(scene),
             thermo: need(THERMO)?,
             trajectory: need(TRAJECTORY)?,
             contacts: file(CONTACTS)?,
-            events: scene.output.has_event_log.then(|| EventLog::resume(path, kept)).transpose()?,
+            events: scene.output.has_event_log.then(|| EventLog::resume(path, manifest)).transpose()?,
             radii,
             frame,
             formats: scene.output.formats.clone(),

@@ -87,7 +87,7 @@ pub enum CheckpointError {
     Passed {
         /// Simulated time `[time]`.
         time: f64,
-        /// How far the measured stretch has come.
+        /// How far the measurement has come.
         measured: String,
         /// The end that was asked for.
         asked: String,

@@ -3,7 +3,7 @@
 use super::Driver;
 use crate::analysis::instruments::Sample;
 use crate::run::progress::Stage;
-use crate::run::{Ending, Finished, Recorder, Stretch};
+use crate::run::{Ending, Finished, MeasurementPeriod, Recorder};
 
 impl<R: Recorder> Driver<'_, R> {
     /// The last row and frame, and the audit.
@@ -24,7 +24,7 @@ impl<R: Recorder> Driver<'_, R> {
         let now = self.simulation.time();
         let start = if is_measured { self.state.stage.time } else { now };
         Ok(Finished {
-            stretch: Stretch {
+            measurement: MeasurementPeriod {
                 start,
                 duration: now - start,
                 tally: self.simulation.tally().since(&self.state.before),

@@ -1,4 +1,4 @@
-//! Rows at their times in every stage; in the measured stretch frames and instruments, too.
+//! Rows at their times in every stage; in the measurement frames and instruments, too.
 
 use std::time::Instant;
 
@@ -13,11 +13,11 @@ use crate::run::{Ending, Recorder};
 /// A stage without a limit in time that has written so many rows or frames since its last event fills the disk.
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
-/// A sampling time so close to the end, of the whole stretch, falls on it but for rounding.
+/// A sampling time so close to the end, of the whole stage, falls on it but for rounding.
 const NEAR: f64 = 1e-9;
 
 impl<R: Recorder> Driver<'_, R> {
-    /// The measured stretch, from where it is.
+    /// The measurement, from where it is.
     pub(super) fn measure(&mut self) -> Result<Ending, R::Error> {
         if self.state.measurement.is_none() {
             self.record(true, true)?;
@@ -49,7 +49,7 @@ impl<R: Recorder> Driver<'_, R> {
         Ok(ending)
     }
 
-    /// A stage before the measured stretch, from where it is; says what ends the run in it.
+    /// A stage before the measurement, from where it is; says what ends the run in it.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, R::Error> {
         if self.state.rows.is_none() {
             self.record(true, false)?;

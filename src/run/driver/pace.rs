@@ -18,7 +18,7 @@ const SOME_GROWTH: f64 = 0.05;
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
-/// When a measured stretch writes, and how long it will last, as far as is known `[time]`.
+/// When a measurement writes, and how long it will last, as far as is known `[time]`.
 pub(super) struct Pace {
     pub rows: SamplingTimes,
     pub frames: SamplingTimes,
@@ -26,7 +26,7 @@ pub(super) struct Pace {
 }
 
 impl<R: Recorder> Driver<'_, R> {
-    /// The times of rows and frames from the start of the stretch on, and how long it will last, as far as is known; or the ending, if the
+    /// The times of rows and frames from the start of the measurement on, and how long it will last, as far as is known; or the ending, if the
     /// caller wants no more while they are chosen.
     ///
     /// Where only the number of events is known, a look ahead at the first of them tells how long the run will last.
@@ -50,7 +50,7 @@ impl<R: Recorder> Driver<'_, R> {
         Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration }))
     }
 
-    /// The times of rows in a stage before the measured stretch; or the ending, if the caller wants no more while they are chosen.
+    /// The times of rows in a stage before the measurement; or the ending, if the caller wants no more while they are chosen.
     pub(super) fn pace_of_rows(&mut self) -> Result<Result<SamplingTimes, Ending>, R::Error> {
         let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
@@ -82,7 +82,7 @@ impl<R: Recorder> Driver<'_, R> {
     /// Where that takes too much work, as of a gas so thin that hardly anything happens, it is the time in which a particle crosses the box:
     /// intervals that are chosen from it grow with the run.
     ///
-    /// A copy goes ahead and is dropped, so that the run itself has its rows, frames and samples from the start of the stretch on. A checkpoint
+    /// A copy goes ahead and is dropped, so that the run itself has its rows, frames and samples from the start of the measurement on. A checkpoint
     /// from meanwhile is none: a run that is killed now looks ahead again, from the same state to the same bits.
     fn look_ahead(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
         let present = (self.simulation.clone(), self.state.clone());

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::model::space::AXES;
 use crate::scene::names::WORDS;
-use crate::scene::planning::THERMOSTATS;
+use crate::scene::parse::plan::THERMOSTATS;
 use crate::scene::schema::{keys_by_kind, words};
 
 /// `[[stage]]`: a stretch before the run, until a time, a number of events or the end of growth.

@@ -1,7 +1,7 @@
-//! From positions to places in the picture.
+//! From positions to places in the image.
 //!
-//! Everything is drawn in camera space: lengths in units of the subject's half diagonal, the camera at the origin, `x`
-//! to the right, `y` up, `z` into the picture. The *window* coordinates of a point are `(x/z, y/z)` in perspective and
+//! Everything is drawn in camera space: lengths in units of half the diagonal of what is framed, the camera at the origin, `x`
+//! to the right, `y` up, `z` into the image. The *window* coordinates of a point are `(x/z, y/z)` in perspective and
 //! `(x, y)` without.
 
 use nalgebra::{Matrix3, Vector3};
@@ -14,49 +14,49 @@ use crate::trajectory::Frame;
 /// A point, direction or colour while drawing.
 pub(super) type Point = Vector3<f32>;
 
-/// Half the field of view: 30 degrees along the shorter side of the largest picture.
+/// Half the field of view: 30 degrees along the shorter side of the largest image.
 const HALF_VIEW: f32 = 0.267_949_2;
 
-/// Free rim around the subject, relative to the shorter side of the largest picture.
+/// Free rim around what is framed, relative to the shorter side of the largest image.
 const RIM: f32 = 0.035;
 
-/// Nothing nearer than this is drawn, in half diagonals; the subject begins well behind it.
+/// Nothing nearer than this is drawn, in half diagonals; what is framed begins well behind it.
 pub(super) const NEAREST: f32 = 0.05;
 
-/// A sphere that the picture has to hold; radius 0 for a corner of the box.
+/// A sphere that the image has to hold; radius 0 for a corner of the box.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Extent {
     pub position: Vector,
     pub radius: f64,
 }
 
-/// Where the camera stands, and which part of its view the picture is.
+/// Where the camera stands, and which part of its view the image is.
 #[derive(Debug, Clone)]
 pub(super) struct Camera {
-    /// Rows: right, up, into the picture.
+    /// Rows: right, up, into the image.
     rotation: Matrix3<f64>,
     centre: Vector,
-    /// Half diagonal of the subject `[length]`.
+    /// Half diagonal of what is framed `[length]`.
     unit: f64,
     /// Camera space of the centre.
     pub offset: Point,
     pub is_perspective: bool,
-    /// Window coordinates of the upper left corner of the picture.
+    /// Window coordinates of the upper left corner of the image.
     corner: [f32; 2],
     /// Pixels per unit of window coordinates.
     scale: f32,
-    /// Size of the picture, no larger than the style's.
+    /// Size of the image, no larger than the style's.
     pub width: u32,
     pub height: u32,
 }
 
 impl Camera {
-    /// Places the camera so that the subject fills the picture, and cuts the picture down to the subject. Keeps
-    /// `footer` rows free at the bottom. `None` if the subject has no extent or is too large for floating point.
-    pub fn facing(frame: &Frame, style: &Style, subject: &[Extent], footer: f32) -> Option<Self> {
+    /// Places the camera so that what is framed fills the image, and crops the image to it. Keeps
+    /// `footer` rows free at the bottom. `None` if that has no extent or is too large for floating point.
+    pub fn facing(frame: &Frame, style: &Style, framed: &[Extent], footer: f32) -> Option<Self> {
         let reach = |extent: &Extent| Vector::repeat(extent.radius);
-        let lower = subject.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b))?;
-        let upper = subject.iter().map(|e| e.position + reach(e)).reduce(|a, b| a.sup(&b))?;
+        let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b))?;
+        let upper = framed.iter().map(|e| e.position + reach(e)).reduce(|a, b| a.sup(&b))?;
         let unit = 0.5 * (upper - lower).norm();
         if !(unit.is_normal() && unit.recip().is_normal()) {
             return None;
@@ -74,7 +74,7 @@ impl Camera {
             height: style.height,
         };
         let spheres: Vec<(Point, f32)> =
-            subject.iter().map(|e| (camera.place(&e.position), camera.length(e.radius))).collect();
+            framed.iter().map(|e| (camera.place(&e.position), camera.length(e.radius))).collect();
         camera.fit(&spheres, footer);
         Some(camera)
     }
@@ -83,7 +83,7 @@ impl Camera {
     fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) {
         let (width, height) = (self.width as f32, self.height as f32);
         let rim = RIM * width.min(height);
-        // What the subject may fill, in pixels, and the window coordinates at its border.
+        // What may be filled, in pixels, and the window coordinates at its border.
         let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
         let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
         let mut distance = 0.0_f32;
@@ -126,7 +126,7 @@ impl Camera {
         single(length / self.unit)
     }
 
-    /// Origin and direction of the ray through a place in the picture, in pixels from the upper left corner. The
+    /// Origin and direction of the ray through a place in the image, in pixels from the upper left corner. The
     /// direction has `z = 1`, so that distance along the ray is depth.
     pub fn ray(&self, column: f32, row: f32) -> (Point, Point) {
         let (x, y) = (self.corner[0] + column / self.scale, self.corner[1] - row / self.scale);
@@ -167,7 +167,7 @@ impl Camera {
     }
 }
 
-/// Right, up and into the picture as rows; and whether the view is in perspective. Flat scenes are seen straight on.
+/// Right, up and into the image as rows; and whether the view is in perspective. Flat scenes are seen straight on.
 fn orientation(frame: &Frame, style: &Style) -> (Matrix3<f64>, bool) {
     let axis = |k: usize| Vector::from_fn(|i, _| f64::from(u8::from(i == k)));
     let flat: Vec<usize> = (0..3).filter(|&k| frame.is_flat(k)).collect();

@@ -1,4 +1,4 @@
-//! What can go wrong with a picture.
+//! What can go wrong with a image.
 
 use std::io;
 use std::path::PathBuf;
@@ -8,10 +8,10 @@ use thiserror::Error;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::ReadError;
 
-/// Why a picture could not be drawn or written.
+/// Why a image could not be drawn or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-pub enum PictureError {
+pub enum RenderError {
     /// The trajectory could not be read.
     #[error("cannot read the trajectory {}", path.display())]
     Trajectory {
@@ -29,9 +29,9 @@ pub enum PictureError {
     /// The box cannot be placed.
     #[error("the box cannot be drawn: expected a finite corner and finite edges that are not negative")]
     Box,
-    /// The picture would have no pixels, or too many.
+    /// The image would have no pixels, or too many.
     #[error(
-        "a picture of {width} x {height} pixels cannot be drawn: expected 16 to 8192 by 16 to 8192, and no more than 8388608 in all"
+        "a image of {width} x {height} pixels cannot be drawn: expected 16 to 8192 by 16 to 8192, and no more than 8388608 in all"
     )]
     Size {
         /// Columns of pixels.
@@ -40,7 +40,7 @@ pub enum PictureError {
         height: u32,
     },
     /// Another number of the style makes no sense.
-    #[error("{name} of a picture is {value}, expected {expected}")]
+    #[error("{name} of a image is {value}, expected {expected}")]
     Style {
         /// The field.
         name: &'static str,
@@ -50,9 +50,9 @@ pub enum PictureError {
         expected: &'static str,
     },
     /// The style lists no colour.
-    #[error("the palette of a picture is empty")]
+    #[error("the palette of a image is empty")]
     NoColour,
-    /// There is something under the name of the picture.
+    /// There is something under the name of the image.
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
     /// The file could not be written.
@@ -65,7 +65,7 @@ pub enum PictureError {
     },
 }
 
-impl PictureError {
+impl RenderError {
     /// What the user can do about it, where that is not plain.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {

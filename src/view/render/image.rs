@@ -3,11 +3,11 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::PictureError;
-use crate::io::place::write_whole;
+use super::RenderError;
+use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 
-/// A finished picture: rows from top to bottom, each pixel red, green, blue and opacity in sRGB.
+/// A finished image: rows from top to bottom, each pixel red, green, blue and opacity in sRGB.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Image {
     width: u32,
@@ -43,12 +43,12 @@ impl Image {
     /// Writes a PNG file, which appears when it is complete. The same bytes again are no replacement.
     ///
     /// # Errors
-    /// [`PictureError::Exists`] if there is another file that is to be kept, [`PictureError::Write`] if the file cannot be written.
-    pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), PictureError> {
-        let written = write_whole(path, existing, |file| self.encode_png(file));
+    /// [`RenderError::Exists`] if there is another file that is to be kept, [`RenderError::Write`] if the file cannot be written.
+    pub fn write_png(&self, path: &Path, existing: Existing) -> Result<(), RenderError> {
+        let written = write_atomically(path, existing, |file| self.encode_png(file));
         written.map_err(|source| match source.kind() {
-            io::ErrorKind::AlreadyExists => PictureError::Exists(path.to_owned()),
-            _ => PictureError::Write { path: path.to_owned(), source },
+            io::ErrorKind::AlreadyExists => RenderError::Exists(path.to_owned()),
+            _ => RenderError::Write { path: path.to_owned(), source },
         })?;
         note(path);
         Ok(())

@@ -1,10 +1,10 @@
-//! The scale of a picture that is coloured by speed.
+//! The scale of a image that is coloured by speed.
 
 use super::colour::{self, Colour};
 use super::stroke::Stroke;
 use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 
-/// Height of the strip that the scale takes, relative to the shorter side of the largest picture.
+/// Height of the strip that the scale takes, relative to the shorter side of the largest image.
 pub(super) const STRIP: f32 = 0.085;
 
 /// Share of the sum of squared speeds that may lie beyond the upper end of the scale.

@@ -1,4 +1,4 @@
-//! Which surface each sample of the picture sees: a depth buffer, filled body by body.
+//! Which surface each sample of the image sees: a depth buffer, filled body by body.
 
 use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};

@@ -1,4 +1,4 @@
-//! Thin lines over a picture: the edges of the box and the letters of the scale.
+//! Thin lines over a image: the edges of the box and the letters of the scale.
 
 use super::camera::{Camera, NEAREST, Point};
 use super::colour::Colour;
@@ -15,7 +15,7 @@ pub(super) struct Stroke {
 }
 
 impl Stroke {
-    /// Draws over pixels of a picture `width` wide; `shown` tells how much of the stroke is in sight at a pixel, given
+    /// Draws over pixels of a image `width` wide; `shown` tells how much of the stroke is in sight at a pixel, given
     /// how far along the stroke that is, 0 to 1.
     pub fn draw(&self, pixels: &mut [Colour], width: usize, shown: impl Fn(usize, usize, f32) -> f32) {
         let [a, b] = self.ends;
@@ -53,7 +53,7 @@ pub(super) fn draw_edge(pixels: &mut [Colour], camera: &Camera, solid: &Layer, e
     let stroke = Stroke { ends: [a, b].map(|end| camera.pixel(&end)), width: style.0, colour: style.1, opacity: 0.75 };
     let depth = |part: f32| {
         if camera.is_perspective {
-            // What is even in space is even in 1/z in the picture.
+            // What is even in space is even in 1/z in the image.
             (((1.0 - part) / a.z) + part / b.z).recip()
         } else {
             a.z + part * (b.z - a.z)

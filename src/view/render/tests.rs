@@ -35,7 +35,7 @@ fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
     }
 }
 
-/// Red and green balls, seen level from the front: x to the right, y into the picture, z up.
+/// Red and green balls, seen level from the front: x to the right, y into the image, z up.
 fn level() -> Style {
     Style {
         width: 240,
@@ -86,7 +86,7 @@ fn silhouette_of_a_disc_has_the_area_of_its_projection() {
 
 #[test]
 fn silhouette_in_perspective_fills_the_picture() {
-    let style = Style { subject: Subject::Particles, ..level() };
+    let style = Style { framing: Framing::Particles, ..level() };
     let image = draw(&frame([10.0; 3], &[(0, [3.0, 6.0, 1.0], 1.7)]), &style).unwrap();
     assert_disc(area(&image), 0.5 * 240.0 * (1.0 - 2.0 * 0.035));
     assert!(image.width().abs_diff(240) < 3 && image.height().abs_diff(240) < 3);
@@ -177,16 +177,16 @@ fn same_bytes_twice_and_back_from_the_file() {
     assert_eq!(image, of_trajectory(&trajectory, None, &level()).unwrap());
     image.write_png(&file, Existing::Keep).unwrap();
     let other = draw(&shown, &Style { width: 40, ..level() }).unwrap();
-    assert!(matches!(other.write_png(&file, Existing::Keep), Err(PictureError::Exists(_))));
+    assert!(matches!(other.write_png(&file, Existing::Keep), Err(RenderError::Exists(_))));
     let decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&file).unwrap()));
     let mut reader = decoder.read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut bytes).unwrap();
     assert_eq!((info.width, info.height), (image.width(), image.height()));
     assert_eq!(bytes, image.pixels().as_flattened());
-    assert!(matches!(image.write_png(folder.path(), Existing::Replace), Err(PictureError::Write { .. })));
+    assert!(matches!(image.write_png(folder.path(), Existing::Replace), Err(RenderError::Write { .. })));
     let none = folder.path().join("none.xyz");
-    assert!(matches!(of_trajectory(&none, None, &level()), Err(PictureError::Trajectory { .. })));
+    assert!(matches!(of_trajectory(&none, None, &level()), Err(RenderError::Trajectory { .. })));
 }
 
 #[test]
@@ -196,19 +196,19 @@ fn refuses_what_cannot_be_drawn() {
         change(&mut frame, &mut style);
         draw(&frame, &style).unwrap_err()
     };
-    assert!(matches!(refusal(&|frame, _| frame.particles.clear()), PictureError::Empty));
-    assert!(matches!(refusal(&|f, _| f.particles[0].position.y = f64::NAN), PictureError::Particle(ParticleId(0))));
-    assert!(matches!(refusal(&|f, _| f.particles[0].velocity.y = f64::INFINITY), PictureError::Particle(_)));
-    assert!(matches!(refusal(&|f, _| f.particles[0].radius = 0.0), PictureError::Particle(_)));
-    assert!(matches!(refusal(&|f, _| f.size.x = f64::NAN), PictureError::Box));
-    assert!(matches!(refusal(&|f, _| f.size.x = f64::MAX), PictureError::Box));
-    assert!(matches!(refusal(&|_, s| s.width = 0), PictureError::Size { width: 0, .. }));
-    assert!(matches!(refusal(&|_, s| s.height = u32::MAX), PictureError::Size { .. }));
-    assert!(matches!(refusal(&|_, s| s.palette.clear()), PictureError::NoColour));
-    assert!(matches!(refusal(&|_, s| s.static_opacity = 1.1), PictureError::Style { name: "static_opacity", .. }));
-    assert!(matches!(refusal(&|_, s| s.top_speed = Some(0.0)), PictureError::Style { name: "top_speed", .. }));
-    assert!(matches!(refusal(&|_, s| s.azimuth = f64::NAN), PictureError::Style { name: "azimuth", .. }));
-    assert!(matches!(refusal(&|_, s| s.up = Some(Vector::zeros())), PictureError::Style { .. }));
+    assert!(matches!(refusal(&|frame, _| frame.particles.clear()), RenderError::Empty));
+    assert!(matches!(refusal(&|f, _| f.particles[0].position.y = f64::NAN), RenderError::Particle(ParticleId(0))));
+    assert!(matches!(refusal(&|f, _| f.particles[0].velocity.y = f64::INFINITY), RenderError::Particle(_)));
+    assert!(matches!(refusal(&|f, _| f.particles[0].radius = 0.0), RenderError::Particle(_)));
+    assert!(matches!(refusal(&|f, _| f.size.x = f64::NAN), RenderError::Box));
+    assert!(matches!(refusal(&|f, _| f.size.x = f64::MAX), RenderError::Box));
+    assert!(matches!(refusal(&|_, s| s.width = 0), RenderError::Size { width: 0, .. }));
+    assert!(matches!(refusal(&|_, s| s.height = u32::MAX), RenderError::Size { .. }));
+    assert!(matches!(refusal(&|_, s| s.palette.clear()), RenderError::NoColour));
+    assert!(matches!(refusal(&|_, s| s.static_opacity = 1.1), RenderError::Style { name: "static_opacity", .. }));
+    assert!(matches!(refusal(&|_, s| s.top_speed = Some(0.0)), RenderError::Style { name: "top_speed", .. }));
+    assert!(matches!(refusal(&|_, s| s.azimuth = f64::NAN), RenderError::Style { name: "azimuth", .. }));
+    assert!(matches!(refusal(&|_, s| s.up = Some(Vector::zeros())), RenderError::Style { .. }));
 }
 
 /// Coordinates with exact zeros, coincidences and absurd sizes.
@@ -233,7 +233,7 @@ proptest! {
             width: if has_wide { 64 } else { 16 },
             height: 32,
             has_box: true,
-            subject: if has_all { Subject::Particles } else { Subject::Box },
+            framing: if has_all { Framing::Particles } else { Framing::Box },
             colour_by: if by_speed { ColourBy::Speed } else { ColourBy::Species },
             ..level()
         };

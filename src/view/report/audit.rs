@@ -30,7 +30,7 @@ pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     )
 }
 
-/// Whether the measured stretch was in equilibrium, which no audit of single events can tell.
+/// Whether the measurement was in equilibrium, which no audit of single events can tell.
 fn state(equilibrium: &Equilibrium) -> String {
     let reasons: Vec<String> = equilibrium.reasons.iter().map(|reason| escape(&number(reason))).collect();
     let reasons = reasons.join(", ");
@@ -40,8 +40,8 @@ fn state(equilibrium: &Equilibrium) -> String {
                 .to_owned()
         }
         Answer::No => format!(
-            "<p class=\"failed\"><strong>✗ Equilibrated: no.</strong> Between the first quarter and the second half of the measured \
-             stretch {reasons}: means and errors are not those of a steady state. A longer equilibration, or a longer run, is the cure.</p>\n"
+            "<p class=\"failed\"><strong>✗ Equilibrated: no.</strong> Between the first quarter and the second half of the \
+             measurement {reasons}: means and errors are not those of a steady state. A longer equilibration, or a longer run, is the cure.</p>\n"
         ),
         Answer::Unknown => {
             let reasons = if reasons.is_empty() { "this run does not tell".to_owned() } else { reasons };

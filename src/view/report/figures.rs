@@ -2,7 +2,7 @@
 
 use super::html::{brackets, escape, symbols, unit};
 use super::inputs::Inputs;
-use super::plot::{self, Curves, Level, Line, Look, Map, Point};
+use super::plot::{self, Curves, Level, Line, LineStyle, Map, Point};
 use super::table::Trace;
 use crate::analysis::instruments::{Curve, Series};
 
@@ -93,13 +93,13 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
             let error = error.filter(|error| error.is_finite()).unwrap_or(0.0).abs();
             y.map(|y| Point { x: *x, y, error })
         };
-        lines.push(Line { look: Look::Measured, points: points.map(point).collect() });
+        lines.push(Line { style: LineStyle::Measured, points: points.map(point).collect() });
         legend.push((format!("s{}", index % plot::COLOURS), symbols(&series.name)));
     }
     let mut sources = String::new();
     for (index, published) in curve.published.iter().enumerate() {
         let points = published.x.iter().zip(&published.y).map(|(x, y)| Some(Point { x: *x, y: *y, error: 0.0 }));
-        lines.push(Line { look: Look::Published, points: points.collect() });
+        lines.push(Line { style: LineStyle::Published, points: points.collect() });
         legend.push((format!("published p{}", index % plot::COLOURS), published.label.clone()));
         sources.push_str(&format!("Dashed: {}. {} ", escape(&published.label), escape(&published.source)));
     }
@@ -165,7 +165,7 @@ fn courses(inputs: &Inputs) -> Vec<String> {
 
 fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String> {
     let line = |trace: &&Trace| Line {
-        look: Look::Course,
+        style: LineStyle::TimeSeries,
         points: trace.points().into_iter().map(|point| point.map(|[x, y]| Point { x, y, error: 0.0 })).collect(),
     };
     let sum = if traces.iter().any(|trace| trace.name == "supplied") {
@@ -188,7 +188,7 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
     let svg = curves.svg()?;
     let mut text = String::new();
     if level.is_some() {
-        text.push_str("Line across: the mean over the measured stretch, with its standard error. ");
+        text.push_str("Line across: the mean over the measurement, with its standard error. ");
     }
     if traces.iter().any(|trace| trace.is_thinned()) {
         text.push_str("Many rows: of neighbouring ones the lowest and the highest are drawn. ");

@@ -54,7 +54,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     }
     let lines: String = rows.chunk_by(|a, b| a.method == b.method).flat_map(lines).collect();
     format!(
-        "<div class=\"wide\"><table class=\"results\">\n<caption>Means over the measured stretch and their standard errors</caption>\n\
+        "<div class=\"wide\"><table class=\"results\">\n<caption>Means over the measurement and their standard errors</caption>\n\
          <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>\
          <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n\
          <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \

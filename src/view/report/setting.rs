@@ -45,7 +45,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     list.html()
 }
 
-/// `factor` is the growth of the diameters before the measured stretch.
+/// `factor` is the growth of the diameters before the measurement.
 fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     let mut scene = scene.clone();
     let has_grown = factor.is_finite() && factor > 0.0 && factor != 1.0;
@@ -83,8 +83,8 @@ fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
     if let Some(thermostat) = &scene.run.thermostat {
         list.text("thermostat", &describe::thermostat(thermostat));
     }
-    if !scene.meshes.is_empty() {
-        let names: Vec<&str> = scene.meshes.iter().map(|mesh| mesh.name.as_str()).collect();
+    if !scene.static_surfaces.is_empty() {
+        let names: Vec<&str> = scene.static_surfaces.iter().map(|mesh| mesh.name.as_str()).collect();
         list.text("meshes", &names.join(", "));
     }
 }

@@ -1,4 +1,4 @@
-//! The rows of `thermo.csv` in the measured stretch, thinned while they are read so that any number of them fits in a plot.
+//! The rows of `thermo.csv` in the measurement, thinned while they are read so that any number of them fits in a plot.
 
 use std::io::{self, BufRead};
 
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_measured_stretch_is_read() {
+    fn only_the_measurement_is_read() {
         let text = "time [time],p [1],stage\n0,1,\"first, warm\"\n1,2,equilibration\n1,,measurement\n2,4,measurement\n";
         let traces = read(text.as_bytes()).unwrap();
         assert_eq!(traces.len(), 1);

@@ -80,8 +80,9 @@ impl Cells {
 
     #[inline(always)]
     fn for_each_new_after(&self, cell: u32, face: Face, visit: impl FnMut(u32)) {
-        let (to, _) = self.grid.behind(cell, face);
-        if to != cell {
+        if let Some((to, _)) = self.grid.behind(cell, face)
+            && to != cell
+        {
             self.grid.for_each_new(to, face, visit);
         }
     }

@@ -21,11 +21,11 @@ pub(in crate::view::report) struct Point {
 
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::view::report) enum Look {
+pub(in crate::view::report) enum LineStyle {
     /// What was measured: points with bars, or a line with a band.
     Measured,
-    /// A course in time: a line.
-    Course,
+    /// A time series: a line.
+    TimeSeries,
     /// What was published: dashes.
     Published,
 }
@@ -33,7 +33,7 @@ pub(in crate::view::report) enum Look {
 /// A line of a plot. Its index in the plot decides its colour, except that published lines count for themselves.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Line {
-    pub look: Look,
+    pub style: LineStyle,
     /// `None` where there is a gap.
     pub points: Vec<Option<Point>>,
 }
@@ -80,7 +80,7 @@ impl Curves {
         }
         let (mut measured, mut published) = (0, 0);
         for line in &self.lines {
-            let number = if line.look == Look::Published { &mut published } else { &mut measured };
+            let number = if line.style == LineStyle::Published { &mut published } else { &mut measured };
             draw(&mut svg, line, *number % COLOURS, &x, &y);
             *number += 1;
         }
@@ -88,23 +88,24 @@ impl Curves {
         Some(svg)
     }
 
-    fn drawn(&self, is_drawn: impl Fn(Look) -> bool) -> impl Iterator<Item = &Point> {
+    fn drawn(&self, is_drawn: impl Fn(LineStyle) -> bool) -> impl Iterator<Item = &Point> {
         let can = |k: usize, value: f64| value.is_finite() && (!self.is_logarithmic[k] || value > 0.0);
-        let lines = self.lines.iter().filter(move |line| is_drawn(line.look));
+        let lines = self.lines.iter().filter(move |line| is_drawn(line.style));
         lines.flat_map(|line| line.points.iter().flatten()).filter(move |point| can(0, point.x) && can(1, point.y))
     }
 
     fn horizontal(&self) -> Option<[f64; 2]> {
-        extent(self.drawn(|look| look != Look::Published).map(|point| point.x))
+        extent(self.drawn(|style| style != LineStyle::Published).map(|point| point.x))
     }
 
     /// What was measured with its errors and, as far as that does not dwarf it, what was published.
     fn vertical(&self) -> Option<[f64; 2]> {
-        let measured = || self.drawn(|look| look != Look::Published);
+        let measured = || self.drawn(|style| style != LineStyle::Published);
         let [low, high] = extent(measured().map(|point| point.y).chain(self.level.map(|level| level.mean)))?;
         let ends = measured().flat_map(|point| [point.y - point.error, point.y + point.error]);
         let [left, right] = self.horizontal()?;
-        let published = self.drawn(|look| look == Look::Published).filter(|point| (left..=right).contains(&point.x));
+        let published =
+            self.drawn(|style| style == LineStyle::Published).filter(|point| (left..=right).contains(&point.x));
         let more = ends.chain(published.map(|point| point.y)).filter(|y| !self.is_logarithmic[1] || *y > 0.0);
         let (least, most) = if self.is_logarithmic[1] {
             (low / 10.0, high * 10.0)
@@ -130,11 +131,11 @@ fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
 fn draw(svg: &mut String, line: &Line, colour: usize, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
     let number = runs.iter().map(Vec::len).sum::<usize>();
-    let class = if line.look == Look::Published { "published p" } else { "s" };
-    let has_bars = line.look == Look::Measured && number <= MOST_BARS;
+    let class = if line.style == LineStyle::Published { "published p" } else { "s" };
+    let has_bars = line.style == LineStyle::Measured && number <= MOST_BARS;
     let _ = write!(svg, "<g class=\"{class}{colour}\">");
     let at = |point: &Point| format!("{} {}", px(x.place(point.x)), px(y.place(point.y)));
-    if line.look == Look::Measured && !has_bars {
+    if line.style == LineStyle::Measured && !has_bars {
         for run in &runs {
             let side = |sign: f64| run.iter().map(move |p| Point { y: p.y + sign * p.error, ..*p });
             let lowest = |mut p: Point| {

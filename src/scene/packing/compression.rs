@@ -1,4 +1,4 @@
-//! Random starts that are too dense for placing one by one: small spheres grow to their size while they move.
+//! Lubachevsky-Stillinger compression: dense random packings from small spheres that grow to their size while they move.
 //!
 //! B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990), [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
 
@@ -12,12 +12,12 @@ use crate::model::scene::own_volume;
 use crate::model::space::Space;
 use crate::model::{Growth, GrowthTarget, Scene, SpeciesId};
 use crate::scene::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Group, InteractionDraft, Listed, Model, PlacedGroup, SpeciesDraft};
 use crate::scene::limits::AXES;
-use crate::scene::occupancy::{Contacts, Occupancy};
-use crate::scene::place::Place;
-use crate::scene::placement::{insert, wrapped};
+use crate::scene::packing::insertion::{insert, wrapped};
+use crate::scene::packing::occupancy::{Contacts, Occupancy};
+use crate::scene::unvalidated::{Group, Listed, LocatedGroup, Model, UnvalidatedInteraction, UnvalidatedSpecies};
 use crate::scene::velocity::maxwell;
 
 /// Fractions of a line, a plane and space at which the spheres start to grow: half of where random insertion jams.
@@ -65,7 +65,7 @@ const BEYOND: f64 = 1.0 + 1e-10;
 const LOOSER: i32 = 6;
 
 /// The particles of a fill that has a periodic box for itself.
-pub(crate) struct Dense<'a> {
+pub(crate) struct Compression<'a> {
     pub kinds: &'a [SpeciesId],
     pub contacts: &'a Contacts,
     pub space: &'a Space,
@@ -76,7 +76,7 @@ pub(crate) struct Dense<'a> {
     pub packing_fraction: f64,
 }
 
-impl Dense<'_> {
+impl Compression<'_> {
     /// The fraction of the box that the cores fill.
     fn core_fraction(&self) -> f64 {
         let core = |kind: &SpeciesId| self.contacts.get(kind.0 as usize, kind.0 as usize);
@@ -161,11 +161,16 @@ impl Dense<'_> {
         for &a in &used {
             let reach = used.iter().map(|&b| contacts.get(a as usize, b as usize)).fold(0.0, f64::max);
             let diameter = if reach > 0.0 { reach } else { contacts.largest() };
-            scene.species.push(SpeciesDraft { name: a.to_string(), mass: Some(1.0), diameter, acceleration: None });
+            scene.species.push(UnvalidatedSpecies {
+                name: a.to_string(),
+                mass: Some(1.0),
+                diameter,
+                acceleration: None,
+            });
             for &b in used.iter().filter(|&&b| b <= a) {
                 let contact = contacts.get(a as usize, b as usize);
                 let is_hard = contact > 0.0;
-                scene.interactions.push(InteractionDraft {
+                scene.interactions.push(UnvalidatedInteraction {
                     name: None,
                     species: Some([a.to_string(), b.to_string()]),
                     model: if is_hard { Model::HardSphere } else { Model::None },
@@ -180,7 +185,7 @@ impl Dense<'_> {
             velocity: Vector::zeros(),
         };
         let group = Group::Listed(self.kinds.iter().zip(positions).map(listed).collect());
-        scene.groups.push(PlacedGroup { place: Place::root(), group });
+        scene.groups.push(LocatedGroup { at: ConfigPath::root(), group });
         let mut scene = scene.build().map_err(SceneError::into_kind)?;
         let Scene { particles, species, space, .. } = &mut scene;
         maxwell(particles, species, space, 1.0, random);

@@ -1,4 +1,4 @@
-//! The text of the scene in the folder of a run, from which the run can be made again.
+//! The copy of the scene in the folder of a run, from which the run can be repeated.
 
 use std::fs;
 use std::io;
@@ -13,13 +13,13 @@ use crate::scene::{with_limit, without_limit};
 
 /// The text, and what tells it from that of another run.
 #[derive(Debug)]
-pub(super) struct KeptScene {
+pub(super) struct SceneCopy {
     file: PartialFile,
     /// Of the text without its limit.
     pub checksum: u32,
 }
 
-impl KeptScene {
+impl SceneCopy {
     /// Keeps a text.
     pub fn create(path: &Path, text: &str) -> Result<Self, OutputError> {
         let mut file = PartialFile::create(path.to_owned())?;

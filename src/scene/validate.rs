@@ -1,4 +1,8 @@
-//! From the parts of a scene to a validated [`Scene`].
+//! Validates the parts of an unvalidated scene, and makes a [`Scene`] of them.
+
+mod parts;
+pub(crate) mod plan;
+pub(crate) mod start;
 
 use std::collections::HashMap;
 
@@ -6,20 +10,20 @@ use crate::Vector;
 use crate::model::space::{Boundary, Face, Space, displacement_within_period};
 use crate::model::{AuditPlan, CountRegion, Scene, Species};
 use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{Group, MeshDraft};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::{Interactions, MOST_KINDS};
 use crate::scene::limits::{AXES, affordable_species, finite, finite_vector, on_flat_axes, positive, restitution};
 use crate::scene::names;
-use crate::scene::place::Place;
-use crate::scene::{plans, start, velocity};
+use crate::scene::unvalidated::{Group, SurfaceFill};
+use crate::scene::velocity;
 
 impl SceneBuilder {
     /// Checks the parts and places the particles.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake: its kind, and its place in the scene.
+    /// [`SceneError`] with the first mistake: its kind, and the config path of the value.
     pub fn build(&self) -> Result<Scene, SceneError> {
         self.checked().map_err(|error| self.origins.located(error))
     }
@@ -59,7 +63,7 @@ impl SceneBuilder {
             table,
             bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
             particles: groups.particles,
-            meshes: groups.meshes,
+            static_surfaces: groups.static_surfaces,
             wall_temperatures: self.wall_temperatures,
             shear_rate: self.shear_rate,
             displacement,
@@ -72,30 +76,30 @@ impl SceneBuilder {
             inputs: self.inputs.clone(),
         };
         velocity::set_velocities(self, &ids, &mut scene);
-        plans::check_growth_fits(&scene)?;
+        plan::check_growth_fits(&scene)?;
         Ok(scene)
     }
 
     /// Names besides those of the scene, the species and the regions.
     fn check_names(&self) -> Result<(), SceneError> {
         for (index, stage) in self.run.stages.iter().enumerate() {
-            names::words(&stage.name, &Place::entry("stage", index).key("name"))?;
+            names::words(&stage.name, &ConfigPath::entry("stage", index).key("name"))?;
         }
         for placed in &self.groups {
-            if let Group::Mesh(MeshDraft { name: Some(name), .. }) = &placed.group {
-                names::words(name, &placed.place.key("name"))?;
+            if let Group::Surface(SurfaceFill { name: Some(name), .. }) = &placed.group {
+                names::words(name, &placed.at.key("name"))?;
             }
         }
         Ok(())
     }
 
     pub(super) fn check_displacement(&self) -> Result<(), SceneError> {
-        finite(self.displacement, Place::root().key("space").key("shear_rate"))?;
+        finite(self.displacement, ConfigPath::root().key("space").key("shear_rate"))?;
         if self.displacement != 0.0 && self.shear_rate.is_none() {
             let why =
                 format!("images of this start are displaced by {} along x, as in a sheared box", self.displacement);
             let kind = SceneErrorKind::Missing { key: "shear_rate", why };
-            return Err(SceneError::new(Place::root().key("space"), kind));
+            return Err(SceneError::new(ConfigPath::root().key("space"), kind));
         }
         Ok(())
     }
@@ -105,13 +109,13 @@ impl SceneBuilder {
         if self.name.is_empty() || self.name.len() > 100 || !self.name.chars().all(is_good) {
             let expected = "up to 100 letters, digits, - and _: it becomes a folder";
             let kind = SceneErrorKind::value(format!("{:?}", self.name), expected);
-            return Err(SceneError::new(Place::root().key("name"), kind));
+            return Err(SceneError::new(ConfigPath::root().key("name"), kind));
         }
-        finite(self.start_time, Place::root().key("start_time"))?;
+        finite(self.start_time, ConfigPath::root().key("start_time"))?;
         if let Some(time) = self.contact_time {
-            positive(time, Place::root().key("dynamics").key("contact_time"))?;
+            positive(time, ConfigPath::root().key("dynamics").key("contact_time"))?;
         }
-        let audit = Place::root().key("audit");
+        let audit = ConfigPath::root().key("audit");
         let AuditPlan { energy, momentum, overlap } = self.audit;
         for (limit, key) in [(energy, "energy"), (momentum, "momentum"), (overlap, "overlap")] {
             if let Some(limit) = limit {
@@ -120,7 +124,7 @@ impl SceneBuilder {
         }
         self.check_names()?;
         self.check_run()?;
-        let output = Place::root().key("output");
+        let output = ConfigPath::root().key("output");
         for (interval, key) in
             [(self.output.thermo_interval, "thermo_interval"), (self.output.frame_interval, "frame_interval")]
         {
@@ -135,24 +139,24 @@ impl SceneBuilder {
     pub(super) fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
         if self.species.is_empty() {
             let kind = SceneErrorKind::Missing { key: "species", why: "a scene needs at least one [[species]]".into() };
-            return Err(SceneError::new(Place::root(), kind));
+            return Err(SceneError::new(ConfigPath::root(), kind));
         }
         if self.species.len() > MOST_KINDS {
             let kind = SceneErrorKind::value(self.species.len(), format!("at most {MOST_KINDS} species"));
-            return Err(SceneError::new(Place::entry("species", MOST_KINDS), kind));
+            return Err(SceneError::new(ConfigPath::entry("species", MOST_KINDS), kind));
         }
         let mut taken = HashMap::new();
         let mut species = Vec::with_capacity(self.species.len());
         for (index, draft) in self.species.iter().enumerate() {
-            let place = Place::entry("species", index);
-            names::word(&draft.name, &place.key("name"))?;
+            let at = ConfigPath::entry("species", index);
+            names::word(&draft.name, &at.key("name"))?;
             if let Some(first) = taken.insert(&draft.name, index) {
                 let kind =
-                    SceneErrorKind::Duplicate { name: draft.name.clone(), first: Place::entry("species", first) };
-                return Err(SceneError::new(place.key("name"), kind));
+                    SceneErrorKind::Duplicate { name: draft.name.clone(), first: ConfigPath::entry("species", first) };
+                return Err(SceneError::new(at.key("name"), kind));
             }
-            positive(draft.diameter, place.key("diameter"))?;
-            let mass = draft.mass.map_or(Ok(f64::INFINITY), |mass| positive(mass, place.key("mass")))?;
+            positive(draft.diameter, at.key("diameter"))?;
+            let mass = draft.mass.map_or(Ok(f64::INFINITY), |mass| positive(mass, at.key("mass")))?;
             species.push(Species {
                 name: draft.name.clone(),
                 mass,
@@ -165,31 +169,31 @@ impl SceneBuilder {
 
     pub(super) fn set_accelerations(&self, species: &mut [Species], space: &Space) -> Result<(), SceneError> {
         let zero = Vector::zeros();
-        on_flat_axes(&self.gravity, &zero, space, &Place::root().key("dynamics").key("gravity"))?;
+        on_flat_axes(&self.gravity, &zero, space, &ConfigPath::root().key("dynamics").key("gravity"))?;
         for (index, (species, draft)) in species.iter_mut().zip(&self.species).enumerate() {
-            let place = Place::entry("species", index).key("acceleration");
+            let at = ConfigPath::entry("species", index).key("acceleration");
             let acceleration = draft.acceleration.unwrap_or(self.gravity);
             if !species.is_static() {
-                on_flat_axes(&acceleration, &zero, space, &place)?;
+                on_flat_axes(&acceleration, &zero, space, &at)?;
                 species.acceleration = acceleration;
             } else if draft.acceleration.is_some_and(|given| given != zero) {
-                return Err(SceneError::new(place, SceneErrorKind::value("given", "none: a static species stays")));
+                return Err(SceneError::new(at, SceneErrorKind::value("given", "none: a static species stays")));
             }
         }
         Ok(())
     }
 
     pub(super) fn checked_space(&self, species: &[Species]) -> Result<Space, SceneError> {
-        let place = Place::root().key("space");
-        finite_vector(&self.lower, &place.key("lower"))?;
+        let at = ConfigPath::root().key("space");
+        finite_vector(&self.lower, &at.key("lower"))?;
         for (k, boundary) in self.boundary.iter().enumerate() {
             if let Some(temperature) = self.wall_temperatures[k] {
-                positive(temperature, place.key(["x", "y", "z"][k]).key("temperature"))?;
+                positive(temperature, at.key(["x", "y", "z"][k]).key("temperature"))?;
             }
             if let Boundary::Bounded { lower, upper } = boundary {
                 for face in [lower, upper] {
                     if let Face::Wall { restitution: value } = face {
-                        restitution(*value, place.key(["x", "y", "z"][k]).key("restitution"))?;
+                        restitution(*value, at.key(["x", "y", "z"][k]).key("restitution"))?;
                     }
                 }
             }
@@ -197,19 +201,19 @@ impl SceneBuilder {
         let unsized_space = Space { lower: self.lower, size: Vector::zeros(), boundary: self.boundary };
         if unsized_space.dimensions() == 0 {
             let kind = SceneErrorKind::value("flat along every axis", "an axis along which particles can move");
-            return Err(SceneError::new(place, kind));
+            return Err(SceneError::new(at, kind));
         }
         let size = match self.size {
             Some(size) => size,
             None => self.derived_size(species, &unsized_space)?,
         };
         for k in 0..3 {
-            let place = place.key("size").index(k);
+            let at = at.key("size").index(k);
             if self.boundary[k] != Boundary::Flat {
-                positive(size[k], place)?;
+                positive(size[k], at)?;
             } else if size[k] != 0.0 {
                 let kind = SceneErrorKind::value(size[k], format!("0 because {} is flat", AXES[k]));
-                return Err(SceneError::new(place, kind));
+                return Err(SceneError::new(at, kind));
             }
         }
         Ok(Space { size, ..unsized_space })
@@ -220,18 +224,18 @@ impl SceneBuilder {
 fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
     let mut taken = HashMap::new();
     for (index, CountRegion { name, region }) in regions.iter().enumerate() {
-        let place = Place::root().key("output").key("count").index(index);
-        names::words(name, &place.key("name"))?;
+        let at = ConfigPath::root().key("output").key("count").index(index);
+        names::words(name, &at.key("name"))?;
         if let Some(first) = taken.insert(name, index) {
-            let first = Place::root().key("output").key("count").index(first);
-            return Err(SceneError::new(place.key("name"), SceneErrorKind::Duplicate { name: name.clone(), first }));
+            let first = ConfigPath::root().key("output").key("count").index(first);
+            return Err(SceneError::new(at.key("name"), SceneErrorKind::Duplicate { name: name.clone(), first }));
         }
-        finite_vector(&region.lower, &place.key("lower"))?;
-        finite_vector(&region.upper, &place.key("upper"))?;
+        finite_vector(&region.lower, &at.key("lower"))?;
+        finite_vector(&region.upper, &at.key("upper"))?;
         if let Some(k) = (0..3).find(|&k| region.upper[k] < region.lower[k]) {
             let expected = format!("at least {}, the lower corner's", region.lower[k]);
             let kind = SceneErrorKind::value(region.upper[k], expected);
-            return Err(SceneError::new(place.key("upper").index(k), kind));
+            return Err(SceneError::new(at.key("upper").index(k), kind));
         }
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! The files of a run that belong to a checkpoint.
+//! The manifest of a checkpoint: the output files that belong to it, with lengths and checksums.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -8,9 +8,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{Checked, CheckpointError};
 
-/// An output file at the time of a checkpoint.
+/// An entry of the manifest: one output file at the time of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct KeptFile {
+pub struct ManifestEntry {
     /// Its name in the folder of the run.
     pub name: String,
     /// How long it was `[bytes]`; what was written later does not belong to the checkpoint.
@@ -21,7 +21,7 @@ pub struct KeptFile {
     pub checksum: u32,
 }
 
-impl KeptFile {
+impl ManifestEntry {
     /// Whether the file at `path` is still there, with what it had at the checkpoint.
     pub(crate) fn check(&self, path: &Path) -> Result<(), CheckpointError> {
         let unreadable = |source| CheckpointError::FileUnreadable { path: path.to_owned(), source };
@@ -41,11 +41,11 @@ impl KeptFile {
     }
 }
 
-/// The files of a run at the time of a checkpoint.
+/// The manifest of a checkpoint: the output files of the run at that time.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Kept {
+pub struct Manifest {
     /// CRC-32 of the text of the scene but for its limit, which may be given anew; `None` if the text is not kept.
     pub scene: Option<u32>,
     /// Those that grow.
-    pub files: Vec<KeptFile>,
+    pub files: Vec<ManifestEntry>,
 }

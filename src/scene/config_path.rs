@@ -1,26 +1,26 @@
-//! Where in a scene something stands: the path of keys and indices that leads to it.
+//! Config path: the keys and indices that lead to a value of a scene.
 
 use std::borrow::Cow;
 use std::fmt;
 
-/// One step of a [`Place`].
+/// One key or index of a [`ConfigPath`].
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Step {
+pub enum PathStep {
     /// Into a table, by key.
     Key(Cow<'static, str>),
     /// Into an array, by index from 0.
     Index(usize),
 }
 
-/// A path into a scene, such as `interaction[0].restitution`.
+/// Config path of a value in a scene, such as `interaction[0].restitution`.
 ///
-/// Scenes built in code have the same places as scenes from a file, so an error reads the same; a file can show the
+/// Scenes built in code have the same paths as scenes from a file, so an error reads the same; a file can show the
 /// line as well.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
-pub struct Place(Vec<Step>);
+pub struct ConfigPath(Vec<PathStep>);
 
-impl Place {
+impl ConfigPath {
     /// The whole scene.
     #[must_use]
     pub fn root() -> Self {
@@ -30,13 +30,13 @@ impl Place {
     /// The value of `key` in the table at this place.
     #[must_use]
     pub fn key(&self, key: impl Into<Cow<'static, str>>) -> Self {
-        self.step(Step::Key(key.into()))
+        self.step(PathStep::Key(key.into()))
     }
 
     /// The element `index` of the array at this place.
     #[must_use]
     pub fn index(&self, index: usize) -> Self {
-        self.step(Step::Index(index))
+        self.step(PathStep::Index(index))
     }
 
     /// The element `index` of the top-level array of tables `table`.
@@ -49,7 +49,7 @@ impl Place {
     #[must_use]
     pub(crate) fn entry_moved(&self, table: &str, indices: &[usize]) -> Self {
         let mut steps = self.0.clone();
-        if let [Step::Key(key), Step::Index(index), ..] = &mut steps[..]
+        if let [PathStep::Key(key), PathStep::Index(index), ..] = &mut steps[..]
             && key == table
             && let Some(moved) = indices.get(*index)
         {
@@ -60,24 +60,24 @@ impl Place {
 
     /// The steps, from the root.
     #[must_use]
-    pub fn steps(&self) -> &[Step] {
+    pub fn steps(&self) -> &[PathStep] {
         &self.0
     }
 
-    fn step(&self, step: Step) -> Self {
+    fn step(&self, step: PathStep) -> Self {
         let mut steps = self.0.clone();
         steps.push(step);
         Self(steps)
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for ConfigPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (depth, step) in self.0.iter().enumerate() {
             match step {
-                Step::Key(key) if depth == 0 => f.write_str(key)?,
-                Step::Key(key) => write!(f, ".{key}")?,
-                Step::Index(index) => write!(f, "[{index}]")?,
+                PathStep::Key(key) if depth == 0 => f.write_str(key)?,
+                PathStep::Key(key) => write!(f, ".{key}")?,
+                PathStep::Index(index) => write!(f, "[{index}]")?,
             }
         }
         Ok(())
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn a_place_reads_like_a_path() {
-        assert_eq!(Place::entry("mesh", 2).key("edge_1").index(0).to_string(), "mesh[2].edge_1[0]");
-        assert_eq!(Place::root().to_string(), "");
+        assert_eq!(ConfigPath::entry("mesh", 2).key("edge_1").index(0).to_string(), "mesh[2].edge_1[0]");
+        assert_eq!(ConfigPath::root().to_string(), "");
     }
 }

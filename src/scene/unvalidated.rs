@@ -1,12 +1,12 @@
-//! The parts of a scene before they are checked: what a [`SceneBuilder`](crate::scene::SceneBuilder) collects, be it from
+//! The unvalidated scene: the parts that a [`SceneBuilder`](crate::scene::SceneBuilder) collects from
 //! code or from a file.
 
 use crate::Vector;
 use crate::model::Region;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
+use crate::scene::config_path::ConfigPath;
 pub use crate::scene::lattice::Lattice;
-use crate::scene::place::Place;
 pub use crate::scene::surface::Surface;
 
 /// How many particles there are in a volume.
@@ -108,15 +108,15 @@ pub struct Chain {
     pub temperature: Option<f64>,
 }
 
-/// A surface made of static spheres.
+/// A surface to be covered with static spheres.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MeshDraft {
+pub struct SurfaceFill {
     /// Name in messages.
     pub name: Option<String>,
     /// The static species.
     pub species: String,
     /// Its shape.
-    pub surface: Surface,
+    pub shape: Surface,
     /// Largest distance of neighbouring spheres `[length]`; chosen so that nothing leaks if it is not given.
     pub spacing: Option<f64>,
 }
@@ -172,9 +172,9 @@ impl Model {
     }
 }
 
-/// One `[[species]]`.
+/// One `[[species]]`, unvalidated.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct SpeciesDraft {
+pub(crate) struct UnvalidatedSpecies {
     pub name: String,
     /// `None` for a static species.
     pub mass: Option<f64>,
@@ -183,9 +183,9 @@ pub(crate) struct SpeciesDraft {
     pub acceleration: Option<Vector>,
 }
 
-/// One `[[interaction]]`.
+/// One `[[interaction]]`, unvalidated.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct InteractionDraft {
+pub(crate) struct UnvalidatedInteraction {
     /// For bonds.
     pub name: Option<String>,
     /// For the table.
@@ -196,7 +196,7 @@ pub(crate) struct InteractionDraft {
     pub restitution: f64,
 }
 
-/// One particle at a given place.
+/// One particle at a given position.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Listed {
     pub species: String,
@@ -204,12 +204,12 @@ pub(crate) struct Listed {
     pub velocity: Vector,
 }
 
-/// One `[[bond]]`, or one of a coordinate file.
+/// One `[[bond]]`, unvalidated, or one of a coordinate file.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct BondDraft {
+pub(crate) struct UnvalidatedBond {
     pub pair: [u32; 2],
     pub interaction: String,
-    pub place: Place,
+    pub at: ConfigPath,
 }
 
 /// Particles that start together.
@@ -218,12 +218,12 @@ pub(crate) enum Group {
     Listed(Vec<Listed>),
     Fill(Fill),
     Chain(Chain),
-    Mesh(MeshDraft),
+    Surface(SurfaceFill),
 }
 
-/// A group, and where the scene asks for it.
+/// A group of particles and its config path.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct PlacedGroup {
-    pub place: Place,
+pub(crate) struct LocatedGroup {
+    pub at: ConfigPath,
     pub group: Group,
 }

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use super::Start;
 use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::place::Place;
 use crate::trajectory::frame::FrameSpecies;
 
 /// What single precision leaves of a number, relative to it, ten times over: many programs write that.
@@ -17,9 +17,9 @@ const ROUNDED: usize = 3;
 
 /// The radii and masses of a file, each once.
 #[derive(Debug)]
-pub(in crate::scene) struct Sizes {
+pub(in crate::scene) struct RadiiAndMasses {
     path: PathBuf,
-    place: Place,
+    at: ConfigPath,
     /// The line with the masses.
     comment: usize,
     species: Vec<FrameSpecies>,
@@ -27,15 +27,15 @@ pub(in crate::scene) struct Sizes {
     radii: Vec<(u32, f64, usize)>,
 }
 
-impl Sizes {
-    pub(super) fn of(start: &Start, path: PathBuf, place: &Place) -> Self {
+impl RadiiAndMasses {
+    pub(super) fn of(start: &Start, path: PathBuf, at: &ConfigPath) -> Self {
         let mut seen = HashSet::new();
         let lines = start.comment + 1..;
         let radii = lines.zip(&start.frame.particles).filter(|_| start.has_radii);
         let radii = radii.map(|(line, particle)| (particle.species.0, particle.radius, line));
         let radii = radii.filter(|(species, radius, _)| seen.insert((*species, radius.to_bits()))).collect();
         let species = start.frame.species.clone();
-        Self { path, place: place.clone(), comment: start.comment, species, radii }
+        Self { path, at: at.clone(), comment: start.comment, species, radii }
     }
 
     /// Refuses a file whose particles have other radii or masses than the species of the scene, which would silently take their place.
@@ -43,7 +43,7 @@ impl Sizes {
         let named = |name: &str| scene.species.iter().find(|draft| draft.name == name);
         let wrong = |line: usize, problem: String| {
             let kind = SceneErrorKind::Coordinates { path: self.path.clone(), line, problem };
-            Err(SceneError::new(self.place.key("path"), kind))
+            Err(SceneError::new(self.at.key("path"), kind))
         };
         for &(species, radius, line) in &self.radii {
             let Some(draft) = self.species.get(species as usize).and_then(|it| named(&it.name)) else { continue };

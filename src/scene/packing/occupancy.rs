@@ -1,4 +1,4 @@
-//! Which places are taken: particles in a hashed grid of cells, asked for overlaps.
+//! Overlap search during insertion: the particles placed so far, in hashed grids of cells.
 
 use crate::Vector;
 use crate::base::numbers::{id, trunc_to_i64};
@@ -83,7 +83,7 @@ const COARSER: f64 = 8.0;
 /// Room for this many particles in a grid at first, where there are several.
 const FIRST: usize = 64;
 
-/// Which places are taken, as grids of cells, a coarse one for large particles and finer ones for smaller ones.
+/// The particles placed so far, in hashed grids of cells, a coarse one for large particles and finer ones for smaller ones.
 ///
 /// Cells are a hash table of linked lists: the memory follows the number of particles, however far apart they are.
 pub(crate) struct Occupancy<'a> {

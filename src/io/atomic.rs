@@ -1,4 +1,4 @@
-//! Files and folders get their names when they are complete, at once, and replace nothing unasked.
+//! Atomic writes: files and folders get their names when they are complete, and replace nothing unasked.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Read, Write};
@@ -21,7 +21,7 @@ pub enum Existing {
 /// # Errors
 /// [`io::ErrorKind::AlreadyExists`] if there is another file that is to be kept; those of the system. There is no new file then, and an old
 /// one is as it was.
-pub(crate) fn write_whole(
+pub(crate) fn write_atomically(
     path: &Path,
     existing: Existing,
     write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -37,22 +37,22 @@ pub(crate) fn write_whole(
     }
     // What a link leads to is replaced, not the link.
     let path = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
-    let (draft, file) = Draft::beside(&path)?;
+    let (temporary, file) = TemporaryFile::beside(&path)?;
     let mut file = BufWriter::new(file);
     write(&mut file)?;
     file.flush()?;
     file.get_ref().sync_all()?;
     drop(file);
-    if existing == Existing::Keep && path.exists() && holds_same(&path, &draft.0)? {
+    if existing == Existing::Keep && path.exists() && holds_same(&path, &temporary.0)? {
         return Ok(());
     }
-    put(&draft.0, &path, existing)
+    publish(&temporary.0, &path, existing)
 }
 
 /// A file without a name of its own yet; what is left of it is removed.
-struct Draft(PathBuf);
+struct TemporaryFile(PathBuf);
 
-impl Draft {
+impl TemporaryFile {
     fn beside(path: &Path) -> io::Result<(Self, File)> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let folder = folder_of(path);
@@ -69,7 +69,7 @@ impl Draft {
     }
 }
 
-impl Drop for Draft {
+impl Drop for TemporaryFile {
     fn drop(&mut self) {
         let _ = fs::remove_file(&self.0);
     }
@@ -94,9 +94,9 @@ fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
 ///
 /// # Errors
 /// [`io::ErrorKind::AlreadyExists`] if the name is taken and to be kept; those of the system. Both are as they were then.
-pub(crate) fn put(from: &Path, to: &Path, existing: Existing) -> io::Result<()> {
+pub(crate) fn publish(from: &Path, to: &Path, existing: Existing) -> io::Result<()> {
     match existing {
-        Existing::Keep => put_new(from, to)?,
+        Existing::Keep => publish_new(from, to)?,
         Existing::Replace if fs::symlink_metadata(to).is_ok_and(|metadata| metadata.is_dir()) => exchange(from, to)?,
         Existing::Replace => fs::rename(from, to)?,
     }
@@ -104,7 +104,7 @@ pub(crate) fn put(from: &Path, to: &Path, existing: Existing) -> io::Result<()> 
     Ok(())
 }
 
-fn put_new(from: &Path, to: &Path) -> io::Result<()> {
+fn publish_new(from: &Path, to: &Path) -> io::Result<()> {
     match rename_with(from, to, NO_REPLACE) {
         Err(error) if error.kind() == io::ErrorKind::Unsupported => {}
         result => return result,
@@ -136,7 +136,7 @@ fn exchange(from: &Path, to: &Path) -> io::Result<()> {
     let mut aside = to.as_os_str().to_owned();
     aside.push(".replaced");
     let aside = PathBuf::from(aside);
-    put_new(to, &aside)?;
+    publish_new(to, &aside)?;
     if let Err(error) = fs::rename(from, to) {
         let _ = fs::rename(&aside, to);
         return Err(error);
@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     fn hello(path: &Path, existing: Existing, text: &str) -> io::Result<()> {
-        write_whole(path, existing, |file| file.write_all(text.as_bytes()))
+        write_atomically(path, existing, |file| file.write_all(text.as_bytes()))
     }
 
     #[test]
@@ -206,7 +206,7 @@ mod tests {
         hello(&path, Existing::Keep, "one").unwrap();
         assert_eq!(hello(&path, Existing::Keep, "two").unwrap_err().kind(), io::ErrorKind::AlreadyExists);
         let half = |file: &mut dyn Write| file.write_all(b"ha").and(Err(io::ErrorKind::StorageFull.into()));
-        assert!(write_whole(&path, Existing::Replace, half).is_err());
+        assert!(write_atomically(&path, Existing::Replace, half).is_err());
         assert_eq!(fs::read_to_string(&path).unwrap(), "one");
         hello(&path, Existing::Replace, "two").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "two");
@@ -221,10 +221,10 @@ mod tests {
             fs::create_dir(folder).unwrap();
             fs::write(folder.join("which"), folder.file_name().unwrap().as_encoded_bytes()).unwrap();
         }
-        assert!(put(&from, &to, Existing::Keep).is_err());
-        assert!(put(&place.path().join("none"), &to, Existing::Replace).is_err());
+        assert!(publish(&from, &to, Existing::Keep).is_err());
+        assert!(publish(&place.path().join("none"), &to, Existing::Replace).is_err());
         assert_eq!(fs::read(to.join("which")).unwrap(), b"old");
-        put(&from, &to, Existing::Replace).unwrap();
+        publish(&from, &to, Existing::Replace).unwrap();
         assert_eq!(fs::read(to.join("which")).unwrap(), b"new");
         assert_eq!(fs::read_dir(place.path()).unwrap().count(), 1);
     }

@@ -1,4 +1,4 @@
-//! Checks of what a scene plans to do and to measure.
+//! Validates the plans of a scene: limits, stages, thermostats, shear, measurements.
 
 use std::collections::HashMap;
 
@@ -8,16 +8,16 @@ use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, Thermostat};
 use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{finite, finite_vector, positive};
-use crate::scene::place::Place;
 
-fn refuse<T>(place: Place, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
-    Err(SceneError::new(place, SceneErrorKind::value(value, expected)))
+fn refuse<T>(at: ConfigPath, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
 }
 
-pub(super) fn check_limit(limit: Limit, time: Place, events: Place) -> Result<(), SceneError> {
+pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) -> Result<(), SceneError> {
     if let Some(value) = limit.time {
         positive(value, time)?;
     }
@@ -30,23 +30,23 @@ pub(super) fn check_limit(limit: Limit, time: Place, events: Place) -> Result<()
 impl SceneBuilder {
     /// Limits, thermostats and growth.
     pub(super) fn check_run(&self) -> Result<(), SceneError> {
-        let place = Place::root().key("run");
-        check_limit(self.run.equilibration, place.key("equilibration_time"), place.key("equilibration_events"))?;
-        check_limit(self.run.limit, place.key("until_time"), place.key("until_events"))?;
-        check_thermostat(self.run.thermostat.as_ref(), &place.key("thermostat"))?;
+        let at = ConfigPath::root().key("run");
+        check_limit(self.run.equilibration, at.key("equilibration_time"), at.key("equilibration_events"))?;
+        check_limit(self.run.limit, at.key("until_time"), at.key("until_events"))?;
+        check_thermostat(self.run.thermostat.as_ref(), &at.key("thermostat"))?;
         for (index, stage) in self.run.stages.iter().enumerate() {
-            let place = Place::entry("stage", index);
+            let at = ConfigPath::entry("stage", index);
             if [EQUILIBRATION, MEASUREMENT].contains(&stage.name.as_str()) {
                 let expected = "another name: the run has a stage of its own with this one";
                 return Err(SceneError::new(
-                    place.key("name"),
+                    at.key("name"),
                     SceneErrorKind::value(format!("{:?}", stage.name), expected),
                 ));
             }
-            check_limit(stage.limit, place.key("until_time"), place.key("until_events"))?;
-            check_thermostat(stage.thermostat.as_ref(), &place.key("thermostat"))?;
+            check_limit(stage.limit, at.key("until_time"), at.key("until_events"))?;
+            check_thermostat(stage.thermostat.as_ref(), &at.key("thermostat"))?;
             if let Some(growth) = &stage.growth {
-                check_growth(growth, &place.key("grow"))?;
+                check_growth(growth, &at.key("grow"))?;
             }
         }
         Ok(())
@@ -64,101 +64,103 @@ impl SceneBuilder {
         let has_static = species.iter().any(Species::is_static);
         let is_alone = space.is_fully_periodic() && !is_falling && !has_static;
         if let Some(index) = self.run.stages.iter().position(|stage| stage.growth.is_some()) {
-            let place = Place::entry("stage", index).key("grow");
+            let at = ConfigPath::entry("stage", index).key("grow");
             if !(is_alone && interactions.are_hard_spheres() && self.shear_rate.is_none()) {
                 let expected = "no growth, or only hard spheres without bonds, in a periodic box without gravity, static particles and shear";
-                return refuse(place, "given", expected);
+                return refuse(at, "given", expected);
             }
         }
         let Some(rate) = self.shear_rate else { return Ok(()) };
-        let place = Place::root().key("space").key("shear_rate");
-        finite(rate, place.clone())?;
+        let at = ConfigPath::root().key("space").key("shear_rate");
+        finite(rate, at.clone())?;
         let is_wide = |k: usize| space.boundary[k] == Boundary::Flat || space.size[k] >= 4.0 * longest * (1.0 + 1e-5);
         if rate == 0.0 || !is_alone || space.boundary[..2].contains(&Boundary::Flat) || !(0..3).all(is_wide) {
             let expected = format!(
                 "no shear, or a rate other than 0 in a periodic box of at least 4 ranges ({}) along each axis, without gravity and static particles",
                 4.0 * longest
             );
-            return refuse(place, rate, expected);
+            return refuse(at, rate, expected);
         }
         Ok(())
     }
 
     /// Intervals, bins, names and species of what is to be measured.
     pub(super) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
-        let place = Place::root().key("measure");
-        check_numbers(&self.measure, &place)?;
+        let at = ConfigPath::root().key("measure");
+        check_numbers(&self.measure, &at)?;
         if self.shear_rate.is_some() {
             if self.measure.transport.is_some() {
                 let expected = "no transport: Einstein-Helfand relations hold in equilibrium; pressure_tensor has the viscosity in shear";
-                return refuse(place.key("transport"), "given in a sheared box", expected);
+                return refuse(at.key("transport"), "given in a sheared box", expected);
             }
             if let Some(index) = self.measure.flows.iter().position(|flow| flow.axis == "x") {
                 let expected = "y or z: along x, images that slide would count as particles that pass";
-                return refuse(place.key("flow").index(index).key("axis"), "\"x\" in a sheared box", expected);
+                return refuse(at.key("flow").index(index).key("axis"), "\"x\" in a sheared box", expected);
             }
         }
-        let mut names: HashMap<&str, Place> = HashMap::new();
+        let mut names: HashMap<&str, ConfigPath> = HashMap::new();
         let profiles =
             self.measure.profiles.iter().enumerate().map(|(index, it)| ("profile", index, &it.name, &it.species));
         let flows = self.measure.flows.iter().enumerate().map(|(index, it)| ("flow", index, &it.name, &it.species));
         for (kind, index, name, of) in profiles.chain(flows) {
-            let place = place.key(kind).index(index);
+            let at = at.key(kind).index(index);
             let is_good = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || name.len() > 50 || !name.chars().all(is_good) {
                 return refuse(
-                    place.key("name"),
+                    at.key("name"),
                     format!("{name:?}"),
                     "up to 50 letters, digits, - and _: it names a file",
                 );
             }
-            if let Some(first) = names.insert(name, place.clone()) {
-                return Err(SceneError::new(
-                    place.key("name"),
-                    SceneErrorKind::Duplicate { name: name.clone(), first },
-                ));
+            if let Some(first) = names.insert(name, at.clone()) {
+                return Err(SceneError::new(at.key("name"), SceneErrorKind::Duplicate { name: name.clone(), first }));
             }
             if let Some(word) = of
                 && !species.iter().any(|species| species.name == *word)
             {
                 let known = species.iter().map(|species| species.name.as_str()).collect::<Vec<_>>();
                 let kind = SceneErrorKind::unknown_word("species", word, known);
-                return Err(SceneError::new(place.key("species"), kind));
+                return Err(SceneError::new(at.key("species"), kind));
             }
         }
         for (index, profile) in self.measure.profiles.iter().enumerate() {
-            let place = place.key("profile").index(index);
+            let at = at.key("profile").index(index);
             let cells = profile.bins.iter().try_fold(1_u64, |cells, &bins| cells.checked_mul(bins));
             if !cells.is_some_and(|cells| (1..=MOST_CELLS).contains(&cells)) {
                 return refuse(
-                    place.key("bins"),
+                    at.key("bins"),
                     format!("{:?}", profile.bins),
                     format!("1 to {MOST_CELLS} cells in all"),
                 );
             }
-            check_box(profile.lower, profile.upper, space, &place)?;
+            check_box(profile.lower, profile.upper, space, &at)?;
         }
         for (index, flow) in self.measure.flows.iter().enumerate() {
-            let place = place.key("flow").index(index);
+            let at = at.key("flow").index(index);
             let axis = AXES.iter().position(|word| *word == flow.axis);
             if axis.is_none() {
-                return Err(SceneError::new(place.key("axis"), SceneErrorKind::unknown_word("axis", &flow.axis, AXES)));
+                return Err(SceneError::new(at.key("axis"), SceneErrorKind::unknown_word("axis", &flow.axis, AXES)));
             }
-            finite(flow.at, place.key("at"))?;
-            check_box(flow.lower, flow.upper, space, &place)?;
+            finite(flow.at, at.key("at"))?;
+            check_box(flow.lower, flow.upper, space, &at)?;
         }
         Ok(())
     }
 }
 
-fn check_box(lower: Option<[f64; 3]>, upper: Option<[f64; 3]>, space: &Space, place: &Place) -> Result<(), SceneError> {
+fn check_box(
+    lower: Option<[f64; 3]>,
+    upper: Option<[f64; 3]>,
+    space: &Space,
+    at: &ConfigPath,
+) -> Result<(), SceneError> {
     let lower_corner = lower.map_or(space.lower, Into::into);
     let upper_corner: crate::Vector = upper.map_or(space.upper(), Into::into);
-    finite_vector(&lower_corner, &place.key("lower"))?;
-    finite_vector(&upper_corner, &place.key("upper"))?;
+    finite_vector(&lower_corner, &at.key("lower"))?;
+    finite_vector(&upper_corner, &at.key("upper"))?;
     match (0..3).find(|&k| upper_corner[k] < lower_corner[k]) {
         Some(k) => refuse(
-            place.key(if upper.is_some() { "upper" } else { "lower" }).index(k),
+            at.key(if upper.is_some() { "upper" } else { "lower" }).index(k),
             upper_corner[k],
             format!("an upper corner that is not below {}, the lower one's", lower_corner[k]),
         ),
@@ -166,12 +168,12 @@ fn check_box(lower: Option<[f64; 3]>, upper: Option<[f64; 3]>, space: &Space, pl
     }
 }
 
-fn check_numbers(plan: &MeasurementPlan, place: &Place) -> Result<(), SceneError> {
-    let mut positives: Vec<(Option<f64>, Place)> = Vec::new();
-    let mut bins: Vec<(Option<u64>, Place)> = Vec::new();
+fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
+    let mut positives: Vec<(Option<f64>, ConfigPath)> = Vec::new();
+    let mut bins: Vec<(Option<u64>, ConfigPath)> = Vec::new();
     let mut note = |kind: &'static str, numbers: &[(&'static str, Option<f64>)], count: Option<u64>| {
-        positives.extend(numbers.iter().map(|(key, value)| (*value, place.key(kind).key(*key))));
-        bins.push((count, place.key(kind).key("bins")));
+        positives.extend(numbers.iter().map(|(key, value)| (*value, at.key(kind).key(*key))));
+        bins.push((count, at.key(kind).key("bins")));
     };
     if let Some(it) = &plan.pressure_tensor {
         note("pressure_tensor", &[("interval", it.interval)], None);
@@ -197,52 +199,52 @@ fn check_numbers(plan: &MeasurementPlan, place: &Place) -> Result<(), SceneError
     if let Some(it) = &plan.bond_order {
         note("bond_order", &[("interval", it.interval), ("cutoff", it.cutoff)], it.bins);
     }
-    for (value, place) in positives {
+    for (value, at) in positives {
         if let Some(value) = value {
-            positive(value, place)?;
+            positive(value, at)?;
         }
     }
-    for (count, place) in bins {
+    for (count, at) in bins {
         if let Some(count) = count.filter(|count| !(1..=MOST_BINS).contains(count)) {
-            return refuse(place, count, format!("1 to {MOST_BINS}"));
+            return refuse(at, count, format!("1 to {MOST_BINS}"));
         }
     }
     let intervals = plan.profiles.iter().map(|it| ("profile", it.interval)).enumerate();
     let flows = plan.flows.iter().map(|it| ("flow", it.interval)).enumerate();
     for (index, (kind, interval)) in intervals.chain(flows) {
         if let Some(interval) = interval {
-            positive(interval, place.key(kind).index(index).key("interval"))?;
+            positive(interval, at.key(kind).index(index).key("interval"))?;
         }
     }
     Ok(())
 }
 
-fn check_thermostat(thermostat: Option<&Thermostat>, place: &Place) -> Result<(), SceneError> {
+fn check_thermostat(thermostat: Option<&Thermostat>, at: &ConfigPath) -> Result<(), SceneError> {
     match thermostat {
         Some(Thermostat::Andersen { temperature, rate, axes }) => {
-            positive(*temperature, place.key("temperature"))?;
-            positive(*rate, place.key("rate"))?;
+            positive(*temperature, at.key("temperature"))?;
+            positive(*rate, at.key("rate"))?;
             if !axes.contains(&true) {
-                return refuse(place.key("axes"), "[]", "at least one axis");
+                return refuse(at.key("axes"), "[]", "at least one axis");
             }
         }
         Some(Thermostat::Rescaling { temperature, interval }) => {
-            positive(*temperature, place.key("temperature"))?;
-            positive(*interval, place.key("interval"))?;
+            positive(*temperature, at.key("temperature"))?;
+            positive(*interval, at.key("interval"))?;
         }
         None => {}
     }
     Ok(())
 }
 
-fn check_growth(growth: &Growth, place: &Place) -> Result<(), SceneError> {
-    positive(growth.rate, place.key("rate"))?;
+fn check_growth(growth: &Growth, at: &ConfigPath) -> Result<(), SceneError> {
+    positive(growth.rate, at.key("rate"))?;
     match growth.until {
         GrowthTarget::PackingFraction(fraction) if !(fraction > 0.0 && fraction < 1.0) => {
-            refuse(place.key("packing_fraction"), fraction, "a number between 0 and 1")
+            refuse(at.key("packing_fraction"), fraction, "a number between 0 and 1")
         }
         GrowthTarget::CompressibilityFactor(factor) if !(factor > 1.0 && factor <= 1e12) => {
-            refuse(place.key("compressibility_factor"), factor, "a number above 1, up to 1e12")
+            refuse(at.key("compressibility_factor"), factor, "a number above 1, up to 1e12")
         }
         _ => Ok(()),
     }
@@ -268,18 +270,18 @@ pub(super) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
     let mut filled = start;
     for (index, stage) in scene.run.stages.iter().enumerate() {
         let Some(growth) = &stage.growth else { continue };
-        let place = Place::entry("stage", index).key("grow");
+        let at = ConfigPath::entry("stage", index).key("grow");
         let target = match growth.until {
             GrowthTarget::PackingFraction(target) if target <= filled => {
                 return refuse(
-                    place.key("packing_fraction"),
+                    at.key("packing_fraction"),
                     target,
                     format!("more than the {filled:.4} that it begins with"),
                 );
             }
             GrowthTarget::PackingFraction(target) if target > densest(scene) => {
                 let expected = format!("at most {:.4}, the densest packing that there is", densest(scene));
-                return refuse(place.key("packing_fraction"), target, expected);
+                return refuse(at.key("packing_fraction"), target, expected);
             }
             GrowthTarget::PackingFraction(target) => target,
             // Where that ends is not known; nothing is denser than full.
@@ -288,7 +290,7 @@ pub(super) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
         let range = scene.longest_range() * libm::pow(target / start, 1.0 / dimensions as f64);
         if 2.0 * range > shortest {
             let expected = format!("a box of at least two diameters, which grow up to {range:.4}, or more particles");
-            return refuse(Place::root().key("space").key("size"), shortest, expected);
+            return refuse(ConfigPath::root().key("space").key("size"), shortest, expected);
         }
         if matches!(growth.until, GrowthTarget::PackingFraction(_)) {
             filled = target;

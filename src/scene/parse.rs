@@ -1,4 +1,6 @@
-//! From what was typed to the parts of a scene: words become kinds, and every kind has the keys that it needs.
+//! Parses the tables of a scene file into an unvalidated scene: words become variants, and every variant has the keys that it needs.
+
+pub(crate) mod plan;
 
 use std::path::Path;
 
@@ -10,24 +12,23 @@ use crate::model::space::{Boundary, Face};
 use crate::model::{AuditPlan, CountRegion, OutputPlan};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
+use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::{
-    Amount, Arrangement, BondDraft, Chain, Fill, Group, InteractionDraft, Lattice, Listed, MeshDraft, Model,
-    PlacedGroup, SpeciesDraft,
-};
 use crate::scene::file::{
     AxisFile, ChainFile, CountFile, DiameterFile, FillFile, InteractionFile, MeshFile, OutputFile, SceneFile,
     SpaceFile, SpeciesFile,
 };
-use crate::scene::place::Place;
-use crate::scene::planning;
-use crate::scene::sizes::{self, Class};
-use crate::scene::surface::{Side, Surface};
+use crate::scene::polydispersity::{self, Class};
+use crate::scene::surface::{BoxSide, Surface};
+use crate::scene::unvalidated::{
+    Amount, Arrangement, Chain, Fill, Group, Lattice, Listed, LocatedGroup, Model, SurfaceFill, UnvalidatedBond,
+    UnvalidatedInteraction, UnvalidatedSpecies,
+};
 
 /// The keys of an entry that depend on its kind, and which of them are given.
 pub(super) struct Keys<'k> {
-    pub place: &'k Place,
+    pub at: &'k ConfigPath,
     pub context: String,
     pub given: &'k [(&'static str, bool)],
 }
@@ -39,19 +40,19 @@ impl Keys<'_> {
             None => Ok(()),
             Some((key, _)) => {
                 let (context, known) = (self.context.clone(), known.to_vec());
-                Err(SceneError::new(self.place.key(*key), SceneErrorKind::Misplaced { key, context, known }))
+                Err(SceneError::new(self.at.key(*key), SceneErrorKind::Misplaced { key, context, known }))
             }
         }
     }
 
     /// The value of a key that the kind needs.
     pub fn need<T>(&self, value: Option<T>, key: &'static str) -> Result<T, SceneError> {
-        value.ok_or_else(|| missing(self.place, key, format!("{} needs it", self.context)))
+        value.ok_or_else(|| missing(self.at, key, format!("{} needs it", self.context)))
     }
 }
 
-fn missing(place: &Place, key: &'static str, why: impl Into<String>) -> SceneError {
-    SceneError::new(place.clone(), SceneErrorKind::Missing { key, why: why.into() })
+fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
+    SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
 }
 
 /// What a word of a table stands for.
@@ -59,11 +60,11 @@ fn meaning<'t, T>(
     table: &'t [(&'static str, T)],
     what: &'static str,
     word: &str,
-    place: &Place,
+    at: &ConfigPath,
 ) -> Result<&'t T, SceneError> {
     table.iter().find(|(known, _)| *known == word).map(|(_, meaning)| meaning).ok_or_else(|| {
         let known = table.iter().map(|(known, _)| *known);
-        SceneError::new(place.clone(), SceneErrorKind::unknown_word(what, word, known))
+        SceneError::new(at.clone(), SceneErrorKind::unknown_word(what, word, known))
     })
 }
 
@@ -80,55 +81,55 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     scene.gravity = vector(file.dynamics.gravity.unwrap_or_default());
     scene.contact_time = file.dynamics.contact_time;
     scene.audit = AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
-    read_space(&file.space, &mut scene)?;
+    parse_space(&file.space, &mut scene)?;
     let mut distributed = Vec::new();
     for (index, species) in file.species.into_iter().enumerate() {
-        let (draft, classes) = read_species(species, &Place::entry("species", index))?;
+        let (draft, classes) = parse_species(species, &ConfigPath::entry("species", index))?;
         distributed.extend(classes.map(|classes| Distributed { index, name: draft.name.clone(), classes }));
         scene.species.push(draft);
     }
     for (index, interaction) in file.interaction.into_iter().enumerate() {
-        scene.interactions.push(read_interaction(interaction, &Place::entry("interaction", index))?);
+        scene.interactions.push(parse_interaction(interaction, &ConfigPath::entry("interaction", index))?);
     }
     for (index, particle) in file.particle.into_iter().enumerate() {
         let (position, velocity) = (vector(particle.position), vector(particle.velocity));
         let group = Group::Listed(vec![Listed { species: particle.species, position, velocity }]);
-        scene.groups.push(PlacedGroup { place: Place::entry("particle", index), group });
+        scene.groups.push(LocatedGroup { at: ConfigPath::entry("particle", index), group });
     }
     // With a fill, the box follows from that.
     let sizes = coordinates::add(&file.file, directory, &file.space, file.fill.is_empty(), &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
-        let place = Place::entry("chain", index);
-        let group = Group::Chain(read_chain(chain, &place)?);
-        scene.groups.push(PlacedGroup { place, group });
+        let at = ConfigPath::entry("chain", index);
+        let group = Group::Chain(parse_chain(chain, &at)?);
+        scene.groups.push(LocatedGroup { at, group });
     }
     for (index, fill) in file.fill.into_iter().enumerate() {
-        let place = Place::entry("fill", index);
-        let group = Group::Fill(read_fill(fill, &place, scene.size.is_some())?);
-        scene.groups.push(PlacedGroup { place, group });
+        let at = ConfigPath::entry("fill", index);
+        let group = Group::Fill(parse_fill(fill, &at, scene.size.is_some())?);
+        scene.groups.push(LocatedGroup { at, group });
     }
-    for (index, mesh) in file.mesh.into_iter().enumerate() {
-        let place = Place::entry("mesh", index);
-        let group = Group::Mesh(read_mesh(mesh, &place)?);
-        scene.groups.push(PlacedGroup { place, group });
+    for (index, surface) in file.mesh.into_iter().enumerate() {
+        let at = ConfigPath::entry("mesh", index);
+        let group = Group::Surface(parse_surface(surface, &at)?);
+        scene.groups.push(LocatedGroup { at, group });
     }
     for (index, bond) in file.bond.into_iter().enumerate() {
-        let place = Place::entry("bond", index);
-        scene.bonds.push(BondDraft { pair: bond.particles, interaction: bond.interaction, place });
+        let at = ConfigPath::entry("bond", index);
+        scene.bonds.push(UnvalidatedBond { pair: bond.particles, interaction: bond.interaction, at });
     }
-    scene.run = planning::read_run(file.run, file.stage)?;
-    scene.measure = planning::read_measure(file.measure);
-    scene.output = read_output(file.output)?;
+    scene.run = plan::parse_run(file.run, file.stage)?;
+    scene.measure = plan::parse_measure(file.measure);
+    scene.output = parse_output(file.output)?;
     classes::expand(&mut scene, &distributed)?;
     sizes.iter().try_for_each(|sizes| sizes.agree(&scene))?;
     Ok(scene)
 }
 
-fn read_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
+fn parse_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
     let format = |(index, word): (usize, &String)| {
         Format::ALL.into_iter().find(|format| format.name() == word).ok_or_else(|| {
             let kind = SceneErrorKind::unknown_word("format", word, Format::ALL.map(Format::name));
-            SceneError::new(Place::root().key("output").key("formats").index(index), kind)
+            SceneError::new(ConfigPath::root().key("output").key("formats").index(index), kind)
         })
     };
     let region = |count: CountFile| CountRegion {
@@ -156,23 +157,23 @@ pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
 /// The words for one side of an axis, with a perfectly elastic wall.
 pub(crate) const SIDES: [(&str, Face); 2] = [("open", Face::Open), ("wall", Face::Wall { restitution: 1.0 })];
 
-fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
+fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     scene.size = space.size.map(vector);
     scene.lower = vector(space.lower.unwrap_or_default());
     scene.shear_rate = space.shear_rate;
     for (k, (name, axis)) in [("x", &space.x), ("y", &space.y), ("z", &space.z)].into_iter().enumerate() {
-        let place = Place::root().key("space").key(name);
+        let at = ConfigPath::root().key("space").key(name);
         scene.boundary[k] = match axis {
             None => Boundary::Periodic,
-            Some(AxisFile::Word(word)) => *meaning(&BOUNDARIES, "boundary", word, &place)?,
+            Some(AxisFile::Word(word)) => *meaning(&BOUNDARIES, "boundary", word, &at)?,
             Some(AxisFile::Sides(sides)) => {
                 scene.wall_temperatures[k] = sides.temperature;
                 if sides.temperature.is_some() && sides.restitution.is_some() {
                     let kind = SceneErrorKind::value("given as well", "either it or a temperature");
-                    return Err(SceneError::new(place.key("restitution"), kind));
+                    return Err(SceneError::new(at.key("restitution"), kind));
                 }
                 let face = |key: &'static str, word: &str| {
-                    let face = *meaning(&SIDES, "side", word, &place.key(key))?;
+                    let face = *meaning(&SIDES, "side", word, &at.key(key))?;
                     Ok(match (face, sides.restitution) {
                         (Face::Wall { .. }, Some(restitution)) => Face::Wall { restitution },
                         _ => face,
@@ -186,22 +187,25 @@ fn read_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneEr
 }
 
 /// A species, and the classes of its diameters if they are distributed.
-fn read_species(species: SpeciesFile, place: &Place) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
+fn parse_species(
+    species: SpeciesFile,
+    at: &ConfigPath,
+) -> Result<(UnvalidatedSpecies, Option<Vec<Class>>), SceneError> {
     let SpeciesFile { name, diameter, mass, is_static, acceleration } = species;
     match mass {
-        None if !is_static => return Err(missing(place, "mass", "every species that moves has one")),
+        None if !is_static => return Err(missing(at, "mass", "every species that moves has one")),
         Some(mass) if is_static => {
             let kind = SceneErrorKind::value(mass, "no mass: static = true makes it infinite");
-            return Err(SceneError::new(place.key("mass"), kind));
+            return Err(SceneError::new(at.key("mass"), kind));
         }
         _ => {}
     }
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
         // Every class will have its own.
-        DiameterFile::Distribution(file) => (0.0, Some(sizes::read(file, &place.key("diameter"))?)),
+        DiameterFile::Distribution(file) => (0.0, Some(polydispersity::parse(file, &at.key("diameter"))?)),
     };
-    Ok((SpeciesDraft { name, mass, diameter, acceleration: acceleration.map(vector) }, classes))
+    Ok((UnvalidatedSpecies { name, mass, diameter, acceleration: acceleration.map(vector) }, classes))
 }
 
 /// The shorthands, and the keys that each one takes.
@@ -216,10 +220,10 @@ pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
     ("none", &[]),
 ];
 
-fn read_interaction(file: InteractionFile, place: &Place) -> Result<InteractionDraft, SceneError> {
+fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<UnvalidatedInteraction, SceneError> {
     let Some((word, known)) = POTENTIALS.into_iter().find(|(word, _)| *word == file.potential) else {
         let kind = SceneErrorKind::unknown_word("potential", &file.potential, POTENTIALS.map(|(word, _)| word));
-        return Err(SceneError::new(place.key("potential"), kind));
+        return Err(SceneError::new(at.key("potential"), kind));
     };
     let given = [
         ("diameter", file.diameter.is_some()),
@@ -234,10 +238,10 @@ fn read_interaction(file: InteractionFile, place: &Place) -> Result<InteractionD
         ("steps", file.steps.is_some()),
         ("core_energy", file.core_energy.is_some()),
     ];
-    let keys = Keys { place, context: format!("potential = \"{word}\""), given: &given };
+    let keys = Keys { at, context: format!("potential = \"{word}\""), given: &given };
     keys.allow(known)?;
     if file.species.is_none() && file.name.is_none() {
-        return Err(missing(place, "species", "or a name, to use it in bonds"));
+        return Err(missing(at, "species", "or a name, to use it in bonds"));
     }
     let model = match word {
         "hard-sphere" => Model::HardSphere,
@@ -250,12 +254,10 @@ fn read_interaction(file: InteractionFile, place: &Place) -> Result<InteractionD
             height: keys.need(file.height, "height")?,
         },
         "penetrable" => Model::Penetrable { height: keys.need(file.height, "height")? },
-        "bond" => read_bond(&file, &keys)?,
+        "bond" => parse_bond(&file, &keys)?,
         "stepped" => {
             let (radii, energies) = (keys.need(file.radii, "radii")?, keys.need(file.energies, "energies")?);
-            Model::Exact(
-                Potential::new(radii, energies).map_err(|error| SceneError::new(stepped(place, &error), error))?,
-            )
+            Model::Exact(Potential::new(radii, energies).map_err(|error| SceneError::new(stepped(at, &error), error))?)
         }
         "stepped-lennard-jones" => Model::SteppedLennardJones {
             well_depth: keys.need(file.well_depth, "well_depth")?,
@@ -266,43 +268,43 @@ fn read_interaction(file: InteractionFile, place: &Place) -> Result<InteractionD
         _ => Model::None,
     };
     let restitution = file.restitution.unwrap_or(1.0);
-    Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
+    Ok(UnvalidatedInteraction { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
 }
 
 /// Which of the lists of a stepped potential an error is about.
-fn stepped(place: &Place, error: &crate::model::error::PotentialError) -> Place {
+fn stepped(at: &ConfigPath, error: &crate::model::error::PotentialError) -> ConfigPath {
     use crate::model::error::PotentialError as E;
     match *error {
-        E::Radius { index, .. } | E::Order { index, .. } => place.key("radii").index(index),
-        E::Energy { index, .. } => place.key("energies").index(index),
-        E::Outside { .. } => place.key("energies").index(0),
-        E::NoRadius => place.key("radii"),
-        _ => place.key("energies"),
+        E::Radius { index, .. } | E::Order { index, .. } => at.key("radii").index(index),
+        E::Energy { index, .. } => at.key("energies").index(index),
+        E::Outside { .. } => at.key("energies").index(0),
+        E::NoRadius => at.key("radii"),
+        _ => at.key("energies"),
     }
 }
 
 /// Two ways to give a bond: by its lengths, or relative to the diameter.
-fn read_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneError> {
+fn parse_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneError> {
     if let Some(lambda) = file.lambda {
         keys.allow(&["diameter", "lambda"])?;
         return Ok(Model::Bond { lambda });
     }
     if file.diameter.is_some() {
-        return Err(missing(keys.place, "lambda", "a bond with a diameter reaches to lambda times the diameter"));
+        return Err(missing(keys.at, "lambda", "a bond with a diameter reaches to lambda times the diameter"));
     }
     let shortest = keys.need(file.shortest, "shortest")?;
     let longest = keys.need(file.longest, "longest")?;
     let potential =
-        Potential::bond(shortest, longest).map_err(|error| SceneError::new(keys.place.key("longest"), error))?;
+        Potential::bond(shortest, longest).map_err(|error| SceneError::new(keys.at.key("longest"), error))?;
     Ok(Model::Exact(potential))
 }
 
-fn read_chain(file: ChainFile, place: &Place) -> Result<Chain, SceneError> {
+fn parse_chain(file: ChainFile, at: &ConfigPath) -> Result<Chain, SceneError> {
     let straight = match (file.start, file.direction) {
         (Some(start), Some(direction)) => Some((vector(start), vector(direction))),
         (None, None) => None,
-        (Some(_), None) => return Err(missing(place, "direction", "a straight chain has a start and a direction")),
-        (None, Some(_)) => return Err(missing(place, "start", "a straight chain has a start and a direction")),
+        (Some(_), None) => return Err(missing(at, "direction", "a straight chain has a start and a direction")),
+        (None, Some(_)) => return Err(missing(at, "start", "a straight chain has a start and a direction")),
     };
     Ok(Chain {
         species: file.species,
@@ -327,17 +329,17 @@ pub(crate) const ARRANGEMENTS: [(&str, Arrangement); 8] = [
     ("random", Arrangement::Random),
 ];
 
-fn read_fill(file: FillFile, place: &Place, has_size: bool) -> Result<Fill, SceneError> {
-    let arrangement = *meaning(&ARRANGEMENTS, "arrangement", &file.arrangement, &place.key("arrangement"))?;
+fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Result<Fill, SceneError> {
+    let arrangement = *meaning(&ARRANGEMENTS, "arrangement", &file.arrangement, &at.key("arrangement"))?;
     let contradiction = |key: &'static str, given: &str| {
         let kind = SceneErrorKind::value("given as well", format!("either it or {given}"));
-        Err(SceneError::new(place.key(key), kind))
+        Err(SceneError::new(at.key(key), kind))
     };
     let composition = match (file.species, file.composition) {
         (Some(_), Some(_)) => return contradiction("composition", "species"),
         (Some(species), None) => vec![(species, 1.0)],
         (None, Some(composition)) => composition.into_iter().collect(),
-        (None, None) => return Err(missing(place, "species", "or composition, for a mixture")),
+        (None, None) => return Err(missing(at, "species", "or composition, for a mixture")),
     };
     let amount = match (file.number_density, file.packing_fraction) {
         (Some(_), Some(_)) => return contradiction("packing_fraction", "number_density"),
@@ -369,10 +371,10 @@ pub(crate) const SURFACES: [(&str, &[&str]); 6] = [
     ("points", &["points"]),
 ];
 
-fn read_mesh(file: MeshFile, place: &Place) -> Result<MeshDraft, SceneError> {
+fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFill, SceneError> {
     let Some((word, known)) = SURFACES.into_iter().find(|(word, _)| *word == file.surface) else {
         let kind = SceneErrorKind::unknown_word("surface", &file.surface, SURFACES.map(|(word, _)| word));
-        return Err(SceneError::new(place.key("surface"), kind));
+        return Err(SceneError::new(at.key("surface"), kind));
     };
     let given = [
         ("corner", file.corner.is_some()),
@@ -389,9 +391,9 @@ fn read_mesh(file: MeshFile, place: &Place) -> Result<MeshDraft, SceneError> {
         ("centre", file.centre.is_some()),
         ("points", file.points.is_some()),
     ];
-    let keys = Keys { place, context: format!("surface = \"{word}\""), given: &given };
+    let keys = Keys { at, context: format!("surface = \"{word}\""), given: &given };
     keys.allow(known)?;
-    let surface = match word {
+    let shape = match word {
         "plane" => Surface::Plane {
             corner: vector(keys.need(file.corner, "corner")?),
             edges: [vector(keys.need(file.edge_1, "edge_1")?), vector(keys.need(file.edge_2, "edge_2")?)],
@@ -399,7 +401,7 @@ fn read_mesh(file: MeshFile, place: &Place) -> Result<MeshDraft, SceneError> {
         "box" => Surface::Box {
             lower: vector(keys.need(file.lower, "lower")?),
             upper: vector(keys.need(file.upper, "upper")?),
-            open: read_sides(&file.open.unwrap_or_default(), place)?,
+            open: parse_sides(&file.open.unwrap_or_default(), at)?,
         },
         "cylinder" | "cone" => Surface::Cone {
             base: vector(keys.need(file.base, "base")?),
@@ -417,11 +419,11 @@ fn read_mesh(file: MeshFile, place: &Place) -> Result<MeshDraft, SceneError> {
         },
         _ => Surface::Points(keys.need(file.points, "points")?.into_iter().map(vector).collect()),
     };
-    Ok(MeshDraft { name: file.name, species: file.species, surface, spacing: file.spacing })
+    Ok(SurfaceFill { name: file.name, species: file.species, shape, spacing: file.spacing })
 }
 
-fn read_sides(words: &[String], place: &Place) -> Result<Vec<Side>, SceneError> {
+fn parse_sides(words: &[String], at: &ConfigPath) -> Result<Vec<BoxSide>, SceneError> {
     let side =
-        |(index, word): (usize, &String)| meaning(&Side::NAMES, "side", word, &place.key("open").index(index)).copied();
+        |(index, word): (usize, &String)| meaning(&BoxSide::NAMES, "side", word, &at.key("open").index(index)).copied();
     words.iter().enumerate().map(side).collect()
 }

@@ -1,11 +1,11 @@
-//! Where particles start: fills, chains and meshes become positions.
+//! Random sequential insertion of particles and of chains.
 
 use crate::Vector;
 use crate::model::Region;
 use crate::model::random::Random;
 use crate::model::space::{Boundary, Space};
 use crate::scene::diagnostic::SceneErrorKind;
-use crate::scene::occupancy::{Occupancy, Overlapping};
+use crate::scene::packing::occupancy::{Occupancy, Overlapping};
 
 /// Random attempts to place one particle before it is given up. At 90 % of the density where random insertion jams in
 /// three dimensions, a place is found once in some 10^4 attempts.

@@ -3,16 +3,16 @@
 use std::collections::HashSet;
 
 use crate::Vector;
-use crate::model::{Bond, Limit, Mesh, Particle, ParticleId, Scene, SceneParts, Species};
+use crate::model::{Bond, Limit, Particle, ParticleId, Scene, SceneParts, Species, StaticSurface};
 use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::draft::SpeciesDraft;
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{affordable, affordable_species, on_flat_axes};
-use crate::scene::place::Place;
-use crate::scene::placement::wrapped;
-use crate::scene::{plans, start};
+use crate::scene::packing::insertion::wrapped;
+use crate::scene::unvalidated::UnvalidatedSpecies;
+use crate::scene::validate::{plan, start};
 
 impl Scene {
     /// Checks parts, such as those of another scene that were changed, and makes a scene of them.
@@ -47,10 +47,12 @@ impl Scene {
         let interactions = Interactions::given(std::mem::take(&mut scene.interactions), &scene.table, &species)?;
         check_particles(&mut scene)?;
         let bonds = std::mem::take(&mut scene.bonds).into_iter().enumerate();
-        let bonds: Vec<_> = bonds.map(|(index, bond)| (bond, Place::entry("bond", index).key("particles"))).collect();
+        let bonds: Vec<_> =
+            bonds.map(|(index, bond)| (bond, ConfigPath::entry("bond", index).key("particles"))).collect();
         check_bonds(&bonds, &scene.particles, &species, &interactions)?;
-        check_meshes(&scene.meshes, &scene.particles, &species)?;
-        let groups = Groups::given(std::mem::take(&mut scene.particles), bonds, std::mem::take(&mut scene.meshes));
+        check_surfaces(&scene.static_surfaces, &scene.particles, &species)?;
+        let groups =
+            Groups::given(std::mem::take(&mut scene.particles), bonds, std::mem::take(&mut scene.static_surfaces));
         let present = groups.counts(species.len()).iter().filter(|count| **count > 0).count();
         affordable_species(present)?;
         start::check_ranges(&space, &species, &interactions, &groups)?;
@@ -65,18 +67,18 @@ impl Scene {
         scene.interactions = interactions.finish().0;
         scene.particles = groups.particles;
         scene.bonds = groups.bonds.into_iter().map(|(bond, _)| bond).collect();
-        scene.meshes = groups.meshes;
-        plans::check_growth_fits(&scene)?;
+        scene.static_surfaces = groups.static_surfaces;
+        plan::check_growth_fits(&scene)?;
         Ok(scene)
     }
 
-    /// The same scene with another limit of the measured stretch.
+    /// The same scene with another limit of the measurement.
     ///
     /// # Errors
     /// [`SceneErrorKind::Value`] for a time that is not positive, or no events.
     pub fn with_limit(mut self, limit: Limit) -> Result<Self, SceneError> {
-        let place = Place::root().key("run");
-        plans::check_limit(limit, place.key("until_time"), place.key("until_events"))?;
+        let at = ConfigPath::root().key("run");
+        plan::check_limit(limit, at.key("until_time"), at.key("until_events"))?;
         self.run.limit = limit;
         Ok(self)
     }
@@ -84,7 +86,7 @@ impl Scene {
 
 /// A builder with all of a scene but its interactions and its particles.
 fn header(scene: &Scene) -> SceneBuilder {
-    let draft = |species: &Species| SpeciesDraft {
+    let draft = |species: &Species| UnvalidatedSpecies {
         name: species.name.clone(),
         mass: (!species.is_static()).then_some(species.mass),
         diameter: species.diameter,
@@ -110,29 +112,29 @@ fn header(scene: &Scene) -> SceneBuilder {
     }
 }
 
-fn refuse<T>(place: Place, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
-    Err(SceneError::new(place, SceneErrorKind::value(value, expected)))
+fn refuse<T>(at: ConfigPath, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
 }
 
 /// Particles of species that exist, at places and with velocities that these can have; wraps them into the box.
 fn check_particles(scene: &mut Scene) -> Result<(), SceneError> {
-    let place = Place::root().key("particle");
+    let at = ConfigPath::root().key("particle");
     if scene.particles.is_empty() {
         let why = "a scene needs at least one particle".to_owned();
-        return Err(SceneError::new(Place::root(), SceneErrorKind::Missing { key: "particle", why }));
+        return Err(SceneError::new(ConfigPath::root(), SceneErrorKind::Missing { key: "particle", why }));
     }
-    affordable(scene.particles.len() as u64, &place)?;
+    affordable(scene.particles.len() as u64, &at)?;
     let space = &scene.space;
     for (index, particle) in scene.particles.iter_mut().enumerate() {
         let Some(species) = scene.species.get(particle.species.0 as usize) else {
             let expected = format!("below {}, the number of species", scene.species.len());
-            return refuse(place.index(index).key("species"), particle.species.0, expected);
+            return refuse(at.index(index).key("species"), particle.species.0, expected);
         };
-        on_flat_axes(&particle.position, &space.lower, space, &place.index(index).key("position"))?;
-        let at = place.index(index).key("velocity");
-        on_flat_axes(&particle.velocity, &Vector::zeros(), space, &at)?;
+        on_flat_axes(&particle.position, &space.lower, space, &at.index(index).key("position"))?;
+        let key = at.index(index).key("velocity");
+        on_flat_axes(&particle.velocity, &Vector::zeros(), space, &key)?;
         if species.is_static() && particle.velocity != Vector::zeros() {
-            return refuse(at, format!("{:?}", particle.velocity.as_slice()), "none: a static species stays");
+            return refuse(key, format!("{:?}", particle.velocity.as_slice()), "none: a static species stays");
         }
         particle.position = wrapped(particle.position, space);
     }
@@ -141,45 +143,45 @@ fn check_particles(scene: &mut Scene) -> Result<(), SceneError> {
 
 /// Bonds of two different particles, lower id first, of which one can move; each once.
 fn check_bonds(
-    bonds: &[(Bond, Place)],
+    bonds: &[(Bond, ConfigPath)],
     particles: &[Particle],
     species: &[Species],
     interactions: &Interactions<'_>,
 ) -> Result<(), SceneError> {
     let mut seen = HashSet::new();
-    for (bond, place) in bonds {
+    for (bond, at) in bonds {
         let [a, b] = bond.pair;
         if let Some(id) = bond.pair.iter().find(|id| id.0 as usize >= particles.len()) {
             let kind = SceneErrorKind::NoParticle { id: id.0, particles: particles.len() };
-            return Err(SceneError::new(place.clone(), kind));
+            return Err(SceneError::new(at.clone(), kind));
         }
         let is_static = |id: &ParticleId| species[particles[id.0 as usize].species.0 as usize].is_static();
         if a >= b || bond.pair.iter().all(is_static) {
             let expected = "two different particles, the lower id first, of which one moves";
-            return refuse(place.clone(), format!("[{}, {}]", a.0, b.0), expected);
+            return refuse(at.clone(), format!("[{}, {}]", a.0, b.0), expected);
         }
         if !interactions.has(bond.interaction) {
-            return refuse(place.clone(), bond.interaction.0, "the number of an interaction");
+            return refuse(at.clone(), bond.interaction.0, "the number of an interaction");
         }
         if !seen.insert(bond.pair) {
-            return Err(SceneError::new(place.clone(), SceneErrorKind::BondedTwice { first: a.0, second: b.0 }));
+            return Err(SceneError::new(at.clone(), SceneErrorKind::BondedTwice { first: a.0, second: b.0 }));
         }
     }
     Ok(())
 }
 
 /// Surfaces of static particles that exist.
-fn check_meshes(meshes: &[Mesh], particles: &[Particle], species: &[Species]) -> Result<(), SceneError> {
+fn check_surfaces(surfaces: &[StaticSurface], particles: &[Particle], species: &[Species]) -> Result<(), SceneError> {
     let count = particles.len();
-    for (index, mesh) in meshes.iter().enumerate() {
-        let is_there = mesh.particles.start <= mesh.particles.end && mesh.particles.end as usize <= count;
-        let has_rims = mesh.rims.iter().flatten().all(|id| (id.0 as usize) < count);
+    for (index, surface) in surfaces.iter().enumerate() {
+        let is_there = surface.particles.start <= surface.particles.end && surface.particles.end as usize <= count;
+        let has_rims = surface.rims.iter().flatten().all(|id| (id.0 as usize) < count);
         if !(is_there && has_rims) {
             let expected = format!("particles below {count}");
-            return refuse(Place::entry("mesh", index), format!("{:?}", mesh.particles), expected);
+            return refuse(ConfigPath::entry("mesh", index), format!("{:?}", surface.particles), expected);
         }
-        if !species.get(mesh.species.0 as usize).is_some_and(Species::is_static) {
-            return refuse(Place::entry("mesh", index).key("species"), mesh.species.0, "a static species");
+        if !species.get(surface.species.0 as usize).is_some_and(Species::is_static) {
+            return refuse(ConfigPath::entry("mesh", index).key("species"), surface.species.0, "a static species");
         }
     }
     Ok(())
@@ -246,11 +248,11 @@ mod tests {
             ),
             ("limit", |p| p.run.limit.time = Some(-1.0), "run.until_time"),
         ];
-        for (name, change, place) in changes {
+        for (name, change, at) in changes {
             let mut parts = fluid().into_parts();
             change(&mut parts);
             let error = Scene::new(parts).expect_err(name);
-            assert_eq!(error.place().to_string(), place, "{name}: {error}");
+            assert_eq!(error.config_path().to_string(), at, "{name}: {error}");
         }
     }
 }

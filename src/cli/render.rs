@@ -1,4 +1,4 @@
-//! `carom picture`.
+//! `carom render`.
 
 use std::path::PathBuf;
 
@@ -10,8 +10,8 @@ use super::failure::Failure;
 
 /// Draws a frame of a run as a PNG
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  carom picture runs/hopper --time 30 --colour speed --size 1200x900")]
-pub struct Picture {
+#[command(after_help = "Example:\n  carom render runs/hopper --time 30 --colour speed --size 1200x900")]
+pub struct Render {
     /// The folder of a run, or a trajectory in extended XYZ
     run: PathBuf,
     /// Simulated time; the frame nearest to it is drawn, otherwise the last one
@@ -52,7 +52,7 @@ fn width_and_height(text: &str) -> Result<(u32, u32), String> {
     }
 }
 
-impl Picture {
+impl Render {
     pub fn execute(&self) -> Result<(), Failure> {
         let trajectory = super::trajectory_of(&self.run)?;
         let out = self.out.clone().unwrap_or_else(|| {

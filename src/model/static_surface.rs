@@ -1,4 +1,4 @@
-//! A surface of static spheres.
+//! Static-sphere surfaces.
 
 use std::ops::Range;
 
@@ -6,10 +6,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{ParticleId, SpeciesId};
 
-/// A surface of static spheres.
+/// A static-sphere surface: spheres that cover a shape and do not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Mesh {
-    /// Its name, or its number among the meshes.
+pub struct StaticSurface {
+    /// Its name, or its number among the static surfaces.
     pub name: String,
     /// The static species.
     pub species: SpeciesId,

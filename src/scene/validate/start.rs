@@ -1,4 +1,4 @@
-//! What a start must be to be valid: nothing overlaps, nothing reaches through a wall, every bond holds.
+//! Validates the initial configuration: no overlaps, nothing beyond a wall, every bond within its range.
 
 use std::collections::{HashMap, HashSet};
 
@@ -7,13 +7,13 @@ use crate::base::numbers::id;
 use crate::model::Species;
 use crate::model::space::{Boundary, Face, Space, nearest_image};
 use crate::model::{ParticleId, SpeciesId};
+use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
-use crate::scene::occupancy::{Contacts, Occupancy};
-use crate::scene::place::{Place, Step};
-use crate::scene::placement::first_overlap;
+use crate::scene::packing::insertion::first_overlap;
+use crate::scene::packing::occupancy::{Contacts, Occupancy};
 
 /// A wall or the end of a bond may be passed by the rounding of the coordinates that put the particle there.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -32,7 +32,7 @@ pub(crate) fn check_ranges(
     for (k, axis) in AXES.into_iter().enumerate() {
         if space.boundary[k] == Boundary::Periodic && space.size[k] < 2.0 * range {
             let kind = SceneErrorKind::SmallBox { axis, size: space.size[k], range, needed: 2.0 * range };
-            return Err(SceneError::new(Place::root().key("space").key("size").index(k), kind));
+            return Err(SceneError::new(ConfigPath::root().key("space").key("size").index(k), kind));
         }
     }
     Ok(())
@@ -56,7 +56,7 @@ pub(crate) fn check_walls(groups: &Groups, species: &[Species], space: &Space) -
             for (side, face, room) in [("lower", lower, x - space.lower[k]), ("upper", upper, space.upper()[k] - x)] {
                 if matches!(face, Face::Wall { .. }) && room < radius - rounding {
                     let kind = SceneErrorKind::InWall { particle: id(index), axis, side, depth: radius - room };
-                    return Err(SceneError::new(groups.place_of(index), kind));
+                    return Err(SceneError::new(groups.path_of(index), kind));
                 }
             }
         }
@@ -72,7 +72,7 @@ pub(crate) fn check_bonds(
     interactions: &Interactions<'_>,
 ) -> Result<(), SceneError> {
     let periods = space.periods();
-    for (bond, place) in &groups.bonds {
+    for (bond, at) in &groups.bonds {
         let [first, second] = bond.pair.map(|id| groups.particles[id.0 as usize].position);
         let distance = nearest_image(first - second, &periods, displacement).norm();
         let potential = &interactions.get(bond.interaction).potential;
@@ -86,7 +86,7 @@ pub(crate) fn check_bonds(
                 shortest: potential.core().unwrap_or(0.0),
                 longest,
             };
-            return Err(SceneError::new(place.clone(), kind));
+            return Err(SceneError::new(at.clone(), kind));
         }
     }
     Ok(())
@@ -122,7 +122,7 @@ pub(crate) fn check_overlaps(
                 distance: overlapping.distance,
                 contact: overlapping.contact,
             };
-            Err(SceneError::new(groups.place_of(second as usize), kind))
+            Err(SceneError::new(groups.path_of(second as usize), kind))
         }
     }
 }
@@ -131,40 +131,43 @@ pub(crate) fn check_overlaps(
 pub(crate) fn list_bonds(
     groups: &mut Groups,
     species: &[Species],
-    drafts: &[crate::scene::draft::BondDraft],
+    drafts: &[crate::scene::unvalidated::UnvalidatedBond],
     interactions: &mut Interactions<'_>,
 ) -> Result<(), SceneError> {
     for draft in drafts {
-        let place = &draft.place;
+        let at = &draft.at;
         // One of a coordinate file has no keys of its own.
-        let is_listed = matches!(place.steps().first(), Some(Step::Key(table)) if table == "bond");
-        let at = |key: &'static str| if is_listed { place.key(key) } else { place.clone() };
+        let is_listed = matches!(at.steps().first(), Some(PathStep::Key(table)) if table == "bond");
+        let key_at = |key: &'static str| if is_listed { at.key(key) } else { at.clone() };
         let particles = groups.particles.len();
         for (k, &id) in draft.pair.iter().enumerate() {
             if id as usize >= particles {
                 let kind = SceneErrorKind::NoParticle { id, particles };
-                return Err(SceneError::new(if is_listed { at("particles").index(k) } else { at("particles") }, kind));
+                return Err(SceneError::new(
+                    if is_listed { key_at("particles").index(k) } else { key_at("particles") },
+                    kind,
+                ));
             }
         }
         let [a, b] = draft.pair;
         if a == b {
             let kind = SceneErrorKind::value(format!("[{a}, {b}]"), "two different particles");
-            return Err(SceneError::new(at("particles"), kind));
+            return Err(SceneError::new(key_at("particles"), kind));
         }
         let kinds: [SpeciesId; 2] = draft.pair.map(|id| groups.particles[id as usize].species);
         if kinds.iter().all(|kind| species[kind.0 as usize].is_static()) {
             let kind = SceneErrorKind::value("static", "at least one particle that moves");
-            return Err(SceneError::new(at("particles"), kind));
+            return Err(SceneError::new(key_at("particles"), kind));
         }
-        let interaction = interactions.bond(&draft.interaction, kinds[0], kinds[1], &at("interaction"))?;
+        let interaction = interactions.bond(&draft.interaction, kinds[0], kinds[1], &key_at("interaction"))?;
         let pair = [ParticleId(a.min(b)), ParticleId(a.max(b))];
-        groups.bonds.push((crate::model::Bond { pair, interaction }, at("particles")));
+        groups.bonds.push((crate::model::Bond { pair, interaction }, key_at("particles")));
     }
     let mut seen = HashMap::new();
-    for (bond, place) in &groups.bonds {
+    for (bond, at) in &groups.bonds {
         if seen.insert(bond.pair, ()).is_some() {
             let kind = SceneErrorKind::BondedTwice { first: bond.pair[0].0, second: bond.pair[1].0 };
-            return Err(SceneError::new(place.clone(), kind));
+            return Err(SceneError::new(at.clone(), kind));
         }
     }
     Ok(())

@@ -1,18 +1,18 @@
-//! Whether the meshes of a scene hold what moves in it.
+//! Leaks of static surfaces: holes and joints that a moving species passes.
 
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
 use crate::Vector;
 use crate::base::numbers::{id, trunc_to_i64};
-use crate::model::Mesh;
+use crate::model::StaticSurface;
 use crate::model::{ParticleId, Scene, SpeciesId};
-use crate::scene::draft::MeshDraft;
-use crate::scene::occupancy::Contacts;
+use crate::scene::packing::occupancy::Contacts;
 use crate::scene::surface::Layout;
+use crate::scene::unvalidated::SurfaceFill;
 
-impl Mesh {
-    pub(crate) fn new(draft: &MeshDraft, species: SpeciesId, first: usize, layout: &Layout, number: usize) -> Self {
+impl StaticSurface {
+    pub(crate) fn new(draft: &SurfaceFill, species: SpeciesId, first: usize, layout: &Layout, number: usize) -> Self {
         let number_of = |index: usize| id(first + index);
         Self {
             name: draft.name.clone().unwrap_or_else(|| format!("mesh {number}")),
@@ -28,72 +28,74 @@ impl Mesh {
     }
 }
 
-/// A mesh that a species passes through.
+/// A surface that a species passes through.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Leak {
-    /// The mesh, by name.
-    pub mesh: String,
+    /// The surface, by name.
+    #[serde(rename = "mesh")]
+    pub surface: String,
     /// The species, by name.
     pub species: String,
     /// Circumradius of the largest hole `[length]`.
     pub hole: f64,
-    /// Contact distance of the species and the mesh `[length]`; 0 if they do not collide at all.
+    /// Contact distance of the species and the surface `[length]`; 0 if they do not collide at all.
     pub contact: f64,
 }
 
-/// An open end of a mesh that runs along another mesh and leaves a gap: a joint that leaks.
+/// An open end of a surface that runs along another surface and leaves a gap: a joint that leaks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
-    /// The mesh whose open end it is, by name.
-    pub mesh: String,
-    /// The mesh along which it runs, by name.
+    /// The surface whose open end it is, by name.
+    #[serde(rename = "mesh")]
+    pub surface: String,
+    /// The surface along which it runs, by name.
     pub other: String,
-    /// Median distance of the spheres along the open end to the nearest ones of the other mesh `[length]`.
+    /// Median distance of the spheres along the open end to the nearest ones of the other surface `[length]`.
     pub width: f64,
     /// The species that passes, by name.
     pub species: String,
 }
 
 impl Scene {
-    /// The meshes that leak, and what they leak.
+    /// The static surfaces that leak, and what they leak.
     ///
-    /// A species passes a hole of circumradius `R` if its contact distance `s` with the mesh spheres is less than `R`.
+    /// A species passes a hole of circumradius `R` if its contact distance `s` with the static spheres is less than `R`.
     #[must_use]
     pub fn leaks(&self) -> Vec<Leak> {
         let contacts = self.contacts();
         let mut leaks = Vec::new();
-        for mesh in &self.meshes {
-            let Some(hole) = mesh.hole else { continue };
+        for surface in &self.static_surfaces {
+            let Some(hole) = surface.hole else { continue };
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
-                let contact = contacts.get(index, mesh.species.0 as usize);
+                let contact = contacts.get(index, surface.species.0 as usize);
                 if contact < hole {
-                    leaks.push(Leak { mesh: mesh.name.clone(), species: species.name.clone(), hole, contact });
+                    leaks.push(Leak { surface: surface.name.clone(), species: species.name.clone(), hole, contact });
                 }
             }
         }
         leaks
     }
 
-    /// Joints of meshes that leak.
+    /// Joints of static surfaces that leak.
     ///
-    /// An open end counts as running along the mesh nearest to it if three quarters of its spheres are less than three
-    /// contact distances away from that mesh, at much the same distance (quartiles within a factor 1.5). The joint leaks if the holes along it, `R = sqrt(d^2 + g^2) / 2` with the
+    /// An open end counts as running along the surface nearest to it if three quarters of its spheres are less than three
+    /// contact distances away from that surface, at much the same distance (quartiles within a factor 1.5). The joint leaks if the holes along it, `R = sqrt(d^2 + g^2) / 2` with the
     /// spacing `d` along the end and the gap `g`, are larger than the contact distance at its median gap. Openings wider than
     /// that are taken for what is meant.
     #[must_use]
     pub fn gaps(&self) -> Vec<Gap> {
         let contacts = self.contacts();
         let mut gaps = Vec::new();
-        for (number, mesh) in self.meshes.iter().enumerate() {
+        for (number, surface) in self.static_surfaces.iter().enumerate() {
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
-                let contact = contacts.get(index, mesh.species.0 as usize);
+                let contact = contacts.get(index, surface.species.0 as usize);
                 if contact == 0.0 {
                     continue;
                 }
-                for rim in &mesh.rims {
+                for rim in &surface.rims {
                     gaps.extend(self.gap_along(rim, number, contact).map(|(other, width)| Gap {
-                        mesh: mesh.name.clone(),
-                        other: self.meshes[other].name.clone(),
+                        surface: surface.name.clone(),
+                        other: self.static_surfaces[other].name.clone(),
                         width,
                         species: species.name.clone(),
                     }));
@@ -103,11 +105,11 @@ impl Scene {
         gaps
     }
 
-    /// The mesh to which an open end is joined with a leak, and the width of the gap.
-    fn gap_along(&self, rim: &[ParticleId], mesh: usize, contact: f64) -> Option<(usize, f64)> {
+    /// The surface to which an open end is joined with a leak, and the width of the gap.
+    fn gap_along(&self, rim: &[ParticleId], surface: usize, contact: f64) -> Option<(usize, f64)> {
         let position = |id: u32| self.particles[id as usize].position;
         let mut joint: Option<(usize, f64)> = None;
-        for (other, candidate) in self.meshes.iter().enumerate().filter(|(other, _)| *other != mesh) {
+        for (other, candidate) in self.static_surfaces.iter().enumerate().filter(|(other, _)| *other != surface) {
             let spheres: Vec<Vector> = candidate.particles.clone().map(position).collect();
             let spheres = Near::new(&spheres, 3.0 * contact);
             let mut widths: Vec<f64> = rim.iter().filter_map(|id| spheres.distance(&position(id.0))).collect();
@@ -191,7 +193,7 @@ mod tests {
                 [[particle]]
                 species = "ball"
                 position = [5.0, 5.0, 5.0]
-                [[mesh]]
+                [[surface]]
                 name = "lower"
                 species = "mesh"
                 surface = "cylinder"
@@ -200,7 +202,7 @@ mod tests {
                 radius = 4.0
                 length = 9.0
                 spacing = {spacing}
-                [[mesh]]
+                [[surface]]
                 name = "upper"
                 species = "mesh"
                 surface = "cylinder"
@@ -222,7 +224,7 @@ mod tests {
         assert_eq!(scene(1.3, 10.0).leaks(), []);
         let leaks = scene(1.6, 10.0).leaks();
         assert_eq!(leaks.len(), 1);
-        assert_eq!((leaks[0].mesh.as_str(), leaks[0].species.as_str()), ("lower", "ball"));
+        assert_eq!((leaks[0].surface.as_str(), leaks[0].species.as_str()), ("lower", "ball"));
         assert!(leaks[0].hole > leaks[0].contact);
     }
 
@@ -231,6 +233,6 @@ mod tests {
         assert_eq!(scene(0.9, 10.0).gaps(), []);
         assert_eq!(scene(0.9, 13.0).gaps(), []);
         let gaps = scene(0.9, 11.2).gaps();
-        assert!(gaps.iter().any(|gap| gap.mesh == "lower" && gap.other == "upper"), "{gaps:?}");
+        assert!(gaps.iter().any(|gap| gap.surface == "lower" && gap.other == "upper"), "{gaps:?}");
     }
 }

@@ -1,70 +1,70 @@
-//! From what was typed about stages, thermostats and measurements to plans.
+//! Parses the tables `[run]`, `[[stage]]` and `[measure]` into plans.
 
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
 use crate::model::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
-use crate::scene::place::Place;
 
-fn missing(place: &Place, key: &'static str, why: impl Into<String>) -> SceneError {
-    SceneError::new(place.clone(), SceneErrorKind::Missing { key, why: why.into() })
+fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
+    SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
 }
 
 /// How long to run, and what to do first.
-pub(crate) fn read_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
+pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
     let Some(run) = run else {
-        return Err(missing(&Place::root(), "run", "a scene needs [run] with until_time or until_events"));
+        return Err(missing(&ConfigPath::root(), "run", "a scene needs [run] with until_time or until_events"));
     };
-    let place = Place::root().key("run");
+    let at = ConfigPath::root().key("run");
     if run.until_time.is_none() && run.until_events.is_none() {
-        return Err(missing(&place, "until_time", "or until_events, or both"));
+        return Err(missing(&at, "until_time", "or until_events, or both"));
     }
-    let stage = |(index, stage)| read_stage(stage, &Place::entry("stage", index));
+    let stage = |(index, stage)| parse_stage(stage, &ConfigPath::entry("stage", index));
     Ok(RunPlan {
         stages: stages.into_iter().enumerate().map(stage).collect::<Result<_, _>>()?,
         equilibration: Limit { time: run.equilibration_time, events: run.equilibration_events },
         until_stationary: run
             .equilibration
-            .map(|word| read_automatic(&word, &place.key("equilibration")))
+            .map(|word| parse_automatic(&word, &at.key("equilibration")))
             .transpose()?
             .is_some(),
         limit: Limit { time: run.until_time, events: run.until_events },
-        thermostat: run.thermostat.map(|file| read_thermostat(file, &place.key("thermostat"))).transpose()?,
+        thermostat: run.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
     })
 }
 
 /// The word that lets an equilibration end by itself.
 pub(crate) const AUTOMATIC: [&str; 1] = ["auto"];
 
-fn read_automatic(word: &str, place: &Place) -> Result<(), SceneError> {
+fn parse_automatic(word: &str, at: &ConfigPath) -> Result<(), SceneError> {
     if AUTOMATIC.contains(&word) {
         return Ok(());
     }
-    Err(SceneError::new(place.clone(), SceneErrorKind::unknown_word("equilibration", word, AUTOMATIC)))
+    Err(SceneError::new(at.clone(), SceneErrorKind::unknown_word("equilibration", word, AUTOMATIC)))
 }
 
-fn read_stage(stage: StageFile, place: &Place) -> Result<StagePlan, SceneError> {
+fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneError> {
     let limit = Limit { time: stage.until_time, events: stage.until_events };
     if limit == Limit::default() && stage.grow.is_none() {
-        return Err(missing(place, "until_time", "or until_events, or grow, so that the stage ends"));
+        return Err(missing(at, "until_time", "or until_events, or grow, so that the stage ends"));
     }
     Ok(StagePlan {
         name: stage.name,
         limit,
-        thermostat: stage.thermostat.map(|file| read_thermostat(file, &place.key("thermostat"))).transpose()?,
-        growth: stage.grow.map(|file| read_growth(&file, &place.key("grow"))).transpose()?,
+        thermostat: stage.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
+        growth: stage.grow.map(|file| parse_growth(&file, &at.key("grow"))).transpose()?,
     })
 }
 
-fn read_growth(file: &GrowthFile, place: &Place) -> Result<Growth, SceneError> {
+fn parse_growth(file: &GrowthFile, at: &ConfigPath) -> Result<Growth, SceneError> {
     let until = match (file.packing_fraction, file.compressibility_factor) {
         (Some(fraction), None) => GrowthTarget::PackingFraction(fraction),
         (None, Some(factor)) => GrowthTarget::CompressibilityFactor(factor),
-        (None, None) => return Err(missing(place, "packing_fraction", "or compressibility_factor, where it ends")),
+        (None, None) => return Err(missing(at, "packing_fraction", "or compressibility_factor, where it ends")),
         (Some(_), Some(_)) => {
             let kind = SceneErrorKind::value("given as well", "either it or packing_fraction");
-            return Err(SceneError::new(place.key("compressibility_factor"), kind));
+            return Err(SceneError::new(at.key("compressibility_factor"), kind));
         }
     };
     Ok(Growth { rate: file.rate, until })
@@ -74,34 +74,34 @@ fn read_growth(file: &GrowthFile, place: &Place) -> Result<Growth, SceneError> {
 pub(crate) const THERMOSTATS: [(&str, &[&str]); 2] =
     [("andersen", &["temperature", "rate", "axes"]), ("rescaling", &["temperature", "interval"])];
 
-fn read_thermostat(file: ThermostatFile, place: &Place) -> Result<Thermostat, SceneError> {
+fn parse_thermostat(file: ThermostatFile, at: &ConfigPath) -> Result<Thermostat, SceneError> {
     let Some((word, known)) = THERMOSTATS.into_iter().find(|(word, _)| *word == file.kind) else {
         let kind = SceneErrorKind::unknown_word("kind", &file.kind, THERMOSTATS.map(|(word, _)| word));
-        return Err(SceneError::new(place.key("kind"), kind));
+        return Err(SceneError::new(at.key("kind"), kind));
     };
     let given = [("rate", file.rate.is_some()), ("axes", file.axes.is_some()), ("interval", file.interval.is_some())];
     if let Some((key, _)) = given.into_iter().find(|(key, is_given)| *is_given && !known.contains(key)) {
         let (context, known) = (format!("kind = \"{word}\""), known.to_vec());
-        return Err(SceneError::new(place.key(key), SceneErrorKind::Misplaced { key, context, known }));
+        return Err(SceneError::new(at.key(key), SceneErrorKind::Misplaced { key, context, known }));
     }
     match word {
         "andersen" => Ok(Thermostat::Andersen {
             temperature: file.temperature,
-            rate: file.rate.ok_or_else(|| missing(place, "rate", "how often a particle gets a new velocity"))?,
-            axes: file.axes.map_or(Ok([true; 3]), |words| read_axes(&words, &place.key("axes")))?,
+            rate: file.rate.ok_or_else(|| missing(at, "rate", "how often a particle gets a new velocity"))?,
+            axes: file.axes.map_or(Ok([true; 3]), |words| parse_axes(&words, &at.key("axes")))?,
         }),
         _ => Ok(Thermostat::Rescaling {
             temperature: file.temperature,
-            interval: file.interval.ok_or_else(|| missing(place, "interval", "the time between two scalings"))?,
+            interval: file.interval.ok_or_else(|| missing(at, "interval", "the time between two scalings"))?,
         }),
     }
 }
 
-fn read_axes(words: &[String], place: &Place) -> Result<[bool; 3], SceneError> {
+fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError> {
     let mut axes = [false; 3];
     for (index, word) in words.iter().enumerate() {
         let Some(axis) = AXES.iter().position(|known| known == word) else {
-            return Err(SceneError::new(place.index(index), SceneErrorKind::unknown_word("axis", word, AXES)));
+            return Err(SceneError::new(at.index(index), SceneErrorKind::unknown_word("axis", word, AXES)));
         };
         axes[axis] = true;
     }
@@ -109,7 +109,7 @@ fn read_axes(words: &[String], place: &Place) -> Result<[bool; 3], SceneError> {
 }
 
 /// What to measure.
-pub(crate) fn read_measure(file: MeasureFile) -> MeasurementPlan {
+pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {
     MeasurementPlan {
         pressure_tensor: file.pressure_tensor.0,
         radial_distribution: file.radial_distribution.0,

@@ -1,0 +1,279 @@
+//! Why a simulation cannot go on: its dynamics has come to rest, or its state is impossible.
+
+use crate::model::ParticleId;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use thiserror::Error;
+
+/// Why a simulation cannot go on.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum EngineError {
+    /// Infinitely many events in a finite time: a property of the model.
+    #[error(transparent)]
+    Arrest(#[from] Arrest),
+    /// An impossible state: a defect of the program or of the machine.
+    #[error(transparent)]
+    InvariantBroken(#[from] InvariantBroken),
+}
+
+impl EngineError {
+    /// The dynamical arrest, if it is one.
+    #[must_use]
+    pub fn arrest(&self) -> Option<Arrest> {
+        match self {
+            Self::Arrest(arrest) => Some(*arrest),
+            Self::InvariantBroken(_) => None,
+        }
+    }
+}
+
+/// How the dynamics arrests.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Standstill {
+    /// Events go on, but time does not: a contact at rest, or infinitely many contacts in a finite time.
+    Time {
+        /// How many events there were at that time.
+        events: u64,
+    },
+    /// An inelastic collapse that carries its speed along: contacts leave ever less relative speed, until there is none
+    /// in the digits of the velocities.
+    Speed {
+        /// The last normal speed of approach `[length / time]`.
+        approach: f64,
+    },
+}
+
+impl fmt::Display for Standstill {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Time { events } => write!(f, "{events} events without time advancing, the last of"),
+            Self::Speed { approach } => {
+                write!(f, "inelastic collapse, down to an approach speed of {approach:.1e} that rounding swallows, of")
+            }
+        }
+    }
+}
+
+/// The dynamics has come to rest in a way that needs infinitely many events.
+///
+/// Carom cannot go on from here without changing the model, so it says so instead of spinning.
+#[doc(alias = "DynamicalArrest")]
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error(
+    "dynamical arrest at time {time}: {standstill} particle {} and {}",
+    particle.0,
+    partner.map_or("a wall".to_owned(), |id| format!("particle {}", id.0))
+)]
+pub struct Arrest {
+    /// A particle that is part of it.
+    pub particle: ParticleId,
+    /// The other one, or none for a wall.
+    pub partner: Option<ParticleId>,
+    /// When.
+    pub time: f64,
+    /// What stands still.
+    pub standstill: Standstill,
+}
+
+impl Arrest {
+    /// What the user can do about it.
+    pub const CURE: &'static str = "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the \
+        restitution to 1, or start without particles at rest in contact or overlapping";
+}
+
+/// The state of the engine is impossible: a defect of the program or of the machine, never of the scene.
+///
+/// The run ends there, because every event after it would be invented. The simulation stays in this state, and a further run of it
+/// ends with the same error.
+#[doc(alias = "corrupted state")]
+#[derive(Debug, Clone, Copy, PartialEq, Error, Serialize, Deserialize)]
+#[error(
+    "impossible state at time {time} of particle {}{}: expected {expected}",
+    particle.0,
+    partner.map_or(String::new(), |id| format!(" and particle {}", id.0))
+)]
+pub struct InvariantBroken {
+    /// The particle whose event or cell transition was due.
+    pub particle: ParticleId,
+    /// The other one of a pair.
+    pub partner: Option<ParticleId>,
+    /// When.
+    pub time: f64,
+    /// What should have been so.
+    pub expected: Invariant,
+}
+
+impl InvariantBroken {
+    /// What the user can do about it.
+    pub const CURE: &'static str = "carom should not do this: please report the scene and the command; if it does not happen again, \
+        check the memory of the machine";
+}
+
+/// What holds in every state of the engine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Invariant {
+    /// A pair event is at a discontinuity that the pair has in its state.
+    Discontinuity,
+    /// A captured pair is in the lists of both particles.
+    CapturedPair,
+    /// A contact with a wall is at a side of the box that has one.
+    Wall,
+    /// Thermal walls have random numbers.
+    WallRandom,
+    /// A cell transition is through a face that leads to another cell.
+    Transition,
+    /// A particle that leaves its Verlet list's skin has such a list.
+    VerletList,
+    /// Particles of a sheared box are sorted into cells.
+    Cells,
+    /// A global event has a source.
+    GlobalEvent,
+}
+
+impl fmt::Display for Invariant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Discontinuity => "a discontinuity of the pair in its state",
+            Self::CapturedPair => "a captured pair in the lists of both particles",
+            Self::Wall => "a wall at this side of the box",
+            Self::WallRandom => "random numbers of a thermal wall",
+            Self::Transition => "another cell behind the face",
+            Self::VerletList => "a neighbour list of the particle",
+            Self::Cells => "a cell of the particle",
+            Self::GlobalEvent => "a source of the global event",
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::engine::event_loop::Engine;
+    use crate::engine::neighbours::grid::Face;
+    use crate::engine::prediction::{Contact, Prediction};
+    use crate::engine::{Reason, Until};
+    use crate::model::potential::Potential;
+    use crate::model::space::{Boundary, Face as SpaceFace, Space};
+    use crate::physics::overlap::Side;
+    use crate::scene::SceneBuilder;
+    use std::ops::ControlFlow;
+
+    #[test]
+    fn an_impossible_state_is_named() {
+        let broken = InvariantBroken {
+            particle: ParticleId(3),
+            partner: Some(ParticleId(7)),
+            time: 1.5,
+            expected: Invariant::Discontinuity,
+        };
+        let text = "impossible state at time 1.5 of particle 3 and particle 7: expected a discontinuity of the pair in its state";
+        assert_eq!(EngineError::from(broken).to_string(), text);
+        let of_one = InvariantBroken { partner: None, expected: Invariant::Wall, ..broken };
+        assert_eq!(
+            of_one.to_string(),
+            "impossible state at time 1.5 of particle 3: expected a wall at this side of the box"
+        );
+    }
+
+    /// Square wells in a wide box that has a wall at the lower end of x alone: two come together at t = 1.5, one flies away.
+    fn wells<const TABLE: bool>(range: Option<f64>) -> Engine<false, TABLE> {
+        let wall = SpaceFace::Wall { restitution: 1.0 };
+        let x = Boundary::Bounded { lower: wall, upper: SpaceFace::Open };
+        let space = Space { boundary: [x, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(60.0) };
+        let potential =
+            range.map_or_else(|| Potential::hard_sphere(1.0), |range| Potential::square_well(1.0, range, 1.0));
+        let at = |x: f64, y: f64| Vector::new(x, y, 30.0);
+        let mut scene = SceneBuilder::new("wells").space(space).species("A", 1.0, 1.0).interaction(
+            "A",
+            "A",
+            potential.unwrap(),
+            1.0,
+        );
+        // Too many for lists.
+        for k in 0..40 {
+            scene = scene.particle("A", Vector::new(3.0 + f64::from(k), 50.0, 50.0), Vector::zeros());
+        }
+        let scene = scene
+            .particle("A", at(10.0, 10.0), Vector::new(1.0, 0.0, 0.0))
+            .particle("A", at(13.0, 10.0), Vector::zeros())
+            .particle("A", at(50.0, 30.0), Vector::new(2.0, 0.0, 0.0));
+        Engine::new(&scene.build().unwrap())
+    }
+
+    /// Foresees something for the particle with an id, and says how a run goes on, and what it shows.
+    fn end<const TABLE: bool>(
+        mut engine: Engine<false, TABLE>,
+        id: u32,
+        change: impl Fn(&mut Prediction),
+    ) -> (Result<Reason, EngineError>, usize) {
+        let particle = engine.number(ParticleId(id));
+        change(&mut engine.predictions[particle as usize]);
+        engine.schedule(particle);
+        let mut shown = 0;
+        let mut run = || {
+            engine.advance(Until::time(4.0), &mut |_| {
+                shown += 1;
+                ControlFlow::Continue(())
+            })
+        };
+        let first = run();
+        if first.is_err() {
+            assert_eq!(run(), first, "it stays broken");
+        }
+        (first, shown)
+    }
+
+    fn broken(end: &Result<Reason, EngineError>) -> (u32, Option<u32>, Invariant) {
+        let Err(EngineError::InvariantBroken(broken)) = end else { panic!("{end:?}") };
+        (broken.particle.0, broken.partner.map(|id| id.0), broken.expected)
+    }
+
+    #[test]
+    fn the_state_before_it_is_corrupted_is_sound() {
+        assert_eq!(end(wells::<false>(None), 40, |_| {}), (Ok(Reason::Time), 1));
+        assert_eq!(end(wells::<true>(Some(1.5)), 40, |_| {}), (Ok(Reason::Time), 3));
+    }
+
+    #[test]
+    fn a_pair_at_a_discontinuity_that_it_does_not_have_ends_the_run() {
+        let outwards = |prediction: &mut Prediction| {
+            assert!(prediction.contact_time < 4.0);
+            prediction.contact = Contact::Pair(Side::Negative);
+        };
+        let expected = (40, Some(41), Invariant::Discontinuity);
+        for (found, shown) in [end(wells::<false>(None), 40, outwards), end(wells::<true>(Some(1.5)), 40, outwards)] {
+            assert_eq!((broken(&found), shown), (expected, 0));
+        }
+    }
+
+    #[test]
+    fn a_contact_with_a_wall_that_is_not_there_ends_the_run() {
+        let (found, shown) = end(wells::<false>(None), 42, |prediction| {
+            prediction.reach(Face { axis: 1, is_upper: false }, 1.0, 42);
+            prediction.transition_time = f64::INFINITY;
+        });
+        assert_eq!((broken(&found), shown), ((42, None, Invariant::Wall), 0));
+    }
+
+    #[test]
+    fn a_cell_transition_out_of_an_open_end_ends_the_run() {
+        let (found, shown) = end(wells::<false>(None), 42, |prediction| {
+            (prediction.transition_time, prediction.exit) = (0.5, Face { axis: 0, is_upper: true });
+        });
+        assert_eq!((broken(&found), shown), ((42, None, Invariant::Transition), 0));
+    }
+
+    #[test]
+    fn a_pair_that_only_one_of_two_has_captured_ends_the_run() {
+        let mut engine = wells::<true>(Some(1.5));
+        engine.advance(Until::events(1), &mut |_| ControlFlow::Continue(())).unwrap();
+        let [a, b] = [40, 41].map(|id| engine.number(ParticleId(id)));
+        assert!(engine.memory.forget(b, a));
+        let (found, shown) = end(engine, 40, |_| {});
+        let (.., expected) = broken(&found);
+        assert_eq!((expected, shown), (Invariant::CapturedPair, 1), "the core, and not the release");
+    }
+}
