@@ -325,7 +325,7 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
     use crate::model::{Limit, OutputPlan, RunPlan};
-    use crate::run::Ending;
+    use crate::run::{Ending, run};
     use crate::scene::SceneBuilder;
 
     #[test]

@@ -89,7 +89,10 @@ impl Registry {
         self.entries.push(Entry {
             name: name.to_owned(),
             begin: Box::new(|setup| Box::new(begin(setup))),
-            read: |bytes| Ok(Box::new(postcard::from_bytes::<I>(bytes)?)),
+            read: |bytes| match postcard::take_from_bytes::<I>(bytes)? {
+                (instrument, []) => Ok(Box::new(instrument)),
+                _ => Err(postcard::Error::DeserializeBadEncoding),
+            },
         });
     }
 
