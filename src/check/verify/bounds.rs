@@ -9,7 +9,7 @@ use crate::engine::{Elapsed, States};
 /// sum has eight terms. All are below one unit in the last place of the scales below.
 const ROUNDINGS: f64 = 32.0;
 
-/// Speeds below the root of the smallest float have squares that are 0: a norm of them, or an energy, tells nothing.
+/// Speeds below the root of the smallest float have squares that are 0: a norm of them, or an energy, has no digits.
 const SMALLEST: f64 = 1.5e-154;
 
 /// Roundings that many, of a number of the order of `scale`.
