@@ -23,7 +23,7 @@ impl Verifier {
                 continue;
             }
             let flight = self.flight(i);
-            let bound = flight.position(&self.world);
+            let bound = flight.position();
             if !(jump <= bound && self.world.is_in_box(&after.positions[at])) {
                 return Err(Fault::Jumped { particle: ParticleId(i), by: jump, bound });
             }
