@@ -58,7 +58,7 @@ impl Failure {
 
     /// Says what is wrong on standard error, and returns the exit code.
     pub fn report(&self) -> ExitCode {
-        // Where nobody reads the report, the exit code still tells.
+        // Where standard error is closed, the exit code is still there.
         let _ = writeln!(std::io::stderr().lock(), "{:?}", self.report);
         ExitCode::from(self.code)
     }

@@ -61,7 +61,7 @@ fn is_now(due: f64, now: f64) -> bool {
     due <= now || due - now <= 16.0 * f64::EPSILON * now.abs()
 }
 
-/// Declares the kinds of instruments and how they are told apart.
+/// Declares the kinds of instruments.
 macro_rules! instruments {
     ($($kind:ident($type:ty)),* $(,)?) => {
         /// One instrument of any kind.
