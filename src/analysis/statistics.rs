@@ -21,7 +21,7 @@ const FEWEST_VALUES: usize = 8;
 /// nor of values that are worth fewer independent ones: the error of the error, `1 / sqrt(2 (n - 1))`, would exceed a third.
 const FEWEST_INDEPENDENT: f64 = 5.0;
 
-/// A mean with its uncertainty.
+/// A mean with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The mean over the whole series.
@@ -46,7 +46,7 @@ impl Estimate {
     }
 }
 
-/// A running mean of a series whose neighbouring values are correlated, as those of a trajectory are.
+/// Block average of a correlated time series, with a standard error that takes the correlation into account.
 ///
 /// Values come with a weight, the time that they stand for. They are gathered in bins of equal weight; when there are too
 /// many bins, neighbours merge and the weight doubles, so that memory stays bounded for any length of the series.

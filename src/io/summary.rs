@@ -10,7 +10,7 @@ use crate::analysis::statistics::Stationarity;
 use crate::model::InputFile;
 use crate::run::Finished;
 
-/// What `summary.json` contains.
+/// Summary of a run: the content of `summary.json`.
 ///
 /// Counts, observables and speed are those of the measurement; energies, momentum and overlaps span the whole run with
 /// its equilibration. What means nothing for the scene is `null` or, of the observables, absent.
@@ -84,7 +84,7 @@ pub struct Energies {
     pub ledger_limit: f64,
 }
 
-/// Momentum.
+/// Conservation of momentum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Momentum {
     /// Relative to the sum of `m |v|`; `None` where momentum is not conserved.
@@ -121,7 +121,7 @@ pub struct Observable {
     pub stationarity: Option<Stationarity>,
 }
 
-/// How fast it was.
+/// Speed of the run on the clock.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
     /// Time on the clock `[seconds]`.

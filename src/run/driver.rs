@@ -18,38 +18,19 @@ use std::time::Instant;
 use super::progress::Progress;
 use super::state::RunState;
 use super::{Ending, Finished, Recorder};
-use crate::analysis::instruments::SystemDescription;
+use crate::analysis::instruments::{Registry, SystemDescription};
 use crate::engine::Simulation;
-use crate::model::{Limit, Scene};
+use crate::model::Limit;
 
 /// The engine's steps between two questions whether to go on: the first time, and at most. Steps can be slow, of particles with very many
 /// others near them, so that their number follows the clock. It changes nothing else.
 const STEPS: [u64; 2] = [64, 1 << 16];
 
-/// Runs a scene as it plans, and hands rows and frames to a recorder.
-///
-/// `watch` is called every few hundredths of a second; the run ends at once, but in good order, where it breaks. Neither
-/// it nor the recorder changes the trajectory. A stage without a limit is left out.
-///
-/// # Errors
-/// The recorder's. A simulation that cannot go on is no error here, but an [`Ending`].
-pub fn run<R: Recorder>(
-    scene: Scene,
-    recorder: &mut R,
-    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<Finished, R::Error> {
-    let simulation = Simulation::new(scene);
-    let state = RunState::new(&simulation);
-    resume(simulation, state, recorder, watch)
-}
-
-/// Goes on with a run where it was left, to the same bits as if it had never stopped.
-///
-/// # Errors
-/// As [`run`].
-pub fn resume<R: Recorder>(
+/// Goes on with a run from where it is.
+pub(super) fn drive<R: Recorder>(
     simulation: Simulation,
     state: RunState,
+    registry: Registry,
     recorder: &mut R,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
@@ -58,6 +39,7 @@ pub fn resume<R: Recorder>(
         simulation,
         state,
         system,
+        registry,
         recorder,
         watch,
         started: None,
@@ -73,6 +55,8 @@ struct Driver<'a, R> {
     simulation: Simulation,
     state: RunState,
     system: SystemDescription,
+    /// Instruments of the user that have not begun yet.
+    registry: Registry,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// When the measurement began, or went on, on the clock.
@@ -198,7 +182,7 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
     use crate::model::{Limit, OutputPlan, RunPlan};
-    use crate::run::Ending;
+    use crate::run::{Ending, Stage, run};
     use crate::scene::SceneBuilder;
 
     #[test]
@@ -274,13 +258,5 @@ mod tests {
         let plan = RunPlan { equilibration: Limit::events(10), limit: Limit::time(10.0), ..RunPlan::default() };
         let finished = finished(scene, plan, Some(1e-3));
         assert_eq!((finished.ending, finished.stage), (Ending::GaveUp, Stage::Equilibration));
-    }
-
-    #[test]
-    fn steps_become_fewer_where_they_are_slow_and_never_too_many() {
-        assert_eq!(steps_after(64, PAUSE), 128);
-        assert_eq!(steps_after(64, 2 * PAUSE), 32);
-        assert_eq!(steps_after(1, 1000 * PAUSE), 1);
-        assert_eq!(steps_after(STEPS[1], Duration::ZERO), STEPS[1]);
     }
 }

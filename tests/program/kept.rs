@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use carom::io::{Existing, Folder};
 use carom::model::Scene;
-use carom::run::{Ending, Progress, resume, run};
+use carom::run::{Ending, Progress, Run, run};
 
 use super::place::{FLUID, Place, begun, begun_in, code, contents, ended, errors, killed, line, words};
 
@@ -89,7 +89,7 @@ fn a_run_is_as_it_was_until_another_one_has_replaced_it() {
     assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
     let output = place.carom(&["report", "runs/scene"]);
     assert!(code(&output) == 0 && is_as_before(), "{}", errors(&output));
-    // A file of the user's own in the way is kept: told at the start, and what was simulated is not lost.
+    // A file of the user's own in the way is kept: reported at the start, and what was simulated is not lost.
     let arguments = ["run", "scene.toml", "--force", "--set", "output.contacts=true"];
     for is_late in [false, true] {
         let child = is_late.then(|| begun_in(&place, &arguments[2..], "runs/scene/replacement/replacement"));
@@ -198,7 +198,7 @@ fn what_no_estimate_can_know_is_counted_and_the_run_goes_on_to_the_same_bits() {
     let written = fs::metadata(limited.join("trajectory.xyz")).unwrap().len();
     assert!((30_000..120_000).contains(&written), "{written}");
     let (mut folder, checkpoint) = Folder::resume(&limited, None).unwrap();
-    let finished = resume(checkpoint.simulation, checkpoint.state, &mut folder, &mut go_on.clone()).unwrap();
+    let finished = Run::resume(checkpoint).execute(&mut folder, &mut go_on.clone()).unwrap();
     assert!(finished.is_sound());
     folder.complete(&finished, "").unwrap();
     let mut folder = Folder::create(&whole, &scene, Existing::Keep).unwrap();

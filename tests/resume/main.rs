@@ -2,10 +2,9 @@
 
 mod runs;
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
 use rand_chacha::ChaCha8Rng;

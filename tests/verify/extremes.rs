@@ -35,14 +35,14 @@ fn what_a_heavy_particle_gives_to_a_light_one_is_proven() {
 }
 
 /// Two species that share a deep well, in a small box.
-fn deep(depth: &str) -> Scene {
+pub fn deep(depth: &str) -> Scene {
     let text = WELL.replace("well_depth = 1.0", &format!("well_depth = {depth}"));
     scene(&text.replace("256", "8"))
 }
 
 #[test]
 fn wells_that_make_particles_go_round_the_box_at_once_are_proven_or_refused_without_a_panic() {
-    // At 1e16 positions still have eight digits; at 1e20 and beyond they have none that tell anything.
+    // At 1e16 positions still have eight digits; at 1e20 and beyond they have none that are significant.
     for depth in ["1e12", "1e16", "1e20", "1e30", "1e49"] {
         let certificate = prove(deep(depth), 0, 300);
         let is_proven = certificate.is_proven() && certificate.counts.events() == 300;

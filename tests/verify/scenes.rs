@@ -7,6 +7,7 @@ use crate::FLUID;
 use crate::Recording;
 use crate::WELL;
 use crate::config;
+use crate::extremes::deep;
 use crate::prove;
 use crate::scene;
 

@@ -14,10 +14,10 @@ use crate::run::audit;
 use crate::run::{self, Ending, Finished};
 use crate::scene::{SceneBuilder, SceneError};
 
-/// Asked every few hundredths of a second; a break ends the run.
+/// A callback, called every few hundredths of a second; a break ends the run.
 pub type Watch<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
 
-/// Why a point could not be compared.
+/// Error of a state point: why it could not be compared.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StatePointError {
@@ -51,7 +51,13 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
         Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
         Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
         // No state point has spheres that grow, or an equilibration that ends by itself.
-        Ending::Time | Ending::Events | Ending::Idle | Ending::GaveUp | Ending::Unsettled | Ending::Jammed(_) => {}
+        Ending::Time
+        | Ending::Events
+        | Ending::Condition
+        | Ending::Idle
+        | Ending::GaveUp
+        | Ending::Unsettled
+        | Ending::Jammed(_) => {}
     }
     match finished.audit.faults().first() {
         Some(fault) => Err(StatePointError::Unsound(*fault)),

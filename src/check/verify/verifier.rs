@@ -17,7 +17,7 @@ use crate::model::{ParticleId, Scene};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-/// Proves a sequence of events.
+/// Verifier of a sequence of events.
 ///
 /// It is shown each event with the states after it, [`Verifier::witness`], and uses nothing that an engine predicts,
 /// remembers or sorts into cells.

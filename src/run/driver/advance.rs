@@ -105,6 +105,7 @@ impl<R: Recorder> Driver<'_, R> {
                 return Ok(Err(Ending::Idle));
             }
             match reached {
+                Ok(Some(Reason::Observer)) => return Ok(Err(Ending::Condition)),
                 Ok(Some(reason)) => {
                     self.state.aim = None;
                     return Ok(Ok(reason));
@@ -139,7 +140,8 @@ impl<R: Recorder> Driver<'_, R> {
             if let Some(recorder) = &mut recorder {
                 failure = recorder.event(event).err();
             }
-            if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            let is_done = instruments.as_ref().is_some_and(|instruments| instruments.is_done());
+            if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         failure.map_or(Ok(reason), Err)
     }
@@ -155,4 +157,17 @@ impl<R: Recorder> Driver<'_, R> {
 fn steps_after(steps: u64, took: Duration) -> u64 {
     let next = if took > PAUSE { steps / 2 } else { steps * 2 };
     next.clamp(1, STEPS[1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_become_fewer_where_they_are_slow_and_never_too_many() {
+        assert_eq!(steps_after(64, PAUSE), 128);
+        assert_eq!(steps_after(64, 2 * PAUSE), 32);
+        assert_eq!(steps_after(1, 1000 * PAUSE), 1);
+        assert_eq!(steps_after(STEPS[1], Duration::ZERO), STEPS[1]);
+    }
 }

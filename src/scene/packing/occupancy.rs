@@ -114,6 +114,7 @@ impl<'a> Occupancy<'a> {
 mod tests {
     use super::*;
     use crate::model::random::{Purpose, Random};
+    use crate::model::space::Boundary;
 
     #[test]
     fn overlaps_are_those_of_a_search_over_all_pairs() {
