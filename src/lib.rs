@@ -20,7 +20,7 @@
 //!     .temperature(1.0)
 //!     .build()?;
 //!
-//! let mut simulation = Simulation::new(scene);
+//! let mut simulation = Simulation::new(scene)?;
 //! let before = simulation.energy().kinetic;
 //! simulation.advance(Until::events(20_000))?;
 //!

@@ -265,7 +265,7 @@ mod tests {
             .temperature(1.0)
             .build()
             .unwrap();
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let ledger = Ledger::open(&simulation, true);
         simulation.advance(Until::events(1000)).unwrap();
         ledger.close(&simulation)
@@ -327,7 +327,7 @@ mod tests {
             .allow_invalid_start(true)
             .build()
             .unwrap();
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let mut ledger = Ledger::open(&simulation, true);
         simulation.advance(Until::time(0.2)).unwrap();
         ledger.see_overlaps(&simulation);
