@@ -188,7 +188,7 @@ fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Writes to standard output. Whoever closes it early, as `head` does, has read enough.
+/// Writes to standard output. A pipe that is closed early, as by `head`, is no error.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {
@@ -199,7 +199,7 @@ fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Says something beside the results, on standard error. Where nobody reads it, the results are still complete.
+/// Writes a warning to standard error. Where that is closed, the results are still complete.
 fn warn(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", printable(text));
 }

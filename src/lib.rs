@@ -65,8 +65,8 @@
 //!
 //! # Results repeat
 //!
-//! A run is a function of its scene and seed: the same bits every time, on every processor, however it is cut into stretches, and
-//! whoever looks on.
+//! A run is a function of its scene and seed: the same bits every time, on every processor, however often it is paused, and
+//! whatever observes it.
 
 // The same bits on every processor; unit tests may be careless.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]

@@ -1,6 +1,6 @@
 //! What is simulated, as data: species, potentials, interactions, the box, the particles, and the plans of a run.
 //!
-//! Nothing here knows a file or a key that a user typed; [`Scene`] is what all other layers read.
+//! Nothing here depends on a file or a key that a user typed; [`Scene`] is what all other layers read.
 
 pub mod error;
 pub mod input_file;

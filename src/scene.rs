@@ -2,7 +2,7 @@
 //!
 //! A [`Scene`] is built from a scene file ([`Scene::from_file`], [`Scene::from_toml`]) or in code with a
 //! [`SceneBuilder`]. Either way it has passed the same checks: a simulation can be made of it without further questions.
-//! [`schema`](fn@schema) tells editors which keys a scene file can have.
+//! [`schema`](fn@schema) has all keys of a scene file, for editors.
 //!
 //! text -> `file` (the keys as typed, in their `source`) -> `parse` -> [`SceneBuilder`] (the unvalidated scene) -> `validate` (the checks,
 //! with `groups`, `filling`, `packing` and `surface`) -> [`Scene`]. A [`SceneError`] has the [`ConfigPath`] of the value that is wrong, and the

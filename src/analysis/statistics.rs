@@ -26,7 +26,7 @@ const FEWEST_INDEPENDENT: f64 = 5.0;
 pub struct Estimate {
     /// The mean over the whole series.
     pub mean: f64,
-    /// Its standard error; `None` where the series is too short to tell.
+    /// Its standard error; `None` where the series is too short for one.
     pub standard_error: Option<f64>,
 }
 
@@ -305,10 +305,10 @@ pub(crate) mod tests {
                 let mean = series.iter().sum::<f64>() / n as f64;
                 standard_error(&series).map(|error| [mean * mean, error * error])
             };
-            let told: Vec<[f64; 2]> = (0..count).filter_map(of).collect();
-            let [scatter, claimed] = [0, 1].map(|k| told.iter().map(|both| both[k]).sum::<f64>());
+            let reported: Vec<[f64; 2]> = (0..count).filter_map(of).collect();
+            let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
             let ratio = (scatter / claimed).sqrt();
-            println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, told {} of {count}", told.len());
+            println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
             // Up to 1.85 where the slow part is taken for known as well as the noise. The scatter is known to 5 %.
             assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
         }
@@ -329,7 +329,7 @@ pub(crate) mod tests {
 
     #[test]
     fn errors_of_short_series_are_not_too_small() {
-        // Two hundred rows, of which a dozen tell nothing new: the mean over many series of the error that is told, against the scatter of their means.
+        // Two hundred rows, of which a dozen add nothing new: the mean over many series of the reported error, against the scatter of their means.
         let (n, rho, count) = (200, 0.85, 300);
         let all: Vec<(f64, Option<f64>)> = (0..count)
             .map(|seed| {
@@ -338,9 +338,9 @@ pub(crate) mod tests {
             })
             .collect();
         let scatter = (all.iter().map(|(mean, _)| mean * mean).sum::<f64>() / count as f64).sqrt();
-        let told: Vec<f64> = all.iter().filter_map(|(_, error)| *error).collect();
-        assert!(told.len() > 280, "{}", told.len());
-        let mean = told.iter().sum::<f64>() / told.len() as f64;
+        let reported: Vec<f64> = all.iter().filter_map(|(_, error)| *error).collect();
+        assert!(reported.len() > 280, "{}", reported.len());
+        let mean = reported.iter().sum::<f64>() / reported.len() as f64;
         // The scatter is known to 1 / sqrt(600) = 4 %; ten per cent are the bias of a series of thirty decay times.
         assert!((0.8..1.2).contains(&(mean / scatter)), "{mean} but {scatter}");
     }

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-/// Where the system does not tell: 16 GiB.
+/// Where the system does not report it: 16 GiB.
 const UNKNOWN: u64 = 16 << 30;
 
 /// The memory that this process may come to have `[bytes]`: that of the machine, or less where a control group or a limit of the process

@@ -88,7 +88,7 @@ fn description(scene: &Scene) -> String {
 }
 
 /// Events per second of a short try on the clock: the one number here that differs from call to call. `None` where nothing happens for [`PATIENCE`], or
-/// too little to tell.
+/// too little for an estimate.
 fn per_second(scene: &Scene) -> Option<f64> {
     let (sender, receiver) = mpsc::channel();
     let scene = scene.clone();
@@ -103,7 +103,7 @@ fn per_second(scene: &Scene) -> Option<f64> {
             }
         }
         let events = simulation.tally().physical() as f64;
-        // Nobody waits any more where this came too late.
+        // The receiver is gone where this came too late.
         let _ = sender.send((events >= 10.0).then_some(events / begun.elapsed().as_secs_f64()));
     });
     receiver.recv_timeout(PATIENCE).ok().flatten()

@@ -107,7 +107,7 @@ impl Display {
                 bar.set_position(position);
             }
             None => {
-                // Progress that nobody reads is no reason to stop.
+                // A closed standard error is no reason to stop.
                 let percent = 100.0 * fraction;
                 let _ = writeln!(std::io::stderr(), "{}, {stage}: {percent:.1} %, {text}", self.name);
             }

@@ -7,7 +7,7 @@ use std::time::Duration;
 /// Set by the first signal.
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 
-/// Whether anybody has asked for signals.
+/// Whether signals are handled.
 static IS_ASKED: AtomicBool = AtomicBool::new(false);
 
 /// Work that leaves nothing behind is ended if it does not ask for so long after a signal.

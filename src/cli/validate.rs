@@ -175,7 +175,7 @@ impl Notes {
 fn verdict(count: usize, bad: usize) -> Result<(), Failure> {
     if bad > 0 {
         let message = format!("{bad} of {count} comparisons not as published");
-        let help = "another seed tells chance from error: one comparison in 16,000 fails by chance";
+        let help = "another seed separates chance from error: one comparison in 16,000 fails by chance";
         return Err(Failure::failed(message, None, Some(help)));
     }
     super::print(&format!("\nPASSED: {count} of {count}\n"))

@@ -6,7 +6,7 @@
 use super::event_loop::Engine;
 use super::predict::{Streamed, is_out_of_reach};
 use super::prediction::Prediction;
-use super::shear::{FLOW, GRADIENT};
+use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::engine::neighbours::Neighbours;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
@@ -54,7 +54,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         std::array::from_fn(|axis| match counts[axis] {
             _ if self.periods[axis] == f64::INFINITY => 0,
             0..3 => 2,
-            _ if axis == FLOW && self.shear.is_some() => 2,
+            _ if axis == FLOW && self.sources.lees_edwards.is_some() => 2,
             _ => 1,
         })
     }
@@ -65,7 +65,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for axis in (0..3).filter(|&axis| image[axis] != 0) {
             state.position[axis] -= f64::from(image[axis]) * self.periods[axis];
         }
-        if let Some(shear) = &self.shear {
+        if let Some(shear) = &self.sources.lees_edwards {
             let up = f64::from(image[GRADIENT]);
             state.position[FLOW] -= up * shear.displacement_within(time, self.periods[FLOW]).0;
             state.velocity[FLOW] -= up * shear.speed;

@@ -7,7 +7,7 @@
 use super::event_loop::Engine;
 use super::order::along_curve;
 use super::prediction::Prediction;
-use super::shear::{FLOW, GRADIENT};
+use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::Cells;
@@ -98,12 +98,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.tied_axes = [false; 3];
         self.neighbours = match search {
             Search::Cells => {
-                let reach = self.reach * self.growing.map_or(1.0, |growing| growing.reach);
+                let reach = self.reach * self.sources.growth.map_or(1.0, |growing| growing.reach);
                 let cells = Cells::new(&self.space, reach, &positions);
                 self.further_images = cells.grid.further_images(&self.periods);
                 if self.further_images.is_empty() {
                     self.tied_axes = cells.grid.tied_axes();
-                    if self.shear.is_some() {
+                    if self.sources.lees_edwards.is_some() {
                         // Images along the flow and the gradient slide, and are looked at beside each other.
                         (self.tied_axes[FLOW], self.tied_axes[GRADIENT]) = (false, false);
                     }

@@ -130,7 +130,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut near = Near::default();
         self.neighbours.find_near(particle, &mut near);
         let mut others = near.found().to_vec();
-        if self.shear.is_some() {
+        if self.sources.lees_edwards.is_some() {
             self.for_each_across(particle, |other| others.push(other));
             // Some are near in both ways.
             others.sort_unstable();
@@ -158,7 +158,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (position, _) = self.state_at(particle, self.now);
         let radius = self.rules.species[usize::from(self.species[particle as usize])].radius;
         let unit = unit_of_wall(radius);
-        for wall in &self.walls {
+        for wall in &self.sources.walls {
             let axis = usize::from(wall.face.axis);
             let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
             let depth = radius - inwards * (position[axis] - wall.at);

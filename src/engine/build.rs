@@ -2,14 +2,12 @@
 
 use super::body::Body;
 use super::clock::Clock;
-use super::confinement::Confinement;
-use super::event_loop::{Engine, Wall};
+use super::event_loop::Engine;
 use super::order::along_curve;
 use super::prediction::Prediction;
-use super::shear::Shear;
+use super::sources::Sources;
 use crate::Vector;
 use crate::engine::event::{EventCounts, Tally};
-use crate::engine::neighbours::grid::Face;
 use crate::engine::neighbours::near::Near;
 use crate::engine::neighbours::{Neighbours, Search};
 use crate::engine::pairs::contacts::ContactTimes;
@@ -17,17 +15,12 @@ use crate::engine::pairs::memory::PairMemory;
 use crate::engine::pairs::rules::Rules;
 use crate::engine::schedule::EventQueue;
 use crate::model::potential::Potential;
-use crate::model::random::{Purpose, Random};
-use crate::model::space::{Boundary, Face as SpaceFace};
 use crate::model::{Scene, SpeciesId};
 use crate::physics::detection::many::Width;
 use crate::physics::motion::RelativeState;
 
 /// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
 const LARGE: usize = 32_768;
-
-/// The random numbers of walls are those of a stage that no scene has.
-const WALLS: usize = 1 << 40;
 
 /// So many times have a median that is near enough to that of more.
 const MANY: usize = 32_768;
@@ -50,7 +43,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
             .collect();
         let n = count as u64;
-        let has_thermal_walls = scene.wall_temperatures.iter().any(Option::is_some);
         let mut engine = Self {
             is_large: count > LARGE,
             bodies,
@@ -72,8 +64,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             reach: scene.longest_range(),
             memory: PairMemory::new(if TABLE { count } else { 0 }),
             is_known: vec![false; if TABLE { count } else { 0 }],
-            walls: walls(scene),
-            confinement: Confinement::of(scene, &rules.rows),
+            sources: Sources::of(scene, &rules.rows),
             periods: scene.space.periods(),
             contact_times: scene.contact_time.map(|contact_time| ContactTimes::new(contact_time, count)),
             tally: Tally::default(),
@@ -86,15 +77,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             epochs: 0,
             now: 0.0,
             last_reached: 0.0,
-            wall_random: has_thermal_walls.then(|| Random::new(scene.seed, Purpose::Thermostat, WALLS)),
-            kicks: None,
             has_loose_pairs: scene
                 .bonds
                 .iter()
                 .any(|bond| !scene.interactions[bond.interaction.0 as usize].potential.is_bond()),
-            growing: None,
-            shear: scene.shear_rate.map(|rate| Shear::new(rate, scene.displacement, &scene.space)),
-            interlude: f64::INFINITY,
             lost_speed: None,
             broken: None,
             clock: Clock {
@@ -106,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             rules,
         };
         drop(names);
-        engine.find_interlude();
+        engine.sources.schedule_global();
         engine.sort_in(Search::of(scene));
         if TABLE {
             engine.remember_pairs(scene);
@@ -201,23 +187,6 @@ fn state_at_start(potential: &Potential, apart: &RelativeState, rounding: f64) -
 /// By species and species, row by row, the distances at which strangers meet, negative for those who never do.
 fn ranges(scene: &Scene, species: &[SpeciesId]) -> Vec<f64> {
     species.iter().flat_map(|&a| species.iter().map(move |&b| scene.range(a, b))).collect()
-}
-
-fn walls(scene: &Scene) -> Vec<Wall> {
-    let mut walls = Vec::new();
-    for (face_axis, axis) in (0..).zip(0..3) {
-        if let Boundary::Bounded { lower, upper } = scene.space.boundary[axis] {
-            for (is_upper, side, at) in
-                [(false, lower, scene.space.lower[axis]), (true, upper, scene.space.upper()[axis])]
-            {
-                if let SpaceFace::Wall { restitution } = side {
-                    let temperature = scene.wall_temperatures[axis];
-                    walls.push(Wall { face: Face { axis: face_axis, is_upper }, at, restitution, temperature });
-                }
-            }
-        }
-    }
-    walls
 }
 
 #[cfg(test)]

@@ -52,7 +52,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
     /// multiple of a power of two, which most times lose without rounding.
     pub(super) fn move_epoch(&mut self) -> bool {
-        let next = self.predictions.iter().map(Prediction::wake_time).fold(self.interlude, f64::min);
+        let next = self.predictions.iter().map(Prediction::wake_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
             return false;
         }
@@ -62,14 +62,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.epoch += shift;
         self.now -= shift;
         self.clock.since -= shift;
-        if let Some(kicks) = &mut self.kicks {
-            kicks.next -= shift;
-        }
-        if let Some(growing) = &mut self.growing {
-            growing.start -= shift;
-        }
-        self.shift_shear(shift);
-        self.find_interlude();
+        self.shift_sources(shift);
         for body in &mut self.bodies {
             body.time -= shift;
         }
@@ -83,7 +76,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.epochs += 1;
         // Densities change slowly, but for the start.
         let is_looked_at = self.epochs.is_power_of_two() || self.epochs.is_multiple_of(16);
-        let may_rearrange = self.growing.is_none() && self.shear.is_none();
+        let may_rearrange = self.sources.growth.is_none() && self.sources.lees_edwards.is_none();
         if !(is_looked_at && may_rearrange && self.rearrange_if_due()) {
             self.refresh(-2.0 * shift);
         }

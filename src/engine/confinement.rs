@@ -51,7 +51,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// of the two walls. Divided by the volume `L A` of that species and summed over all, it is the pressure.
     pub(super) fn note_confined(&mut self, pair: [u32; 2], before: &[Vector; 2]) {
         for (particle, before) in pair.into_iter().zip(before) {
-            let Some(confinement) = self.confinement.as_ref().filter(|_| !self.is_static(particle)) else { continue };
+            let Some(confinement) = self.sources.confinement.as_ref().filter(|_| !self.is_static(particle)) else {
+                continue;
+            };
             let body = &self.bodies[particle as usize];
             let species = usize::from(self.species[particle as usize]);
             let share = confinement.per_volume[species] / self.inverse_mass(particle);
@@ -68,7 +70,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Between two changes the sum is constant, so that its integral up to a time `t` is exactly its value then times `t`, less the sum of all changes
     /// that there were times their times.
     pub(super) fn note_confined_change(&mut self, particle: u32, before: &Vector) {
-        let Some(confinement) = &self.confinement else { return };
+        let Some(confinement) = &self.sources.confinement else { return };
         let (after, time) = (self.bodies[particle as usize].velocity, self.time());
         let species = usize::from(self.species[particle as usize]);
         let share = confinement.per_volume[species] / self.inverse_mass(particle);
@@ -82,7 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Along each axis between walls `sum m v^2 / V` now, with the volume that the centres of each species can reach `[energy / length^D]`.
     pub(super) fn confined_kinetic(&self) -> Vector {
-        let Some(confinement) = &self.confinement else { return Vector::zeros() };
+        let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
         let mut sums = [Sum::default(); 3];
         for &particle in self.numbers.iter().filter(|&&particle| !self.is_static(particle)) {
             let (_, velocity) = self.state_at(particle, self.now);
@@ -97,7 +99,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Adds the momentum that a wall has given a particle to what the wall has taken from all.
     pub(super) fn note_push(&mut self, particle: u32, face: Face, impulse: f64) {
-        let Some(confinement) = &self.confinement else { return };
+        let Some(confinement) = &self.sources.confinement else { return };
         let (axis, species) = (usize::from(face.axis), usize::from(self.species[particle as usize]));
         self.tally.wall_push[axis][usize::from(face.is_upper)] += impulse * confinement.per_area[species][axis];
     }

@@ -1,6 +1,6 @@
 //! What acts on a simulation from outside: thermostats, growing diameters.
 
-use super::thermostat::Bath;
+use super::sources::andersen::Bath;
 use super::{Chosen, Simulation};
 use crate::Vector;
 use crate::engine::event_loop::Engine;
@@ -22,7 +22,7 @@ impl Simulation {
     /// Whether a heat bath gives particles new velocities.
     #[must_use]
     pub fn has_kicks(&self) -> bool {
-        with_engine!(&self.engine, engine => engine.kicks.is_some())
+        with_engine!(&self.engine, engine => engine.sources.andersen.is_some())
     }
 
     /// Multiplies all velocities, relative to `drift` and to what streams, by a factor; the energy that it takes is counted as supplied.
@@ -70,5 +70,36 @@ impl Simulation {
         }
         with_engine!(&mut self.engine, engine => engine.carry(carried, &snapshot.images));
         self.choice = super::EngineChoice::new(&self.scene);
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Multiplies all velocities, relative to `drift` and to what streams, by a factor.
+    pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
+        for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
+            self.stream(particle, self.now);
+            let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
+            let body = self.bodies[particle as usize];
+            let streaming = self.streaming_velocity(&body.position) + drift;
+            let after = streaming + (body.velocity - streaming) * factor;
+            self.tally.supplied.add(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
+            self.bodies[particle as usize].velocity = after;
+            self.note_confined_change(particle, &body.velocity);
+        }
+        self.start_anew();
+    }
+
+    /// Predicts everything anew, after all velocities have changed.
+    pub(super) fn start_anew(&mut self) {
+        for body in &mut self.bodies {
+            body.events = body.events.wrapping_add(1);
+        }
+        self.queue.clear();
+        for particle in self.particles() {
+            if !self.is_static(particle) {
+                self.predict(particle, self.now);
+                self.schedule(particle);
+            }
+        }
     }
 }

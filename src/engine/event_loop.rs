@@ -2,41 +2,36 @@
 
 use super::body::Body;
 use super::clock::Clock;
-use super::confinement::Confinement;
-use super::growth::Growing;
 use super::observe::Observe;
-use super::prediction::{Contact, Prediction};
-use super::shear::Shear;
-use super::thermostat::Kicks;
+use super::prediction::Prediction;
+use super::sources::Sources;
 use super::{EngineError, Invariant, InvariantBroken, Reason, Until};
 use crate::Vector;
 use crate::engine::event::{EventCounts, Tally};
 use crate::engine::neighbours::Neighbours;
-use crate::engine::neighbours::grid::Face;
 use crate::engine::neighbours::near::Near;
 use crate::engine::pairs::contacts::ContactTimes;
 use crate::engine::pairs::memory::{Known, PairMemory};
 use crate::engine::pairs::rules::Rules;
-use crate::engine::schedule::{EventQueue, Sleepers};
+use crate::engine::schedule::{EventQueue, Sleepers, Wake};
 use crate::model::ParticleId;
-use crate::model::random::Random;
 use crate::model::space::Space;
 use crate::physics::detection::many::Width;
 use serde::{Deserialize, Serialize};
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 
-/// So many particles are brought into a new epoch in the time of one step of the loop.
-const PER_STEP: u64 = 16;
-
-/// A wall of the box.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Wall {
-    pub face: Face,
-    /// Coordinate along its axis.
-    pub at: f64,
-    pub restitution: f64,
-    /// Of the velocities that it gives; `None` if it reflects.
-    pub temperature: Option<f64>,
+/// What is due next.
+enum Due {
+    /// The prediction of a particle.
+    Particle(Wake),
+    /// An entry of the queue that is no longer a particle's prediction.
+    Void,
+    /// A global event.
+    GlobalEvent,
+    /// The end of the epoch.
+    Epoch,
+    /// The end of the run.
+    Limit,
 }
 
 /// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or remember a state; otherwise there is one
@@ -64,9 +59,7 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     /// Scratch: whom the particle in hand finds in the cells around it.
     #[serde(skip)]
     pub near: Near,
-    pub walls: Vec<Wall>,
-    /// The walls as the pressure sees them; none where there are none.
-    pub confinement: Option<Confinement>,
+    pub sources: Sources,
     pub periods: Vector,
     pub space: Space,
     /// By species and species, the distances at which strangers meet, negative for those who never do; the longest, also of bonds; and
@@ -97,18 +90,8 @@ pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
     /// How long the epoch before this one was.
     pub last_reached: f64,
     pub clock: Clock,
-    /// Random numbers of the walls, if some are thermal.
-    pub wall_random: Option<Random>,
-    /// What gives particles new velocities from outside.
-    pub kicks: Option<Kicks>,
     /// Whether some pairs have interactions of their own that do not hold them together.
     pub has_loose_pairs: bool,
-    /// How the diameters grow.
-    pub growing: Option<Growing>,
-    /// How the box is sheared.
-    pub shear: Option<Shear>,
-    /// When a kick, a look across the sides of a sheared box, or a larger size of cells comes next, since the epoch; infinite for never.
-    pub interlude: f64,
     /// Approach speed of an inelastic contact that lost it in rounding.
     pub lost_speed: Option<f64>,
     /// The impossible state that it is in, if it is.
@@ -120,7 +103,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[cold]
     #[inline(never)]
     pub(super) fn broken(&mut self, particle: u32, partner: Option<u32>, expected: Invariant) -> InvariantBroken {
-        let names = (self.name(particle), partner.map(|partner| self.name(partner)));
+        let name =
+            |number: u32| self.bodies.get(number as usize).map_or(ParticleId(number), |body| ParticleId(body.name));
+        let names = (name(particle), partner.map(name));
         let broken = InvariantBroken { particle: names.0, partner: names.1, time: self.time(), expected };
         self.broken = Some(broken);
         broken
@@ -216,87 +201,58 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         loop {
             let Some(rest) = left.checked_sub(1) else { return Ok(None) };
             left = rest;
-            let Some(wake) = self.queue.peek(&self.predictions) else {
-                if self.interlude <= stop.min(self.queue.reached()) {
-                    let (steps, flow) = self.intervene(observe)?;
+            let entry = match self.next_due(stop) {
+                Due::Particle(entry) => entry,
+                Due::Void => {
+                    self.queue.pop();
+                    continue;
+                }
+                Due::GlobalEvent => {
+                    let (taken, flow) = self.execute_global(observe)?;
                     if flow.is_break() {
                         return Ok(Some(Reason::Observer));
                     }
-                    left = left.saturating_sub(steps);
+                    left = left.saturating_sub(taken);
                     continue;
                 }
-                if self.move_epoch() {
+                Due::Epoch if self.move_epoch() => {
                     left = left.saturating_sub(self.steps_of_all());
                     stop = self.since_epoch(until.time);
                     continue;
                 }
-                if until.time == f64::INFINITY {
+                Due::Epoch if until.time == f64::INFINITY => return Ok(Some(Reason::Idle)),
+                Due::Epoch | Due::Limit => {
+                    self.now = stop;
+                    return Ok(Some(Reason::Time));
+                }
+            };
+            let particle = entry.particle;
+            let prediction = self.predictions[particle as usize];
+            if prediction.is_transition() {
+                if until.time == f64::INFINITY && self.is_proof_due() && self.is_over() {
                     return Ok(Some(Reason::Idle));
                 }
-                self.now = stop;
-                return Ok(Some(Reason::Time));
-            };
-            let particle = wake.particle;
-            let prediction = self.predictions[particle as usize];
-            if prediction.wake_time() != wake.time {
                 self.queue.pop();
+                self.now = entry.time;
+                self.execute_transition(particle, entry.time)?;
                 continue;
             }
-            if self.is_large {
-                self.expect_coming();
-            }
-            if wake.time > stop.min(self.interlude) {
-                if self.interlude <= stop {
-                    let (steps, flow) = self.intervene(observe)?;
-                    if flow.is_break() {
-                        return Ok(Some(Reason::Observer));
-                    }
-                    left = left.saturating_sub(steps);
-                    continue;
-                }
-                self.now = stop;
-                return Ok(Some(Reason::Time));
-            }
-            let is_transition = prediction.is_transition();
-            if !is_transition && self.executed >= until.events {
+            if self.executed >= until.events {
                 return Ok(Some(Reason::Events));
             }
-            if is_transition && until.time == f64::INFINITY && self.is_proof_due() && self.is_over() {
-                return Ok(Some(Reason::Idle));
-            }
             self.queue.pop();
-            self.now = wake.time;
-            if is_transition {
-                match self.neighbours {
-                    Neighbours::Cells(_) => self.cross(particle, wake.time)?,
-                    Neighbours::Lists(_) => self.recentre(particle, wake.time)?,
-                }
+            self.now = entry.time;
+            let Some(event) = self.execute(particle, &prediction, entry.time)? else {
+                self.repredict(particle, entry.time);
                 continue;
-            }
-            let flow = match prediction.contact {
-                Contact::Pair(side) => {
-                    let partner = prediction.partner;
-                    if self.bodies[partner as usize].events != prediction.partner_events {
-                        self.predict(particle, wake.time);
-                        self.schedule(particle);
-                        continue;
-                    }
-                    let flow = observe(&self.execute_pair(particle, partner, side, wake.time)?);
-                    self.predict(particle, wake.time);
-                    self.schedule(particle);
-                    if !self.is_static(partner) {
-                        self.predict(partner, wake.time);
-                        self.schedule(partner);
-                    }
-                    flow
-                }
-                Contact::Wall(face) => {
-                    let flow = observe(&self.execute_wall(particle, face, wake.time)?);
-                    self.predict(particle, wake.time);
-                    self.schedule(particle);
-                    flow
-                }
             };
+            let flow = observe(&event);
+            self.repredict(particle, entry.time);
+            if let Some(partner) = prediction.partner_in_contact()
+                && !self.is_static(partner)
+            {
+                self.repredict(partner, entry.time);
+            }
             self.executed += 1;
             self.transitions_at_event = self.tally.transition;
             self.count_standstill();
@@ -311,30 +267,34 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Does what is due between two wakes, and says how many steps that was and whether the observer goes on.
-    fn intervene(&mut self, observe: Observe<'_>) -> Result<(u64, ControlFlow<()>), InvariantBroken> {
-        let mut steps = self.steps_of_all();
-        let mut flow = ControlFlow::Continue(());
-        if self.next_kick() <= self.interlude {
-            flow = self.kick().iter().try_for_each(observe);
-            steps = 0;
-        } else if self.next_look() <= self.interlude {
-            self.look_across()?;
-        } else {
-            self.begin_leg();
+    /// What is due next, up to a time since the epoch.
+    #[inline]
+    fn next_due(&mut self, stop: f64) -> Due {
+        let next_global = self.sources.next_global;
+        let Some(entry) = self.queue.peek(&self.predictions) else {
+            let is_global = next_global <= stop.min(self.queue.reached());
+            return if is_global { Due::GlobalEvent } else { Due::Epoch };
+        };
+        if self.predictions[entry.particle as usize].wake_time() != entry.time {
+            return Due::Void;
         }
-        self.find_interlude();
-        Ok((steps, flow))
+        if self.is_large {
+            self.expect_coming();
+        }
+        if entry.time <= stop.min(next_global) {
+            Due::Particle(entry)
+        } else if next_global <= stop {
+            Due::GlobalEvent
+        } else {
+            Due::Limit
+        }
     }
 
-    /// Looking at all particles takes as long as so many steps.
-    fn steps_of_all(&self) -> u64 {
-        self.bodies.len() as u64 / PER_STEP
-    }
-
-    /// Finds the next time of that.
-    pub(super) fn find_interlude(&mut self) {
-        self.interlude = self.next_kick().min(self.next_look()).min(self.next_leg());
+    /// Predicts a particle anew, and puts its prediction into the queue.
+    #[inline]
+    pub(super) fn repredict(&mut self, particle: u32, time: f64) {
+        self.predict(particle, time);
+        self.schedule(particle);
     }
 
     /// The numbers of all particles.
@@ -351,7 +311,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether pairs have to be looked at one by one.
     #[inline]
     pub(super) fn is_one_by_one(&self) -> bool {
-        !self.further_images.is_empty() || self.growing.is_some() || self.shear.is_some()
+        !self.further_images.is_empty() || self.sources.growth.is_some() || self.sources.lees_edwards.is_some()
     }
 
     /// Simulated time now.

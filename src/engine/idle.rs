@@ -33,7 +33,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether it can be shown that nothing will ever happen again, by the states now.
     pub(super) fn is_over(&self) -> bool {
-        if self.kicks.is_some() || self.growing.is_some() || self.shear.is_some() {
+        if self.sources.acts_for_ever() {
             return false;
         }
         // Contacts of the pairs that are inside of a step of theirs are always predicted.
@@ -95,7 +95,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
         let mut doubt = self.doubt(&[me.id]);
         doubt.position += Doubt::of(radius, 0.0).position;
-        self.walls.iter().any(|wall| {
+        self.sources.walls.iter().any(|wall| {
             let axis = usize::from(wall.face.axis);
             let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - wall.at) - radius;

@@ -2,16 +2,15 @@
 
 use super::body::Body;
 use super::event_loop::Engine;
-use super::growth;
 use super::others::Others;
 use super::prediction::Prediction;
-use super::shear::FLOW;
+use super::sources::growth;
+use super::sources::lees_edwards::FLOW;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::NOBODY;
-use crate::engine::neighbours::grid::Face;
 use crate::model::space::minimum_image;
-use crate::physics::detection::{accelerated, inertial, plane};
+use crate::physics::detection::{accelerated, inertial};
 use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quadratic, Quartic, Side};
 
@@ -60,7 +59,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Partners that the particle knows: both sides of the pair's state.
     fn predict_known(&mut self, me: &Streamed, prediction: &mut Prediction) {
-        if !FALLING && self.shear.is_none() {
+        if !FALLING && self.sources.lees_edwards.is_none() {
             if self.marks_known() {
                 for known in self.memory.of(me.id) {
                     self.is_known[known.partner as usize] = true;
@@ -174,7 +173,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The nearest image of a relative state at a time since the epoch, and whether it is one across the sides of a sheared box.
     #[inline]
     pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
-        let Some(shear) = &self.shear else {
+        let Some(shear) = &self.sources.lees_edwards else {
             return (RelativeState { position: minimum_image(position, &self.periods), velocity }, false);
         };
         let mut state = RelativeState { position, velocity };
@@ -202,7 +201,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 return accelerated::next_event(&Quartic::new(state, &acceleration, squared), side);
             }
         }
-        if let Some(growing) = &self.growing {
+        if let Some(growing) = &self.sources.growth {
             let distance = squared.sqrt();
             return growth::next_contact(state, distance * growing.scale(me.time), self.growth_of(distance));
         }
@@ -215,21 +214,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let time = me.time + dt;
         if prediction.is_before(me.id, other, time, &self.bodies) {
             prediction.meet(me.id, other, side, time, &self.bodies);
-        }
-    }
-
-    /// Walls, but for those that `is_near` leaves out.
-    pub(super) fn predict_walls(&self, me: &Streamed, is_near: impl Fn(Face) -> bool, prediction: &mut Prediction) {
-        for wall in self.walls.iter().filter(|wall| is_near(wall.face)) {
-            let axis = usize::from(wall.face.axis);
-            let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
-            let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
-            let height = inwards * (me.position[axis] - wall.at) - radius;
-            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
-                && me.time + dt < prediction.contact_time
-            {
-                prediction.reach(wall.face, me.time + dt, self.bodies[me.id as usize].name);
-            }
         }
     }
 }

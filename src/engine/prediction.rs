@@ -78,6 +78,15 @@ impl Prediction {
         self.contact = Contact::Pair(side);
     }
 
+    /// The partner of the contact, if it is one of a pair.
+    #[inline]
+    pub fn partner_in_contact(&self) -> Option<u32> {
+        match self.contact {
+            Contact::Pair(_) => Some(self.partner),
+            Contact::Wall(_) => None,
+        }
+    }
+
     /// Makes a contact with a wall the event foreseen.
     pub fn reach(&mut self, face: Face, time: f64, name: u32) {
         self.contact_time = time;

@@ -1,7 +1,7 @@
 //! Looking without touching: positions, velocities and energies at one time, from delayed states.
 
 use super::event_loop::Engine;
-use super::shear::{FLOW, GRADIENT};
+use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::base::sum::Sum;
 
@@ -48,7 +48,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (positions, velocities) = self.numbers.iter().map(|&particle| self.state_at(particle, self.now)).unzip();
         let mut images: Vec<[i32; 3]> = self.numbers.iter().map(|&particle| self.images[particle as usize]).collect();
         let mut displacement = 0.0;
-        if let Some(shear) = &self.shear {
+        if let Some(shear) = &self.sources.lees_edwards {
             let periods;
             (displacement, periods) = shear.displacement_within(self.now, self.periods[FLOW]);
             for image in &mut images {
@@ -70,7 +70,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.now);
             kinetic.add(0.5 * mass * velocity.norm_squared());
-            if self.shear.is_some() {
+            if self.sources.lees_edwards.is_some() {
                 let streaming = self.streaming_velocity(&position);
                 thermal.add(0.5 * mass * (velocity - streaming).norm_squared());
                 streaming_momentum[FLOW].add(mass * streaming[FLOW]);
@@ -98,7 +98,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let pair = pair.total();
         Energy {
             kinetic: kinetic.total(),
-            thermal: if self.shear.is_some() { thermal.total() } else { kinetic.total() },
+            thermal: if self.sources.lees_edwards.is_some() { thermal.total() } else { kinetic.total() },
             potential: pair + external.total(),
             pair,
             confined: self.confined_kinetic(),

@@ -18,7 +18,7 @@ const PARTIAL: &str = "checkpoint.partial";
 /// Those of complete checkpoints.
 pub(super) const NAMES: [&str; 2] = [LAST, PREVIOUS];
 
-/// Between two checkpoints, where nobody says.
+/// Interval between two checkpoints unless one is given.
 const INTERVAL: Duration = Duration::from_secs(300);
 
 /// A run that is over sooner needs none on the way.
@@ -76,7 +76,7 @@ impl Checkpoints {
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
-        // A second name first, so that there is one under the first name at every instant; where a disk knows no second names, almost.
+        // A second name first, so that there is one under the first name at every instant; where a disk has no second names, almost.
         if last.exists() {
             remove(&previous)?;
             if fs::hard_link(&last, &previous).is_err() {

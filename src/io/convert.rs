@@ -37,7 +37,7 @@ use crate::trajectory::extended_xyz::{FrameReader, ReadError, write_frame};
 use target::Target;
 
 impl Format {
-    /// Where a conversion goes unless told otherwise: beside the source, under its name with another ending.
+    /// Where a conversion is written unless a path is given: beside the source, under its name with another ending.
     #[must_use]
     pub fn target_beside(self, source: &Path) -> PathBuf {
         let ending = match self {
@@ -59,7 +59,7 @@ impl Format {
         self.folder_of().is_some()
     }
 
-    /// The name of a conversion of a run's trajectory in the list of the run's files, where nobody gave it another one.
+    /// The name of a conversion of a run's trajectory in the list of the run's files, unless it was given another one.
     pub(super) fn listed(self) -> String {
         let name = self.target_beside(Path::new(TRAJECTORY));
         format!("{}{}", name.display(), if self.is_folder() { "/" } else { "" })
@@ -136,7 +136,7 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
         File::open(source).map_err(|error| read_error(ReadError::Open { path: source.into(), source: error }))?;
     let mut reader = FrameReader::new(BufReader::with_capacity(1 << 16, file));
     let mut reading = Reading { index: 0, is_truncated: false };
-    // What cannot be read is told before anything is written.
+    // What cannot be read is reported before anything is written.
     while reading.index < options.first {
         if reading.next(&mut reader).map_err(read_error)?.is_none() {
             return Err(reading.ended_early(source, options.first));
@@ -168,7 +168,7 @@ pub fn convert(source: &Path, format: Format, target: &Path, options: &Options) 
     Ok(Converted { frames, is_truncated: reading.is_truncated })
 }
 
-/// Whether a conversion of the trajectory of a run has the name that it gets where nobody says otherwise.
+/// Whether a conversion of the trajectory of a run has its default name.
 fn is_listed(source: &Path, format: Format, target: &Path) -> bool {
     let expected = format.target_beside(source);
     let [one, other] = [source, target].map(|path| std::fs::canonicalize(folder_of(path)).ok());

@@ -1,4 +1,4 @@
-//! What a run will write and need, as far as a scene tells before it is run.
+//! Estimates of what a run will write and need, before it is run.
 //!
 //! ```
 //! use carom::io::estimate::Estimate;
@@ -45,11 +45,11 @@ const MOST: f64 = 1e10;
 /// Sizes of what a run will leave.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Rows of `thermo.csv`; `None` where the scene does not tell.
+    /// Rows of `thermo.csv`; `None` where the scene does not determine it.
     pub rows: Option<f64>,
-    /// Frames of `trajectory.xyz`; `None` where the scene does not tell.
+    /// Frames of `trajectory.xyz`; `None` where the scene does not determine it.
     pub frames: Option<f64>,
-    /// Events of all stages; `None` where the scene does not tell.
+    /// Events of all stages; `None` where the scene does not determine it.
     pub events: Option<f64>,
     /// All files together `[bytes]`, within a factor of two.
     pub bytes: f64,
@@ -108,7 +108,7 @@ fn is_endless(scene: &Scene) -> bool {
     scene.run.until_stationary && scene.run.equilibration == Limit::default()
 }
 
-/// Rows of the stages before the measurement; `None` where the scene does not tell.
+/// Rows of the stages before the measurement; `None` where the scene does not determine it.
 fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
     if is_endless(scene) {
         return None;
@@ -127,7 +127,7 @@ fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
     all.filter(|(_, is_simulated)| *is_simulated).map(|(limit, _)| rows(limit)).sum()
 }
 
-/// Simulated time and events until a limit, as far as is known: of two limits, only the rate tells which one comes first.
+/// Simulated time and events until a limit, as far as is known: of two limits, the rate decides which one comes first.
 fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
     let rate = rate.filter(|rate| *rate > 0.0);
     match (limit.time, limit.events.map(|events| events as f64), rate) {
@@ -168,7 +168,7 @@ pub fn allowance(free: Option<f64>) -> f64 {
     free.map_or(MOST, |free| (0.1 * free).min(MOST))
 }
 
-/// What is free on the disk of a folder that may be yet to be made `[bytes]`; `None` where the system does not tell.
+/// What is free on the disk of a folder that may be yet to be made `[bytes]`; `None` where the system does not report it.
 #[cfg(target_os = "linux")]
 #[must_use]
 pub fn free_disk(folder: &std::path::Path) -> Option<f64> {

@@ -106,7 +106,7 @@ impl Folder {
         let path = spot(target, existing)?;
         let names = names_of(scene);
         let levels = levels(target, &path);
-        // What would be in the way at the end is told now, before anything else is made.
+        // What would be in the way at the end is reported now, before anything else is made.
         owned[0].allow(&names)?;
         for level in levels.iter().skip(1) {
             if let Some(outer) = owned.last_mut().filter(|outer| outer.replacement() == Replacement::None) {

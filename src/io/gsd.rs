@@ -14,7 +14,7 @@
 //!
 //! Numbers are `f32` unless said otherwise. Boxes of HOOMD are centred on the origin: a position of the file is one of the run
 //! minus the centre; where the box is tilted also plus or minus a period along x, into it. They are also periodic along all axes: where the box of the run is not, particles may lie outside, and
-//! `log/carom/periodic` tells. What is as in the first frame is not repeated.
+//! `log/carom/periodic` says. What is as in the first frame is not repeated.
 //!
 //! Sources: GSD file layer, version 2, and schema `hoomd`, version 1.4, as documented at <https://gsd.readthedocs.io>.
 
@@ -173,7 +173,7 @@ fn travelled(image: i32, periods: f64) -> Result<i32, FrameError> {
     Ok(trunc_to_i32(sum))
 }
 
-/// The place in the file is the only id that GSD knows.
+/// GSD has no ids but the index in the file.
 fn in_order_of_ids(frame: &Frame) -> Cow<'_, Frame> {
     if frame.particles.is_sorted_by_key(|particle| particle.id) {
         return Cow::Borrowed(frame);

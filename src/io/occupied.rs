@@ -41,7 +41,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
         (Contents::Replacing, Existing::Keep) => Err(OutputError::Replacing(path.to_owned())),
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
-            // What the run itself does not know of is none of its own.
+            // What the list of the run does not name is not its own.
             if owned::replacement_of(path) == Replacement::None && contents(&inner)? != Contents::Nothing {
                 return Err(OutputError::NotReplacement(inner));
             }

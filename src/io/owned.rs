@@ -20,7 +20,7 @@ pub(super) const FILE: &str = ".carom";
 /// Its first line.
 const HEADER: &str = "carom lists here what it wrote in this folder; nothing else will be replaced or removed\n";
 
-/// What follows on a line that tells how far a run has come that is to replace this one.
+/// Begins a line that says how far a run has come that is to replace this one.
 const REPLACEMENT: &str = "replacement ";
 
 /// How far a run has come that is to replace the one in a folder.
@@ -76,7 +76,7 @@ pub(super) fn is_begun(list: &Path) -> bool {
 }
 
 impl Owned {
-    /// Takes a folder for a run, empty or that of a run; nobody else may until this is dropped.
+    /// Takes a folder for a run, empty or that of a run; no other program may until this is dropped.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes there.
@@ -204,10 +204,10 @@ impl Owned {
     }
 }
 
-/// What commands write beside the files of a run where nobody says otherwise.
+/// What commands write beside the files of a run unless another path is given.
 const ABOUT: [&str; 2] = [PAGE, PICTURE];
 
-/// Notes that Carom has written a page or a picture in the folder of a run, or has converted its trajectory, where nobody gave that another
+/// Notes that Carom has written a page or an image in the folder of a run, or has converted its trajectory, under the default
 /// name: a run that replaces this one removes it.
 pub(crate) fn note(path: &Path) {
     let (Some(folder), Some(name)) = (path.parent(), path.file_name().and_then(|name| name.to_str())) else { return };

@@ -65,7 +65,7 @@ impl Rate {
     }
 }
 
-/// The rates that tell more than the collision rate of a run: all, but that of the cores if there is one and no other species had events.
+/// The rates besides the collision rate of a run: all, but that of the cores if there is one and no other species had events.
 #[must_use]
 pub fn told_apart(rates: &[Rate]) -> Vec<&Rate> {
     let is_core = |rate: &Rate| rate.kind == "core";

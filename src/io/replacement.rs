@@ -1,5 +1,5 @@
 //! A run that replaces another one: it is written in a folder within the other's, which stays as it is until all of the new one is
-//! complete and sound. Its files then take their places; what was killed meanwhile is finished by whoever opens the folder next. The list of
+//! complete and sound. Its files then take their places; what was killed meanwhile is finished when the folder is opened next. The list of
 //! the other run says how far that has come: what else is in such a folder is left alone.
 
 use std::fs;

@@ -11,7 +11,7 @@ use crate::model::Limit;
 use crate::run::checkpoint::CheckpointError;
 use crate::scene::{with_limit, without_limit};
 
-/// The text, and what tells it from that of another run.
+/// The text, and its checksum, by which that of another run is refused.
 #[derive(Debug)]
 pub(super) struct SceneCopy {
     file: PartialFile,

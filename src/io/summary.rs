@@ -29,7 +29,7 @@ pub struct Summary {
     pub particles: usize,
     /// Simulated time at the end.
     pub time: f64,
-    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files that do not tell.
+    /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files that do not have it.
     #[serde(default = "not_grown")]
     pub diameter_factor: f64,
     pub events: Events,
@@ -53,7 +53,7 @@ pub struct Summary {
 #[allow(missing_docs, reason = "as in `Tally`")]
 pub struct Events {
     pub total: u64,
-    /// Physical events of the run before its measurement; `None` in files that do not tell.
+    /// Physical events of the run before its measurement; `None` in files that do not have it.
     #[serde(default)]
     pub before: Option<u64>,
     pub core: u64,
@@ -110,13 +110,13 @@ pub struct Overlaps {
     pub resolved_after: Option<f64>,
 }
 
-/// A mean and its standard error; `None` where the run is too short to tell.
+/// A mean and its standard error; `None` where the run is too short for one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(missing_docs, reason = "as in `Estimate`")]
 pub struct Observable {
     pub mean: f64,
     pub standard_error: Option<f64>,
-    /// `None` in files that do not tell.
+    /// `None` in files that do not have it.
     #[serde(default)]
     pub stationarity: Option<Stationarity>,
 }
@@ -130,7 +130,7 @@ pub struct Speed {
     pub events_per_second: Option<f64>,
     /// Core events per second.
     pub contacts_per_second: Option<f64>,
-    /// The most memory that the program held, where the system tells.
+    /// The most memory that the program held, where the system reports it.
     pub peak_memory_bytes: Option<u64>,
 }
 
@@ -211,7 +211,7 @@ fn not_grown() -> f64 {
     1.0
 }
 
-/// The high-water mark of resident memory, which Linux tells in kibibytes.
+/// The high-water mark of resident memory, which Linux reports in kibibytes.
 fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

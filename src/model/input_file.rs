@@ -13,7 +13,7 @@ use crate::base::checksum::checksum;
 pub struct InputFile {
     /// Its absolute path.
     pub path: String,
-    /// What tells its content from another: `crc32:` and eight hexadecimal digits.
+    /// Checksum of its content: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
 }
 

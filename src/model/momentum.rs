@@ -18,8 +18,8 @@ pub enum Influence {
     Gravity,
     /// Static particles that some of those that move meet or are bonded to.
     StaticParticles,
-    /// A heat bath that gives single particles new velocities in the measurement.
-    Kicks,
+    /// An Andersen thermostat, which gives single particles new velocities, in the measurement.
+    AndersenCollisions,
 }
 
 impl Scene {
@@ -36,7 +36,7 @@ impl Scene {
         let is_slid: [bool; 3] =
             std::array::from_fn(|k| !is_walled[k] && (0..3).any(|other| other != k && is_altered(other)));
         let is_thermal = (0..3).any(|k| self.wall_temperatures[k].is_some() && is_walled[k]);
-        let kicked = match self.run.thermostat {
+        let redrawn = match self.run.thermostat {
             Some(Thermostat::Andersen { axes, .. }) => axes,
             _ => [false; 3],
         };
@@ -46,7 +46,7 @@ impl Scene {
             (Influence::ThermalWalls, [is_thermal; 3]),
             (Influence::Gravity, std::array::from_fn(|k| self.accelerations().any(|a| a[k] != 0.0))),
             (Influence::StaticParticles, [self.meets_static_particles(); 3]),
-            (Influence::Kicks, kicked),
+            (Influence::AndersenCollisions, redrawn),
         ];
         let flat = |k: usize| self.space.boundary[k] == Boundary::Flat;
         let off_flat = |(what, axes): (Influence, [bool; 3])| (what, std::array::from_fn(|k| axes[k] && !flat(k)));

@@ -56,13 +56,13 @@ impl RunPlan {
 
     /// Whether a thermostat gives single particles new velocities in the measurement, so that momentum is not conserved there.
     #[must_use]
-    pub fn measures_with_kicks(&self) -> bool {
+    pub fn measures_with_andersen(&self) -> bool {
         matches!(self.thermostat, Some(Thermostat::Andersen { .. }))
     }
 
     /// Whether some thermostat gives single particles new velocities in any stage.
     #[must_use]
-    pub fn has_kicks(&self) -> bool {
+    pub fn has_andersen(&self) -> bool {
         let thermostats = self.stages.iter().map(|stage| &stage.thermostat).chain([&self.thermostat]);
         thermostats.into_iter().any(|thermostat| matches!(thermostat, Some(Thermostat::Andersen { .. })))
     }

@@ -324,7 +324,7 @@ impl Scene {
         potentials.chain(diameters).fold(0.0, f64::max)
     }
 
-    /// The distance at which strangers of two species interact, negative if they never do `[length]`.
+    /// The largest distance at which uncaptured pairs of two species interact, negative if they never do `[length]`.
     #[must_use]
     pub fn range(&self, a: SpeciesId, b: SpeciesId) -> f64 {
         let is_static = |id: SpeciesId| self.species[id.0 as usize].is_static();

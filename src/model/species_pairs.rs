@@ -1,4 +1,4 @@
-//! A value for each two species, whoever is named first.
+//! A symmetric table: one value for each pair of species.
 
 use crate::base::numbers::id;
 use std::collections::BTreeMap;

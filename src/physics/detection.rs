@@ -4,7 +4,7 @@
 //!
 //! > A pair interacts at the first time at which its overlap function `f <= 0` and `df/dt < 0`.
 //!
-//! An invalid state that improves is left alone; one that does not gets an interaction now. Nothing here knows absolute
+//! An invalid state that improves is left alone; one that does not gets an interaction now. Nothing here depends on absolute
 //! time, particle ids or boxes. At a zero of `df/dt` the next derivative that is not zero decides whether `f` falls at once.
 //!
 //! The answer is that of exact arithmetic, or that for coefficients which differ from the exact ones by no more than their

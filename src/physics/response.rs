@@ -1,6 +1,6 @@
 //! What happens at a discontinuity: Core, Capture, Release or Bounce.
 //!
-//! The event queue only knows that a pair reaches a discontinuity from one side. Here, when that time has come, the energy
+//! An entry of the event queue says only that a pair reaches a discontinuity from one side. When that time has come, the energy
 //! step and the radial kinetic energy decide the outcome (theory: Bannerman and Strobl, section 1).
 
 use crate::physics::overlap::Side;

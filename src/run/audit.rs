@@ -158,7 +158,7 @@ impl Audit {
         faults
     }
 
-    /// The deepest overlap that tells of the run: one that was there at the start only counts if it still is.
+    /// The deepest overlap caused by the run: one that was there at the start only counts if it still is.
     fn deepest(&self) -> f64 {
         let last = self.deepest_final.map_or(0.0, |overlap| overlap.depth);
         if self.initial.overlaps == 0 { last.max(self.tally.deepest_overlap) } else { last }
@@ -202,7 +202,7 @@ impl Ledger {
         }
     }
 
-    /// Takes note of the size of energies that no row tells.
+    /// Takes note of the size of energies that no row has.
     pub fn note(&mut self, energy: &Energy) {
         self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
     }

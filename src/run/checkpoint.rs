@@ -34,7 +34,7 @@ use crate::run::RunState;
 /// What every checkpoint begins with.
 const MAGIC: &[u8; 16] = b"carom checkpoint";
 
-/// Tells what was built from other sources.
+/// Fingerprint of the sources that the program was built from.
 const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
 
 /// Bytes of the version.
@@ -80,13 +80,13 @@ fn fingerprint() -> [u8; FINGERPRINT.len() / 2] {
     u64::from_str_radix(FINGERPRINT, 16).unwrap_or_default().to_le_bytes()
 }
 
-/// Keeps why something could not be written, which the serializer does not pass on.
-struct Told<W> {
+/// A writer that keeps its error, which the serializer does not pass on.
+struct KeepsError<W> {
     inner: W,
     failure: Option<io::Error>,
 }
 
-impl<W> Told<W> {
+impl<W> KeepsError<W> {
     fn note<T>(&mut self, result: io::Result<T>) -> io::Result<T> {
         result.map_err(|error| {
             let kind = error.kind();
@@ -96,7 +96,7 @@ impl<W> Told<W> {
     }
 }
 
-impl<W: Write> Write for Told<W> {
+impl<W: Write> Write for KeepsError<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let result = self.inner.write(bytes);
         self.note(result)
@@ -119,9 +119,9 @@ pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, mani
     out.write_all(&version())?;
     out.write_all(&fingerprint())?;
     let content = Content { simulation, state, manifest };
-    let mut told = Told { inner: &mut out, failure: None };
-    if let Err(error) = postcard::to_io(&content, &mut told) {
-        return Err(told.failure.unwrap_or_else(|| io::Error::other(error)));
+    let mut keeper = KeepsError { inner: &mut out, failure: None };
+    if let Err(error) = postcard::to_io(&content, &mut keeper) {
+        return Err(keeper.failure.unwrap_or_else(|| io::Error::other(error)));
     }
     let length = out.length() - HEAD as u64;
     out.write_all(&length.to_le_bytes())?;
@@ -172,7 +172,7 @@ impl Checkpoint {
         File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
     }
 
-    /// Refuses an end of the measurement that it is beyond, so that no scene tells of an end that was none.
+    /// Refuses an end of the measurement that it is beyond, so that no scene names an end that was none.
     ///
     /// # Errors
     /// [`CheckpointError::Passed`].

@@ -9,7 +9,7 @@ mod stages;
 
 pub use equilibrate::MOST_EVENTS_PER_PARTICLE;
 pub(super) use equilibrate::Monitor;
-pub(super) use growth::PressureLook;
+pub(super) use growth::PressureCheck;
 
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
@@ -17,11 +17,11 @@ use std::time::{Duration, Instant};
 use super::progress::{Progress, Stage};
 use super::state::{Aim, RunState};
 use super::{Ending, Finished, Recorder};
-use crate::analysis::instruments::SystemDescription;
+use crate::analysis::instruments::{Registry, SystemDescription};
 use crate::engine::{EngineError, Reason, Simulation, Until};
-use crate::model::{Limit, Scene};
+use crate::model::Limit;
 
-/// Physical events between two looks at whether anything happens at all.
+/// Physical events between two checks whether the simulation still has events.
 const CHUNK: u64 = 10_000;
 
 /// Times that a typical particle takes to cross the box, in which nothing has happened and no particle has changed its cell: where the end is not
@@ -35,30 +35,11 @@ const STEPS: [u64; 2] = [64, 1 << 16];
 /// Time on the clock between two such questions.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Runs a scene as it plans, and hands rows and frames to a recorder.
-///
-/// `watch` is called every few hundredths of a second; the run ends at once, but in good order, where it breaks. Neither
-/// it nor the recorder changes the trajectory. A stage without a limit is left out.
-///
-/// # Errors
-/// The recorder's. A simulation that cannot go on is no error here, but an [`Ending`].
-pub fn run<R: Recorder>(
-    scene: Scene,
-    recorder: &mut R,
-    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<Finished, R::Error> {
-    let simulation = Simulation::new(scene);
-    let state = RunState::new(&simulation);
-    resume(simulation, state, recorder, watch)
-}
-
-/// Goes on with a run where it was left, to the same bits as if it had never stopped.
-///
-/// # Errors
-/// As [`run`].
-pub fn resume<R: Recorder>(
+/// Goes on with a run from where it is.
+pub(super) fn drive<R: Recorder>(
     simulation: Simulation,
     state: RunState,
+    registry: Registry,
     recorder: &mut R,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
@@ -67,10 +48,11 @@ pub fn resume<R: Recorder>(
         simulation,
         state,
         system,
+        registry,
         recorder,
         watch,
         started: None,
-        is_ahead: false,
+        is_pilot: false,
         patience: u64::MAX,
         is_over: false,
         steps: STEPS[0],
@@ -82,22 +64,24 @@ struct Driver<'a, R> {
     simulation: Simulation,
     state: RunState,
     system: SystemDescription,
+    /// Instruments of the user that have not begun yet.
+    registry: Registry,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// When the measurement began, or went on, on the clock.
     started: Option<Instant>,
     /// Whether the present stage has come to what ends it besides its limit: a pressure of growing spheres, or an equilibrium.
     is_over: bool,
-    /// Whether a copy looks ahead, of which nothing is kept.
-    is_ahead: bool,
-    /// Events, cell transitions and kicks after which it gives up.
+    /// Whether this is a pilot run, of which nothing is kept.
+    is_pilot: bool,
+    /// Events, cell transitions and Andersen collisions after which it gives up.
     patience: u64,
     /// Steps of the engine until it is next asked whether to go on.
     steps: u64,
 }
 
 impl<R: Recorder> Driver<'_, R> {
-    /// All stages from the one that the course is in.
+    /// Runs all stages from the present one on.
     fn drive(mut self) -> Result<Finished, R::Error> {
         loop {
             if !self.state.has_begun {
@@ -125,24 +109,28 @@ impl<R: Recorder> Driver<'_, R> {
             if done >= events {
                 return Ok(Some(Ending::Events));
             }
-            if !self.is_ahead && self.recorder.is_checkpoint_due() {
+            if !self.is_pilot && self.recorder.is_checkpoint_due() {
                 self.keep()?;
             }
             if self.is_stopped() {
                 return Ok(Some(Ending::Interrupted));
             }
             let scaling = self.state.next_scaling;
-            let glance = self.state.next_glance;
-            let until = time.min(scaling).min(glance);
-            let most = events.min(self.next_look());
-            let ending = if self.state.ledger.has_overlaps() { self.look(until, most)? } else { self.go(until, most)? };
+            let temperature = self.state.next_temperature;
+            let until = time.min(scaling).min(temperature);
+            let most = events.min(self.next_check());
+            let ending = if self.state.ledger.has_overlaps() {
+                self.advance_to_overlap_check(until, most)?
+            } else {
+                self.go(until, most)?
+            };
             match ending {
                 // By the clock of the simulation that may be a rounding too early.
                 Some(Ending::Time) => {
                     if scaling <= until {
                         self.rescale(scaling);
-                    } else if glance <= until {
-                        self.glance();
+                    } else if temperature <= until {
+                        self.sample_temperature();
                     }
                     if time <= until {
                         break;
@@ -151,12 +139,12 @@ impl<R: Recorder> Driver<'_, R> {
                 Some(_) => return Ok(ending),
                 None => {}
             }
-            let is_grown = match self.look_at_growth() {
+            let is_grown = match self.check_growth() {
                 ControlFlow::Break(Some(jammed)) => return Ok(Some(jammed)),
                 ControlFlow::Break(None) => true,
                 ControlFlow::Continue(()) => false,
             };
-            let is_settled = match self.look_at_equilibrium() {
+            let is_settled = match self.check_equilibrium() {
                 ControlFlow::Break(Some(unsettled)) => return Ok(Some(unsettled)),
                 ControlFlow::Break(None) => true,
                 ControlFlow::Continue(()) => false,
@@ -176,7 +164,7 @@ impl<R: Recorder> Driver<'_, R> {
             time: self.simulation.time() + wait,
             events: tally.physical().saturating_add(CHUNK),
             transitions: tally.transition,
-            kicks: tally.kick,
+            collisions: tally.kick,
             done: tally.physical(),
         };
         let aim = *self.state.aim.get_or_insert(aim);
@@ -199,14 +187,14 @@ impl<R: Recorder> Driver<'_, R> {
         Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
     }
 
-    /// Goes on in small steps while overlaps of the start are left, to see when the last one goes.
-    fn look(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (tally, look) = (*self.simulation.tally(), self.state.look);
+    /// Advances to the next check of the overlaps of the start, in small steps, to find when the last one is gone.
+    fn advance_to_overlap_check(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+        let (tally, check) = (*self.simulation.tally(), self.state.overlap_check);
         let aim = Aim {
-            time: self.simulation.time() + look.time,
-            events: tally.physical().saturating_add(look.events),
+            time: self.simulation.time() + check.time,
+            events: tally.physical().saturating_add(check.events),
             transitions: tally.transition,
-            kicks: tally.kick,
+            collisions: tally.kick,
             done: tally.physical(),
         };
         let aim = *self.state.aim.get_or_insert(aim);
@@ -216,7 +204,7 @@ impl<R: Recorder> Driver<'_, R> {
             Err(ending) => return Ok(Some(ending)),
         };
         self.state.ledger.see_overlaps(&self.simulation);
-        self.state.look.grow();
+        self.state.overlap_check.grow();
         let ending = self.quiet(&aim, reason);
         if ending.is_some() {
             return Ok(ending);
@@ -228,7 +216,7 @@ impl<R: Recorder> Driver<'_, R> {
     fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
         let now = self.simulation.tally();
         let state = &mut self.state;
-        if now.physical() != aim.done || now.kick != aim.kicks {
+        if now.physical() != aim.done || now.kick != aim.collisions {
             (state.quiet_steps, state.quiet_rows) = (0, 0);
             return None;
         }
@@ -250,10 +238,11 @@ impl<R: Recorder> Driver<'_, R> {
             let started = Instant::now();
             let reached = self.steps(until)?;
             self.steps = steps_after(self.steps, started.elapsed());
-            if self.is_ahead && self.work() > self.patience {
+            if self.is_pilot && self.work() > self.patience {
                 return Ok(Err(Ending::Idle));
             }
             match reached {
+                Ok(Some(Reason::Observer)) => return Ok(Err(Ending::Condition)),
                 Ok(Some(reason)) => {
                     self.state.aim = None;
                     return Ok(Ok(reason));
@@ -261,7 +250,7 @@ impl<R: Recorder> Driver<'_, R> {
                 Ok(None) => {}
                 Err(error) => return Ok(Err(error.into())),
             }
-            if !self.is_ahead && self.recorder.is_checkpoint_due() {
+            if !self.is_pilot && self.recorder.is_checkpoint_due() {
                 self.keep()?;
             }
             if self.is_stopped() {
@@ -270,9 +259,9 @@ impl<R: Recorder> Driver<'_, R> {
         }
     }
 
-    /// Goes on without a look at anything but events, until the next pause at most.
+    /// Advances without a check of anything but events, until the next pause at most.
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, R::Error> {
-        let is_measuring = self.state.stage.stage == Stage::Measurement && !self.is_ahead;
+        let is_measuring = self.state.stage.stage == Stage::Measurement && !self.is_pilot;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
         let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
@@ -288,12 +277,13 @@ impl<R: Recorder> Driver<'_, R> {
             if let Some(recorder) = &mut recorder {
                 failure = recorder.event(event).err();
             }
-            if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            let is_done = instruments.as_ref().is_some_and(|instruments| instruments.is_done());
+            if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         failure.map_or(Ok(reason), Err)
     }
 
-    /// Events, cell transitions and kicks so far.
+    /// Events, cell transitions and Andersen collisions so far.
     fn work(&self) -> u64 {
         let tally = self.simulation.tally();
         tally.physical().saturating_add(tally.transition).saturating_add(tally.kick)
@@ -339,7 +329,7 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
     use crate::model::{Limit, OutputPlan, RunPlan};
-    use crate::run::Ending;
+    use crate::run::{Ending, run};
     use crate::scene::SceneBuilder;
 
     #[test]
@@ -353,7 +343,7 @@ mod tests {
             .particle("A", Vector::new(0.5, 0.5, 0.5), Vector::new(1.0, 0.3, 0.2))
             .particle("A", Vector::new(1e10, 1.5, 1.5), Vector::new(-1.0, 0.1, 0.3))
             .run(RunPlan { limit: Limit::events(100), ..RunPlan::default() })
-            // So that nothing looks ahead to choose them.
+            // Given, so that no pilot run chooses them.
             .output(OutputPlan { thermo_interval: Some(1e15), frame_interval: Some(1e15), ..OutputPlan::default() })
             .build()
             .unwrap();

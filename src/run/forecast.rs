@@ -17,7 +17,7 @@ const LONG: f64 = 600.0;
 /// Events that take longer than this on the clock are said beforehand, where the scene asks for a time: 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
-/// Work that is so many times that of the events is more than anybody means.
+/// Work that is so many times that of the events is not intended.
 const OUT_OF_PROPORTION: f64 = 10.0;
 
 /// Others near a particle, from which on every event is slow.
@@ -34,7 +34,7 @@ pub struct Burden {
 
 /// What makes a run of a scene far longer than its events, by orders of magnitude.
 ///
-/// Rates follow from Enskog's kinetic theory at the speed of the particles. Particles at rest tell nothing.
+/// Rates follow from Enskog's kinetic theory at the speed of the particles. Particles at rest give no rate.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<Burden> {
     let mut burdens = Vec::new();
@@ -54,7 +54,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
             continue;
         }
         let seconds = pace.events * duration / STEPS_PER_SECOND;
-        // Whoever asks for a number of events knows it.
+        // A limit in events was chosen by the user.
         if seconds > VERY_LONG && by_time <= by_events {
             let cause = format!("a time of {duration} has some {:.0e} events", pace.events * duration);
             burdens.push(Burden { cause, seconds });

@@ -1,4 +1,4 @@
-//! How many events a scene has by simulated time, as far as can be told before it is run.
+//! Event rates of a scene, estimated before it is run.
 
 use super::forecast;
 use crate::engine::{Reason, Simulation, Until};
@@ -14,11 +14,11 @@ const LEAST: u64 = 1_000;
 /// Steps of the engine that are tried at most: events, cell transitions, predictions anew.
 const STEPS: u64 = 500_000;
 
-/// Fewer events tell no rate.
+/// Fewer events give no rate.
 const FEWEST: u64 = 10;
 
 /// Events by simulated time `[1 / time]`: those of a try, of which each particle has some; of more particles than can be tried so, what kinetic theory
-/// says of a fluid at the speeds of the start. `None` where neither tells.
+/// says of a fluid at the speeds of the start. `None` where neither gives one.
 ///
 /// The same scene always has the same one: nothing depends on the clock.
 #[must_use]

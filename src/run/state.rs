@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::driver::{Monitor, PressureLook};
+use super::driver::{Monitor, PressureCheck};
 use super::progress::Stage;
 use crate::analysis::instruments::{Instruments, SystemDescription};
 use crate::analysis::observables::Observer;
@@ -33,37 +33,37 @@ impl Start {
     }
 }
 
-/// Part of the crossing time after which it is first looked whether overlaps of the start are gone.
-const SHORTEST_LOOK: f64 = 1e-4;
+/// Part of the crossing time after which the overlaps of the start are first checked.
+const FIRST_CHECK: f64 = 1e-4;
 
-/// The next look whether overlaps of the start are gone.
+/// When the overlaps of the start are next checked.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Look {
+pub(super) struct OverlapCheck {
     /// After so many events.
     pub events: u64,
     /// Or so much time.
     pub time: f64,
 }
 
-impl Look {
-    /// Ever later, so that overlaps that stay cost little: the time is known to a tenth.
+impl OverlapCheck {
+    /// Ever later, so that overlaps that stay cost little: the time at which they are gone is known to a tenth.
     pub fn grow(&mut self) {
         self.events = self.events.saturating_add(self.events.div_ceil(10));
         self.time *= 1.1;
     }
 }
 
-/// Where the run goes before it looks around: kept, so that a pause on the way puts nothing off.
+/// Where the run checks its state next: kept in checkpoints, so that a pause on the way puts nothing off.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Aim {
     /// Simulated time.
     pub time: f64,
     /// Physical events.
     pub events: u64,
-    /// Physical events, cell transitions and kicks where it set out.
+    /// Physical events, cell transitions and Andersen collisions where it set out.
     pub done: u64,
     pub transitions: u64,
-    pub kicks: u64,
+    pub collisions: u64,
 }
 
 impl Aim {
@@ -91,7 +91,7 @@ pub struct RunState {
     pub(super) crossing: f64,
     /// Longest step in time; longer ones where nothing happens.
     pub(super) wait: f64,
-    pub(super) look: Look,
+    pub(super) overlap_check: OverlapCheck,
     /// Where it is going, if it paused on the way.
     pub(super) aim: Option<Aim>,
     /// Steps of the run since the last event.
@@ -113,12 +113,14 @@ pub struct RunState {
     pub(super) has_begun: bool,
     /// Simulated time of the next scaling of velocities; infinite for none.
     pub(super) next_scaling: f64,
-    /// Simulated time of the next look at the temperature before that; infinite for none.
-    pub(super) next_glance: f64,
+    /// Simulated time of the next sample of the temperature before that; infinite for none.
+    pub(super) next_temperature: f64,
     /// The observables in an equilibration that ends when they do not drift.
     pub(super) monitor: Option<Monitor>,
     /// The pressure of spheres that grow until it is reached.
-    pub(super) pressure_look: Option<PressureLook>,
+    pub(super) pressure_check: Option<PressureCheck>,
+    /// Names of the instruments that the user has registered.
+    pub(super) registered: Vec<String>,
 }
 
 impl RunState {
@@ -130,13 +132,13 @@ impl RunState {
         Self {
             ledger: Ledger::open(
                 simulation,
-                observer.applicable().conserves_momentum && !simulation.scene().run.has_kicks(),
+                observer.applicable().conserves_momentum && !simulation.scene().run.has_andersen(),
             ),
             stage: Start::of(simulation, Stage::first(&simulation.scene().run), Limit::default()),
             observer,
             crossing,
             wait: crossing,
-            look: Look { events: moving.div_ceil(16), time: crossing * SHORTEST_LOOK },
+            overlap_check: OverlapCheck { events: moving.div_ceil(16), time: crossing * FIRST_CHECK },
             aim: None,
             quiet_steps: 0,
             quiet_rows: 0,
@@ -149,9 +151,10 @@ impl RunState {
             earlier_seconds: 0.0,
             has_begun: false,
             next_scaling: f64::INFINITY,
-            next_glance: f64::INFINITY,
+            next_temperature: f64::INFINITY,
             monitor: None,
-            pressure_look: None,
+            pressure_check: None,
+            registered: Vec::new(),
         }
     }
 
@@ -182,19 +185,20 @@ fn crossing_time(simulation: &Simulation) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
     let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
-    let (mut hottest, mut kicks) = (scene.wall_temperatures.iter().flatten().copied().fold(0.0, f64::max), 0.0_f64);
+    let (mut hottest, mut collisions) =
+        (scene.wall_temperatures.iter().flatten().copied().fold(0.0, f64::max), 0.0_f64);
     for thermostat in thermostats {
         let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = thermostat;
         hottest = hottest.max(temperature);
         if let Thermostat::Andersen { rate, .. } = thermostat {
-            kicks = kicks.max(rate * scene.particles.len() as f64);
+            collisions = collisions.max(rate * scene.particles.len() as f64);
         }
     }
     let thermal = (hottest / lightest).sqrt();
     let fastest = scene.particles.iter().map(|particle| particle.velocity.norm()).fold(thermal, f64::max);
     let steepest = scene.species.iter().map(|species| species.acceleration.norm()).fold(0.0, f64::max);
-    (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_KICKS / kicks)
+    (length / fastest).min((2.0 * length / steepest).sqrt()).min(MANY_COLLISIONS / collisions)
 }
 
-/// Velocities that a heat bath gives between two looks at whether to go on: some hundredths of a second.
-const MANY_KICKS: f64 = 1e4;
+/// Andersen collisions between two questions whether to go on: some hundredths of a second.
+const MANY_COLLISIONS: f64 = 1e4;

@@ -118,7 +118,7 @@ impl SceneBuilder {
         self
     }
 
-    /// Makes the walls of an axis (0, 1, 2) thermal: whoever meets one leaves with a velocity of this temperature `[energy]`.
+    /// Makes the walls of an axis (0, 1, 2) thermal: a particle leaves them with a velocity of this temperature `[energy]`.
     pub fn wall_temperature(mut self, axis: usize, temperature: f64) -> Self {
         if let Some(wall) = self.wall_temperatures.get_mut(axis) {
             *wall = Some(temperature);

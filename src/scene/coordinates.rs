@@ -62,7 +62,7 @@ pub(super) fn add(
     Ok(sizes)
 }
 
-/// Makes the box that of a frame. Sides that the scene does not mention are those of the frame, but for walls, which it cannot tell
+/// Makes the box that of a frame. Sides that the scene does not mention are those of the frame, but for walls, which it does not have
 /// from open sides.
 fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Result<(), SceneError> {
     scene.size = Some(frame.size);

@@ -138,7 +138,7 @@ pub(crate) struct SidesFile {
     /// Ratio of the normal speeds after and before a contact with a wall.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of the walls `[energy]`, instead of a restitution: whoever meets one leaves with a velocity of this temperature.
+    /// Temperature of the walls `[energy]`, instead of a restitution: a particle leaves them with a velocity of this temperature.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
 }

@@ -157,7 +157,7 @@ impl Order {
     }
 }
 
-/// What placing needs to know.
+/// The state of the placement of all groups.
 struct Placing<'a> {
     scene: &'a SceneBuilder,
     species: &'a [Species],

@@ -1,4 +1,4 @@
-//! Who does what to whom: named and per-species interactions become potentials of actual pairs.
+//! The interaction table: named and per-species interactions become potentials of pairs of species.
 
 use std::collections::HashMap;
 

@@ -10,7 +10,7 @@ use crate::scene::file::SceneFile;
 /// The JSON Schema (draft 2020-12) of scene files: every key with its description and unit, its type, range and
 /// default, and the words that it can have.
 ///
-/// A scene that it refuses has a mistake. One that it accepts may still have one, since it knows nothing of what one
+/// A scene that it refuses has a mistake. One that it accepts may still have one, since it does not have what one
 /// part of a scene demands of another: the last word is that of [`Scene::from_toml`](crate::model::Scene::from_toml).
 /// In JSON, which has no infinity, an infinite energy is null.
 ///

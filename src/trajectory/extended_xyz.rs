@@ -23,7 +23,7 @@
 //! | `bond_table` | the names of the interactions that hold the bonds |
 //! | `bond_kind` | which of them holds each bond, counted from 0; absent where there is one |
 //!
-//! The species is in the column `type`, because ASE takes only chemical symbols in one called `species`; the reader knows
+//! The species is in the column `type`, because ASE takes only chemical symbols in one called `species`; the reader takes
 //! both names. `map_shift` has the periods that a particle has travelled since the start, which OVITO calls *Periodic Image*: its
 //! position plus these multiples of the vectors of `Lattice` is where it would be if it had never been wrapped, also in a sheared
 //! box. `masses` has the mass of each particle where ASE looks for it, and 0 for what never moves.

@@ -20,7 +20,7 @@ pub fn counts(scene: &Scene) -> Vec<usize> {
     counts
 }
 
-/// Whom the scene consists of.
+/// The particles of a scene: numbers by species.
 #[must_use]
 pub fn population(scene: &Scene) -> String {
     let counts = counts(scene);
@@ -282,10 +282,10 @@ pub fn momentum_changes(scene: &Scene) -> String {
         let names = ["x", "y", "z"].into_iter().zip(changed).filter(|(_, is_changed)| **is_changed);
         listed(&names.map(|(name, _)| name).collect::<Vec<_>>())
     };
-    let mut kicked = [false; 3];
+    let mut redrawn = [false; 3];
     for stage in scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten() {
         if let Thermostat::Andersen { axes, .. } = stage {
-            kicked = std::array::from_fn(|axis| kicked[axis] || axes[axis]);
+            redrawn = std::array::from_fn(|axis| redrawn[axis] || axes[axis]);
         }
     }
     let mut words: Vec<String> = scene
@@ -298,11 +298,11 @@ pub fn momentum_changes(scene: &Scene) -> String {
             Influence::Gravity => Some(format!("acceleration along {}", axes(changed))),
             Influence::StaticParticles => Some("static particles".to_owned()),
             // With those of all stages below.
-            Influence::Kicks => None,
+            Influence::AndersenCollisions => None,
         })
         .collect();
-    if kicked != [false; 3] {
-        words.push(format!("a heat bath along {}", axes(&kicked)));
+    if redrawn != [false; 3] {
+        words.push(format!("a heat bath along {}", axes(&redrawn)));
     }
     if scene.shear_rate.is_some() {
         words.push("shear".to_owned());

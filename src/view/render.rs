@@ -42,10 +42,10 @@ use bodies::Bodies;
 use camera::{Camera, Extent};
 use shade::Scenery;
 
-/// The most pixels of a image, enough for 3840 x 2160. Drawing takes some 220 bytes for each, so this is 2 GB.
+/// The most pixels of an image, enough for 3840 x 2160. Drawing takes some 220 bytes for each, so this is 2 GB.
 const MOST_PIXELS: u32 = 1 << 23;
 
-/// What the colour of a particle tells.
+/// What the colour of a particle shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ColourBy {
     /// Its species, in the colours of [`Style::palette`]; static species are pale grey.
@@ -72,7 +72,7 @@ pub struct Style {
     pub width: u32,
     /// The most rows of pixels.
     pub height: u32,
-    /// What colours tell.
+    /// What colours show.
     pub colour_by: ColourBy,
     /// Colours of the species that move, in the order of the table and over again, in sRGB.
     pub palette: Vec<[u8; 3]>,
@@ -167,7 +167,7 @@ fn framed(frame: &Frame, style: &Style) -> Vec<Extent> {
     framed
 }
 
-/// The corners of the box; bit `k` of the index tells which side along axis `k`.
+/// The corners of the box; bit `k` of the index is the side along axis `k`.
 fn corners(frame: &Frame) -> [Vector; 8] {
     std::array::from_fn(|index| {
         Vector::from_fn(|k, _| frame.lower[k] + if index >> k & 1 == 1 { frame.size[k] } else { 0.0 })

@@ -47,20 +47,20 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
     // Kicks come at random: 256 of them in a unit of time, with the standard deviation of a Poisson process.
     let expected = 256.0 * 100.0;
-    let kicks = finished.measurement.tally.kick as f64;
-    assert!((kicks - expected).abs() < 4.0 * expected.sqrt(), "{kicks}");
+    let collisions = finished.measurement.tally.kick as f64;
+    assert!((collisions - expected).abs() < 4.0 * expected.sqrt(), "{collisions}");
 }
 
 #[test]
-fn kicks_change_only_the_chosen_axes_of_one_particle() {
+fn andersen_collisions_change_only_the_chosen_axes_of_one_particle() {
     let mut simulation = Simulation::new(fluid("kicks", 108, 0.2).build().unwrap());
     let bath = Thermostat::Andersen { temperature: 4.0, rate: 2.0, axes: [false, true, false] };
     simulation.set_thermostat(Some(&bath), 0);
-    let (mut kicks, mut squares) = (0, 0.0);
+    let (mut collisions, mut squares) = (0, 0.0);
     simulation
         .advance_with(Until::time(20.0), |event| {
             if event.kind == EventKind::Thermostat {
-                kicks += 1;
+                collisions += 1;
                 let (before, after) = (event.before[0], event.after[0]);
                 assert_eq!((before.x, before.z), (after.x, after.z));
                 assert_ne!(before.y, after.y);
@@ -68,10 +68,10 @@ fn kicks_change_only_the_chosen_axes_of_one_particle() {
             }
         })
         .unwrap();
-    assert_eq!(simulation.tally().kick, kicks);
+    assert_eq!(simulation.tally().kick, collisions);
     // The variance of a square is twice the square of its mean.
-    let mean = squares / kicks as f64;
-    assert!((mean / 4.0 - 1.0).abs() < 4.0 * (2.0 / kicks as f64).sqrt(), "{mean}");
+    let mean = squares / collisions as f64;
+    assert!((mean / 4.0 - 1.0).abs() < 4.0 * (2.0 / collisions as f64).sqrt(), "{mean}");
 }
 
 #[test]

@@ -235,7 +235,7 @@ mod tests {
                     let images =
                         apart.flat_map(|apart| all_images(&space, displacement).map(move |image| apart + image));
                     let all = images.filter(|separation| separation.norm_squared() < range * range);
-                    // The sum of their tensors tells directions apart, whatever the order.
+                    // The sum of their tensors distinguishes directions, whatever the order.
                     let difference = all.map(tensor).sum::<Matrix>() - separations.iter().map(tensor).sum::<Matrix>();
                     assert!(difference.amax() < 1e-12, "{displacement} {range} {id}: {difference}");
                 });

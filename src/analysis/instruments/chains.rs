@@ -16,7 +16,7 @@ use crate::model::space::nearest_image;
 use serde::{Deserialize, Serialize};
 use topology::{Component, Topology};
 
-/// Sizes of components that are told apart: the smallest ones.
+/// Sizes of components that are reported one by one: the smallest ones.
 const MOST_GROUPS: usize = 256;
 
 /// Lengths of linear chains whose end-to-end distances have a distribution of their own: the shortest ones.

@@ -26,7 +26,7 @@ const MOST_SPECIES: usize = 8;
 /// `g(r)` of each two species of which one moves.
 ///
 /// `g_AB(r) = n_AB(r) / n_ideal(r)`, where `n_AB` is the number of pairs (`N_A (N_A - 1) / 2` of one species, `N_A N_B` of two) whose
-/// distance is in the bin, and `n_ideal` the number that is expected in the same room of points that know nothing of each other.
+/// distance is in the bin, and `n_ideal` the number that is expected in the same volume of uncorrelated points.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct RadialDistribution {
     times: BudgetedTimes,

@@ -1,4 +1,4 @@
-//! The slope of the straight part of a curve, with an error that knows how its points are correlated.
+//! Slope of the linear part of a curve, with an error that takes the correlation of its points into account.
 
 use crate::analysis::statistics::{CurveAverage, Estimate};
 

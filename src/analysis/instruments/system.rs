@@ -24,7 +24,7 @@ pub struct SystemDescription {
     pub crowding: Vec<f64>,
     /// Ids of the particles that move, ascending.
     pub moving: Vec<u32>,
-    /// The distances at which the cores of strangers touch `[length]`, of species that have some.
+    /// Contact distances of the cores of each two species `[length]`, where they have some.
     pub cores: SpeciesPairs<f64>,
     /// The two ends of each bond.
     pub bonds: Vec<[u32; 2]>,

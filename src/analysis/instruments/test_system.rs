@@ -109,14 +109,14 @@ impl<I: Instrument + Serialize + DeserializeOwned> Instrument for Recorded<I> {
     }
 }
 
-/// What an instrument tells.
+/// The report of an instrument.
 pub(super) fn report(instrument: &dyn Instrument, system: &SystemDescription) -> Measured {
     let mut measured = Measured::default();
     instrument.report(system, &mut measured);
     let numbers = measured.numbers.iter().flat_map(|number| [number.mean, number.standard_error]);
     let series = measured.curves.iter().flat_map(|curve| &curve.series);
     let values = series.flat_map(|series| series.values.iter().chain(&series.standard_errors).copied());
-    assert!(numbers.chain(values).flatten().all(f64::is_finite), "only what is finite is told");
+    assert!(numbers.chain(values).flatten().all(f64::is_finite), "only finite values are reported");
     for curve in &measured.curves {
         for series in &curve.series {
             assert_eq!(series.values.len(), curve.variables[0].values.len());

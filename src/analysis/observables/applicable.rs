@@ -30,7 +30,7 @@ pub struct ApplicableObservables {
     /// For each axis, whether its lower and its upper wall have a pressure of their own: an area that has an end, without static particles
     /// in front of it.
     pub pressed_walls: [[bool; 2]; 3],
-    /// Whether nothing tells one place of the fluid from another: periodic, without gravity and static particles.
+    /// Whether the fluid is homogeneous: periodic, without gravity and static particles.
     pub is_homogeneous: bool,
     /// Whether some pair has a hard core.
     pub has_core: bool,
@@ -294,7 +294,7 @@ mod tests {
         let row = observer.row(&simulation);
         assert_eq!(row.collision_rate, Some(2.0 * 20_000.0 / (256.0 * (row.time - first.time))));
         let (_, z) = observer.estimates()[2];
-        // Carnahan and Starling: 2.4063 at 0.2; 20,000 contacts tell Z - 1 to within 1 / sqrt(20,000), times some
+        // Carnahan and Starling: 2.4063 at 0.2; 20,000 contacts give Z - 1 to within 1 / sqrt(20,000), times some
         // correlation: 3 % is four times that.
         assert!((z.mean / 2.4063 - 1.0).abs() < 0.03, "{}", z.mean);
         let temperature = row.temperature.unwrap();

@@ -16,7 +16,7 @@ pub enum Answer {
     Yes,
     /// At least one drifts.
     No,
-    /// The run is too short to tell, or nothing that fluctuates was measured.
+    /// The run is too short for a test, or nothing that fluctuates was measured.
     #[default]
     Unknown,
 }

@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn the_third_virial_of_spheres_is_five_eighths() {
-        // No well, and a shoulder that nobody climbs: spheres of the larger diameter.
+        // No well, and a shoulder that no particle climbs: spheres of the larger diameter.
         for lambda in [1.2, 1.5, 1.9, 2.5] {
             assert!((third_virial_of_square_well(lambda, 0.0, 1.0) - 0.625).abs() < 1e-14);
             let large = third_virial_of_square_well(lambda, -800.0, 1.0);

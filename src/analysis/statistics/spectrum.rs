@@ -15,10 +15,10 @@ const FASTEST: f64 = 0.5;
 /// From one relaxation time to the next.
 const RATIO: f64 = 1.5;
 
-/// Fewer frequencies cannot tell what cancels between neighbours from what does not.
+/// With fewer frequencies, what cancels between neighbours cannot be separated from what does not.
 const FEWEST_FOR_DIFFERENCES: usize = 20;
 
-/// Weight of the prior `1 / S(0)`, which knows no scale: it takes away what weights that cannot be negative pick up from noise.
+/// Weight of the prior `1 / S(0)`, which has no scale: it takes away what weights that cannot be negative pick up from noise.
 const PRIOR: f64 = 0.5;
 
 /// Part of the variance that may relax in the slowest time. With more, there is one that is slower still, and the series is too short to tell.

@@ -18,7 +18,7 @@ const FEWEST: f64 = 10.0;
 /// and what is left of the whole series, or of its last three quarters, beside a straight line so many to call it drifting.
 const FEWEST_BESIDE_A_LINE: f64 = 5.0;
 
-/// Shorter series tell nothing.
+/// Shorter series have no result.
 const FEWEST_VALUES: usize = 20;
 
 /// Longer ones are merged.
@@ -34,7 +34,7 @@ pub enum Stationarity {
     Constant,
     /// The mean of the second half is this much above that of the first quarter, and more than by chance.
     Drifting(f64),
-    /// The series is too short for its correlation to tell, or has values that are not finite.
+    /// The series is too short for its correlation to be estimated, or has values that are not finite.
     Unknown,
 }
 

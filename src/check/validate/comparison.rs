@@ -151,7 +151,7 @@ mod tests {
         let off = comparison(10.75, Some(0.125));
         assert_eq!(off.verdict(), Verdict::Fail);
         assert_eq!(off.allow(0.25, "why").verdict(), Verdict::Pass);
-        // Less by what the sum of both can still tell.
+        // Less by what the sum of both still resolves.
         assert_eq!(off.allow(0.25 - f64::EPSILON, "why").verdict(), Verdict::Fail);
     }
 

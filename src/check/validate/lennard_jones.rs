@@ -1,6 +1,6 @@
 //! A Lennard-Jones liquid in steps that become finer, against the smooth potential.
 //!
-//! Averages of a stepped potential differ from those of the smooth one by the square of the width of its steps: two widths tell how much.
+//! Averages of a stepped potential differ from those of the smooth one by the square of the width of its steps: two widths give the size of it.
 
 use super::state_point::{Compared, Watch, build, finish, observable};
 use super::{Comparison, Source};

@@ -1,4 +1,4 @@
-//! Hard rods on a ring, whose every contact is known.
+//! Hard rods on a ring, with exact times of every contact.
 //!
 //! Equal rods exchange their velocities, as if points went through each other on a ring of length `L - N sigma`. So each two velocities
 //! meet `|v_i - v_j| t / (L - N sigma)` times in a time `t`, rounded up or down, with the impulse `m |v_i - v_j|`: the count is known to

@@ -57,7 +57,7 @@ impl ContactMemory {
         }
     }
 
-    /// Whether any of some particles had its previous contact less than `t_c` ago; `None` if that cannot be told.
+    /// Whether any of some particles had its previous contact less than `t_c` ago; `None` if rounding hides that.
     fn is_recent(&self, particles: &[u32], now: &Elapsed) -> Option<bool> {
         let mut is_recent = Some(false);
         for &particle in particles {

@@ -9,7 +9,7 @@ use crate::engine::{Elapsed, States};
 /// sum has eight terms. All are below one unit in the last place of the scales below.
 const ROUNDINGS: f64 = 32.0;
 
-/// Speeds below the root of the smallest float have squares that are 0: a norm of them, or an energy, tells nothing.
+/// Speeds below the root of the smallest float have squares that are 0: a norm of them, or an energy, has no digits.
 const SMALLEST: f64 = 1.5e-154;
 
 /// Roundings that many, of a number of the order of `scale`.
@@ -57,7 +57,9 @@ impl Flight {
         let wraps = if world.shortest_period.is_finite() { speed * duration / world.shortest_period } else { 0.0 };
         // All that the engine says to have brought forward from one epoch into the next is rounded there.
         let epochs = states.elapsed.epochs.saturating_sub(last_event.epochs) as f64;
-        let length = (position.amax() + speed * times) * (1.0 + (wraps + epochs) / ROUNDINGS);
+        // Behind a side its coordinate may be as long as the period, whatever it was before.
+        let largest = position.amax() + speed * times + world.periods.amax();
+        let length = largest * (1.0 + (wraps + epochs) / ROUNDINGS);
         let falling = if acceleration > 0.0 {
             acceleration * times + (speed + acceleration * times) * (epochs / ROUNDINGS)
         } else {
@@ -67,8 +69,8 @@ impl Flight {
     }
 
     /// For the position of this particle `[length]`.
-    pub fn position(&self, world: &World) -> f64 {
-        rounded(self.length + world.periods.amax())
+    pub fn position(&self) -> f64 {
+        rounded(self.length)
     }
 
     /// After an event that has made it faster by `gained` at most `[length / time]`.

@@ -52,7 +52,7 @@ pub enum End {
     Idle,
     /// The caller wanted no more.
     Interrupted,
-    /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall. The rule that is proven knows none of that.
+    /// Something acts from outside: a thermostat, a growth, a sheared box, a thermal wall. The rule that is proven does not cover that.
     Driven,
     /// An event is wrong.
     Violated(Violation),

@@ -1,4 +1,4 @@
-//! Who meets whom, in words.
+//! Contacts: a pair of particles, or a particle and a wall, in words.
 
 use super::rules::Side;
 use crate::engine::event::{Event, EventKind};
@@ -22,7 +22,7 @@ pub enum Contact {
 }
 
 impl Contact {
-    /// Who took part in an event.
+    /// The contact of an event.
     #[must_use]
     pub fn of(event: &Event) -> Self {
         match (event.kind, event.partner) {

@@ -105,7 +105,7 @@ impl Verifier {
             Approach { since: 0.0, position, velocity, acceleration, boundary }
         };
         let first = |found: Option<f64>, none: Search| found.map_or(none, Search::Due);
-        // A pair inside of a discontinuity only knows its nearest image.
+        // A captured pair interacts through its nearest image only.
         if side == Side::Negative {
             return first(approach(flight.position).next_event(), Search::Never);
         }

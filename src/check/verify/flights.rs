@@ -1,4 +1,4 @@
-//! Whether everybody is where his flight leads, and only the event in hand has changed a velocity.
+//! Free flights: whether all particles are where their flights lead, and only the present event has changed a velocity.
 
 use super::certificate::note;
 use super::contact::Contact;
@@ -9,7 +9,7 @@ use crate::engine::States;
 use crate::model::ParticleId;
 
 impl Verifier {
-    /// All others fly on, and nobody jumps.
+    /// All other particles go on in free flight, and none jumps.
     pub(super) fn check_flights(&mut self, contact: &Contact, after: &States) -> Result<(), Fault> {
         let taking_part: Vec<u32> = contact.particles().collect();
         self.check_flights_of(after, |i| taking_part.contains(&i))
@@ -23,7 +23,7 @@ impl Verifier {
                 continue;
             }
             let flight = self.flight(i);
-            let bound = flight.position(&self.world);
+            let bound = flight.position();
             if !(jump <= bound && self.world.is_in_box(&after.positions[at])) {
                 return Err(Fault::Jumped { particle: ParticleId(i), by: jump, bound });
             }

@@ -41,7 +41,7 @@ impl Start {
     }
 }
 
-/// The states of all pairs that are not strangers.
+/// The states of captured and bonded pairs.
 #[derive(Debug, Default)]
 pub(super) struct Pairs {
     /// By particle and partner, the lower id under the higher one and the other way round; state 0 only for bonds.
@@ -72,13 +72,13 @@ impl Pairs {
         pairs
     }
 
-    /// As they are told; all others are strangers.
+    /// From a list of captured pairs; all others are uncaptured.
     ///
     /// # Errors
     /// [`Fault::Unknown`] if a pair cannot be in its state.
-    pub fn told(world: &World, states: &States, told: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
+    pub fn listed(world: &World, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
         let mut pairs = Self::bonded(world, states.positions.len(), |_, _, _| 0);
-        for &([a, b], state) in told {
+        for &([a, b], state) in captured {
             if !world.has_state(a.0, b.0, state.into()) {
                 return Err(Fault::Unknown { contact: Contact::pair(a, b), distance: 0.0, state: state.into() });
             }
@@ -87,7 +87,7 @@ impl Pairs {
         Ok(pairs)
     }
 
-    /// All strangers but the bonded pairs, each in the state that `state_of` gives it.
+    /// All uncaptured but the bonded pairs, each in the state that `state_of` gives it.
     fn bonded(world: &World, particles: usize, state_of: impl Fn(u32, u32, &Potential) -> usize) -> Self {
         let mut pairs = Self { states: vec![BTreeMap::new(); particles] };
         for &(a, b) in world.bonds.keys() {
@@ -98,7 +98,7 @@ impl Pairs {
         pairs
     }
 
-    /// The state of a pair that is no stranger.
+    /// The state of a captured or bonded pair.
     pub fn get(&self, i: u32, j: u32) -> Option<usize> {
         self.states[i as usize].get(&j).copied()
     }
@@ -108,13 +108,13 @@ impl Pairs {
         self.states[j as usize].insert(i, state);
     }
 
-    /// Makes two particles strangers.
+    /// Makes a pair uncaptured.
     pub fn forget(&mut self, i: u32, j: u32) {
         self.states[i as usize].remove(&j);
         self.states[j as usize].remove(&i);
     }
 
-    /// The partners of a particle that are no strangers.
+    /// The partners of a particle in captured and bonded pairs.
     pub fn of(&self, i: u32) -> impl Iterator<Item = (u32, usize)> {
         self.states[i as usize].iter().map(|(&j, &state)| (j, state))
     }

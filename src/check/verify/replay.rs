@@ -26,7 +26,7 @@ pub struct EventRange {
 /// Where a run has ended, by its own record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunEnd {
-    /// Physical events of the whole run; `None` where the record does not tell.
+    /// Physical events of the whole run; `None` where the record does not have it.
     pub events: Option<u64>,
     /// Simulated time.
     pub time: f64,
@@ -186,7 +186,7 @@ impl Replay {
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
                 return End::Departed { recorded, events, time };
             }
-            // It has ended before its limit: because nothing will happen any more, or because somebody stopped it.
+            // It has ended before its limit: because nothing will happen any more, or because it was stopped.
             let limit = &self.simulation.scene().run.limit;
             let is_early = limit.time.is_none() && limit.events.is_some_and(|planned| events < planned);
             if is_early && self.simulation.is_over() {

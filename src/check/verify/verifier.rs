@@ -19,7 +19,7 @@ use std::ops::ControlFlow;
 
 /// Proves a sequence of events.
 ///
-/// It is shown each event with the states after it, [`Verifier::witness`], and knows nothing of what an engine predicts,
+/// It is shown each event with the states after it, [`Verifier::witness`], and uses nothing that an engine predicts,
 /// remembers or sorts into cells.
 #[derive(Debug)]
 pub struct Verifier {
@@ -62,7 +62,7 @@ impl Verifier {
     pub fn resume(scene: &Scene, states: &States, captured: &[([ParticleId; 2], u16)]) -> Result<Self, Fault> {
         check_count(scene.particles.len(), states)?;
         let world = World::new(scene);
-        let pairs = Pairs::told(&world, states, captured)?;
+        let pairs = Pairs::listed(&world, states, captured)?;
         Self::with_pairs(scene, world, pairs, states, Some(states.elapsed))
     }
 
@@ -183,7 +183,7 @@ impl Verifier {
 
     /// A window from the end of this one on.
     fn next_window(&mut self, elapsed: &Elapsed) -> Result<(), Fault> {
-        // Told in the epoch of the latest states: in that of the window it might have fewer digits.
+        // In the epoch of the latest states: in that of the window it might have fewer digits.
         let latest = self.states.elapsed;
         let left = self.window.length - self.window.time(&latest);
         let end = Elapsed { since_epoch: latest.since_epoch + left, ..latest };

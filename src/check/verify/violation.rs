@@ -55,7 +55,7 @@ pub enum Fault {
         /// States that are there.
         found: usize,
     },
-    /// Time went backwards, or nowhere that a number can tell.
+    /// Time went backwards, or to no finite number.
     #[error("time went back by {by:.3e}")]
     Backwards {
         /// By how much `[time]`.
@@ -67,7 +67,7 @@ pub enum Fault {
         {bound:.1e}"
     )]
     Missed {
-        /// Who.
+        /// The contact.
         contact: Contact,
         /// Simulated time at which it was due.
         due: f64,
@@ -79,7 +79,7 @@ pub enum Fault {
     /// An event at a distance from its discontinuity.
     #[error("{contact} had an event {gap:.3e} away from the discontinuity; round-off explains {bound:.1e}")]
     Early {
-        /// Who.
+        /// The contact.
         contact: Contact,
         /// How far.
         gap: f64,
@@ -89,7 +89,7 @@ pub enum Fault {
     /// An event of two that move apart.
     #[error("{contact} had an event while leaving the discontinuity with speed {speed:.3e}")]
     NotClosing {
-        /// Who.
+        /// The contact.
         contact: Contact,
         /// How fast.
         speed: f64,
@@ -97,7 +97,7 @@ pub enum Fault {
     /// An event at a discontinuity, a wall or a particle that is not there.
     #[error("{contact} had an event at the distance {distance}, where nothing is for their pair state {state}")]
     Unknown {
-        /// Who.
+        /// The contact.
         contact: Contact,
         /// Where.
         distance: f64,
@@ -107,7 +107,7 @@ pub enum Fault {
     /// Another outcome than the table's.
     #[error("{contact} had a {found:?} where the physics demands a {expected:?}")]
     WrongOutcome {
-        /// Who.
+        /// The contact.
         contact: Contact,
         /// What the energies demand.
         expected: Outcome,
@@ -117,7 +117,7 @@ pub enum Fault {
     /// The right outcome with wrong numbers.
     #[error("{contact}: {quantity} is off by {by:.3e}; round-off explains {bound:.1e}")]
     WrongNumbers {
-        /// Who.
+        /// The contact.
         contact: Contact,
         /// Of what.
         quantity: Quantity,
@@ -144,9 +144,9 @@ pub enum Fault {
         /// What round-off explains.
         bound: f64,
     },
-    /// A particle that goes round the box in less time than the digits of the simulated time can tell.
+    /// A particle that goes round the box in less time than the digits of the simulated time resolve.
     #[error(
-        "particle {} is so fast ({speed:.3e}) that it goes round the box in less than the digits of the time can tell: nothing can \
+        "particle {} is so fast ({speed:.3e}) that it goes round the box in less than the digits of the time resolve: nothing can \
         be proven", particle.0
     )]
     TooFast {
@@ -161,7 +161,7 @@ pub enum Fault {
         and so nothing can be proven"
     )]
     WithoutDigits {
-        /// Who.
+        /// The contact.
         contact: Contact,
         /// How far `[length]`.
         by: f64,
@@ -171,18 +171,18 @@ pub enum Fault {
     /// The run ended as if nothing would ever happen again, though something is due.
     #[error("the run ended because nothing would happen any more, but {contact} are due at t = {due}")]
     EndedEarly {
-        /// Who.
+        /// The contact.
         contact: Contact,
         /// Simulated time at which it is due.
         due: f64,
     },
-    /// The run ended as if nothing would ever happen again, which nobody can know.
+    /// The run ended as if nothing would ever happen again, which cannot be shown.
     #[error(
         "the run ended because nothing would happen any more, but {contact} pass each other's periodic images for ever: nothing \
         shows that they never meet"
     )]
     EndNotShown {
-        /// Who.
+        /// The contact.
         contact: Contact,
     },
     /// The caller wanted no more.

@@ -185,7 +185,7 @@ impl Window {
         let acceleration = world.accelerations[i as usize] - world.accelerations[j as usize];
         for side in [Side::Positive, Side::Negative] {
             let Some(seen) = Step::seen(&interaction.potential, state, side) else { continue };
-            // A pair inside of a discontinuity only knows its nearest image.
+            // A captured pair interacts through its nearest image only.
             let images = match side {
                 Side::Positive => {
                     let reaches = reach_along(&velocity, &acceleration, left).add_scalar(seen.distance) * MARGIN;

@@ -43,7 +43,7 @@ pub(super) struct World {
     lower: Vector,
     /// The longest distance of two particles, infinite where they can fly off `[length]`.
     pub diagonal: f64,
-    /// Beyond this distance no strangers meet `[length]`.
+    /// Beyond this distance no uncaptured pair interacts `[length]`.
     pub longest_range: f64,
     /// A length of the scene's particles: the longest range, or diameter if there is none `[length]`.
     pub longest_length: f64,

@@ -87,7 +87,7 @@ pub enum FrameError {
     /// Extended XYZ cannot hold the frame.
     #[error(transparent)]
     ExtendedXyz(#[from] WriteError),
-    /// A bond needs to know its ends.
+    /// A bond without its ends.
     #[error("two particles have the id {}, and bonds refer to ids", .0.0)]
     RepeatedId(ParticleId),
     /// A bond ends nowhere.

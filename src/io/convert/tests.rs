@@ -274,7 +274,7 @@ fn scalars_of_particles_are_in_every_format() {
         has(&frame_file, &values) && String::from_utf8_lossy(&fs::read(frame_file).unwrap()).contains("Name=\"q6\"")
     );
     assert!(has(&target(Format::Gsd), &values.iter().rev().copied().collect::<Vec<_>>()));
-    // A piece reads back, and what no format could tell from its own columns does not come in.
+    // A piece reads back, and what no format could distinguish from its own columns is left out.
     let back =
         FrameReader::new(fs::read(Format::Xyz.target_beside(&source)).unwrap().as_slice()).next().unwrap().unwrap();
     assert_eq!(back, frame);

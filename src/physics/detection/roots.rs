@@ -102,7 +102,7 @@ pub fn bracketed(f: impl Fn(f64) -> f64, valid: f64, invalid: f64) -> f64 {
             last
         };
         (a, fa) = (x, fx);
-        // Nearer than this no step can be told from the next float.
+        // Nearer than this a step is below the spacing of floats.
         let resolution = f64::EPSILON * a.abs().max(b.abs());
         let width = (b - a).abs();
         if width <= resolution {

@@ -10,40 +10,40 @@ use crate::model::Limit;
 use crate::run::progress::Stage;
 use crate::run::{Ending, Recorder};
 
-/// Events per particle from one look to the next.
-const EVENTS_PER_LOOK: u64 = 2;
+/// Events per particle between two samples.
+const EVENTS_PER_SAMPLE: u64 = 2;
 
-/// Looks after which it is first asked whether something drifts: each particle has had some four hundred events, which melt most lattices.
-const FEWEST_LOOKS: u32 = 100;
+/// Samples before the first test for drift: each particle has had some four hundred events, which melt most lattices.
+const FEWEST_SAMPLES: u32 = 100;
 
-/// So many times that, without a limit in the scene, it gives up: what still drifts then, such as a gas that cools, does not end, nor what cannot be told, such
+/// So many times that, without a limit in the scene, it gives up: what still drifts then, such as a gas that cools, does not end, nor what cannot be tested, such
 /// as a single particle between walls.
 const PATIENCE: u32 = 1000;
 
 /// Events per particle after which an equilibration without a limit gives up.
-pub const MOST_EVENTS_PER_PARTICLE: u64 = EVENTS_PER_LOOK * FEWEST_LOOKS as u64 * PATIENCE as u64;
+pub const MOST_EVENTS_PER_PARTICLE: u64 = EVENTS_PER_SAMPLE * FEWEST_SAMPLES as u64 * PATIENCE as u64;
 
-/// From one question to the next the number of looks grows by this part, so that the second half of them, which is asked about, is a new one after
-/// three questions.
+/// From one test to the next the number of samples grows by this part, so that the second half of them, which is tested, is a new one after
+/// three tests.
 const GROWTH: u32 = 4;
 
-/// The course of the observables in an equilibration that ends by itself: looked at after numbers of events, whatever is written meanwhile.
+/// Time series of the observables in an equilibration that ends by itself, sampled after fixed numbers of events, whatever is written meanwhile.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(in crate::run) struct Monitor {
     observer: Observer,
-    /// Physical events at the next look.
+    /// Physical events at the next sample.
     pub(super) next: u64,
-    /// Events from one look to the next.
+    /// Events between two samples.
     step: u64,
-    /// Looks so far, and at the next question.
-    looks: u32,
-    asked_at: u32,
+    /// Samples so far, and at the next test.
+    samples: u32,
+    next_test: u32,
 }
 
 impl Monitor {
-    /// Events before it is first asked whether something drifts.
+    /// Events before the first test for drift.
     pub fn shortest(&self) -> u64 {
-        u64::from(FEWEST_LOOKS).saturating_mul(self.step)
+        u64::from(FEWEST_SAMPLES).saturating_mul(self.step)
     }
 }
 
@@ -54,14 +54,14 @@ impl<R: Recorder> Driver<'_, R> {
         self.state.monitor = is_watched.then(|| {
             let mut observer = Observer::new(self.simulation.scene());
             observer.row(&self.simulation);
-            let step = (EVENTS_PER_LOOK * observer.applicable().moving as u64).max(1);
+            let step = (EVENTS_PER_SAMPLE * observer.applicable().moving as u64).max(1);
             let next = self.simulation.tally().physical().saturating_add(step);
-            Monitor { observer, next, step, looks: 0, asked_at: FEWEST_LOOKS }
+            Monitor { observer, next, step, samples: 0, next_test: FEWEST_SAMPLES }
         });
     }
 
     /// Ends an equilibration that goes on until nothing drifts where that is so, and the run where it never will be.
-    pub(super) fn look_at_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
+    pub(super) fn check_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
         let events = self.simulation.tally().physical();
         let is_limited = self.state.stage.limit != Limit::default();
         let Some(monitor) = self.state.monitor.as_mut().filter(|monitor| events >= monitor.next) else {
@@ -69,16 +69,16 @@ impl<R: Recorder> Driver<'_, R> {
         };
         monitor.observer.row(&self.simulation);
         monitor.next = events.saturating_add(monitor.step);
-        monitor.looks += 1;
-        if monitor.looks < monitor.asked_at {
+        monitor.samples += 1;
+        if monitor.samples < monitor.next_test {
             return ControlFlow::Continue(());
         }
-        let last = FEWEST_LOOKS.saturating_mul(PATIENCE);
-        let next = monitor.looks.saturating_add(monitor.looks / GROWTH);
-        monitor.asked_at = if is_limited { next } else { next.min(last) };
+        let last = FEWEST_SAMPLES.saturating_mul(PATIENCE);
+        let next = monitor.samples.saturating_add(monitor.samples / GROWTH);
+        monitor.next_test = if is_limited { next } else { next.min(last) };
         if is_settled(&monitor.observer.stationarity_of_second_half()) {
             ControlFlow::Break(None)
-        } else if !is_limited && monitor.looks >= last {
+        } else if !is_limited && monitor.samples >= last {
             ControlFlow::Break(Some(Ending::Unsettled))
         } else {
             ControlFlow::Continue(())

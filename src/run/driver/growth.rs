@@ -18,14 +18,14 @@ const JAMMED: f64 = 1000.0;
 /// The pressure of growing spheres is averaged over this many contacts of each.
 const CONTACTS: u64 = 10;
 
-/// The compressibility factor of growing spheres from one look to the next.
+/// Compressibility factor of growing spheres, averaged from one check to the next.
 ///
 /// `Z = 1 + <sum r.p / (D N T)> / t`, as in [`Observer`](crate::analysis::observables::Observer), with the momenta `p` exchanged at contacts. Growth heats and a thermostat cools, so that
 /// what is exchanged in each piece of the time, from one scaling to the next, is divided by the temperature in that piece: the mean of
 /// those at its ends.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(in crate::run) struct PressureLook {
-    /// Simulated time of the last look.
+pub(in crate::run) struct PressureCheck {
+    /// Simulated time of the last check.
     since: f64,
     /// Physical events at the next one: always the same, however the run is cut up.
     next: u64,
@@ -63,14 +63,14 @@ impl<R: Recorder> Driver<'_, R> {
             }
             GrowthTarget::CompressibilityFactor(_) => {}
         }
-        self.begin_look();
+        self.begin_pressure_check();
     }
 
     /// Averages the pressure from now on.
-    fn begin_look(&mut self) {
+    fn begin_pressure_check(&mut self) {
         let contacts = (CONTACTS * self.state.observer.applicable().moving as u64).div_ceil(2).max(1);
         let tally = self.simulation.tally();
-        self.state.pressure_look = Some(PressureLook {
+        self.state.pressure_check = Some(PressureCheck {
             since: self.simulation.time(),
             next: tally.physical().saturating_add(contacts),
             exchanged: 0.0,
@@ -84,47 +84,47 @@ impl<R: Recorder> Driver<'_, R> {
         self.state.observer.applicable().temperature(energy.thermal, &energy.peculiar_momentum).unwrap_or(0.0)
     }
 
-    /// Physical events at which it is looked next whether growing spheres have come to a pressure, or an equilibration to its end.
-    pub(super) fn next_look(&self) -> u64 {
-        let pressure = self.state.pressure_look.map_or(u64::MAX, |look| look.next);
+    /// Physical events at the next check of the pressure of growing spheres, or of an equilibration.
+    pub(super) fn next_check(&self) -> u64 {
+        let pressure = self.state.pressure_check.map_or(u64::MAX, |check| check.next);
         self.state.monitor.as_ref().map_or(pressure, |monitor| pressure.min(monitor.next))
     }
 
     /// Ends a piece of the time in which the pressure is averaged, as before velocities are scaled.
     pub(super) fn end_piece(&mut self) {
-        if self.state.pressure_look.is_none() {
+        if self.state.pressure_check.is_none() {
             return;
         }
         let (virial, temperature) = (self.simulation.tally().virial, self.temperature());
         let applicable = self.state.observer.applicable();
         let components = applicable.dimensions * applicable.moving as f64;
-        let Some(look) = &mut self.state.pressure_look else { return };
-        let mean = 0.5 * (look.temperature + temperature);
-        if virial > look.virial {
-            look.exchanged += (virial - look.virial) / (components * mean);
+        let Some(check) = &mut self.state.pressure_check else { return };
+        let mean = 0.5 * (check.temperature + temperature);
+        if virial > check.virial {
+            check.exchanged += (virial - check.virial) / (components * mean);
         }
-        (look.virial, look.temperature) = (virial, temperature);
+        (check.virial, check.temperature) = (virial, temperature);
     }
 
     /// Begins the next piece, after they are scaled.
     pub(super) fn begin_piece(&mut self) {
-        if let Some(mut look) = self.state.pressure_look {
-            look.temperature = self.temperature();
-            self.state.pressure_look = Some(look);
+        if let Some(mut check) = self.state.pressure_check {
+            check.temperature = self.temperature();
+            self.state.pressure_check = Some(check);
         }
     }
 
     /// Ends the stage where growing spheres have come to the pressure that they are to reach, or where they jam before they have come to
     /// their size.
-    pub(super) fn look_at_growth(&mut self) -> ControlFlow<Option<Ending>> {
+    pub(super) fn check_growth(&mut self) -> ControlFlow<Option<Ending>> {
         let Some(growth) = self.growth() else { return ControlFlow::Continue(()) };
-        if self.state.pressure_look.is_none_or(|look| self.simulation.tally().physical() < look.next) {
+        if self.state.pressure_check.is_none_or(|check| self.simulation.tally().physical() < check.next) {
             return ControlFlow::Continue(());
         }
         self.end_piece();
-        let Some(look) = self.state.pressure_look else { return ControlFlow::Continue(()) };
-        let factor = 1.0 + look.exchanged / (self.simulation.time() - look.since);
-        self.begin_look();
+        let Some(check) = self.state.pressure_check else { return ControlFlow::Continue(()) };
+        let factor = 1.0 + check.exchanged / (self.simulation.time() - check.since);
+        self.begin_pressure_check();
         match growth.until {
             GrowthTarget::CompressibilityFactor(target) if factor >= target => ControlFlow::Break(None),
             GrowthTarget::CompressibilityFactor(_) => ControlFlow::Continue(()),
@@ -141,7 +141,7 @@ impl<R: Recorder> Driver<'_, R> {
         let dimensions = scene.space.dimensions() as f64;
         let grown = self.simulation.scale() / self.simulation.grown();
         let packing_fraction = scene.packing_fraction() * libm::pow(grown, dimensions);
-        // Surfaces faster than particles hit them harder and more often than the temperature tells: by this much at most.
+        // Surfaces faster than particles hit them harder and more often than the temperature says: by this much at most.
         let species = || scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
         let largest = species().map(|species| species.diameter).fold(0.0, f64::max);
         let heaviest = species().map(|species| species.mass).fold(0.0, f64::max);
@@ -165,7 +165,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::analysis::instruments::SystemDescription;
+    use crate::analysis::instruments::{Registry, SystemDescription};
     use crate::engine::Simulation;
     use crate::model::potential::Potential;
     use crate::model::{RunPlan, StagePlan, Thermostat};
@@ -195,10 +195,11 @@ mod tests {
             simulation,
             state,
             system,
+            registry: Registry::default(),
             recorder: &mut (),
             watch,
             started: None,
-            is_ahead: false,
+            is_pilot: false,
             patience: u64::MAX,
             is_over: false,
             steps: 1,
@@ -257,7 +258,7 @@ mod tests {
     #[test]
     fn where_growth_ends_does_not_depend_on_how_it_is_cut_up() {
         let whole = grown(u64::MAX);
-        // Many legs, of the cells' reach, and looks.
+        // Many growth stages, by the reach of the cells, and many checks.
         assert!(whole > 1.5, "{whole}");
         for step in [1, 7, 160, 1003] {
             assert_eq!(grown(step).to_bits(), whole.to_bits(), "{step}");

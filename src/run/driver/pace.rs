@@ -14,7 +14,7 @@ const FRAMES: u32 = 20;
 /// Growth to a pressure takes at least so much of the diameters, and there are more rows if it takes more.
 const SOME_GROWTH: f64 = 0.05;
 
-/// Events that tell a rate well enough, and what a look ahead may do besides: less than some seconds of work.
+/// Events that are enough to estimate a rate, and the other work of a pilot run: less than some seconds.
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
@@ -29,16 +29,16 @@ impl<R: Recorder> Driver<'_, R> {
     /// The times of rows and frames from the start of the measurement on, and how long it will last, as far as is known; or the ending, if the
     /// caller wants no more while they are chosen.
     ///
-    /// Where only the number of events is known, a look ahead at the first of them tells how long the run will last.
+    /// Where only the number of events is known, a pilot run over the first of them estimates how long the run will last.
     pub(super) fn pace(&mut self) -> Result<Result<Pace, Ending>, R::Error> {
         let start = self.state.stage.time;
         let scene = self.simulation.scene();
         let (thermo, frame) = (scene.output.thermo_interval, scene.output.frame_interval);
-        let is_given = thermo.is_some() && frame.is_some() && scene.measure.is_empty();
+        let is_given = thermo.is_some() && frame.is_some() && scene.measure.is_empty() && self.registry.is_empty();
         let duration = match self.state.stage.limit {
             Limit { time: Some(time), events: None } => time,
             _ if is_given => f64::INFINITY,
-            Limit { time, events } => match self.look_ahead(time, events.unwrap_or(u64::MAX))? {
+            Limit { time, events } => match self.pilot_run(time, events.unwrap_or(u64::MAX))? {
                 Some(expected) => rounded(expected).min(time.unwrap_or(f64::INFINITY)),
                 None => return Ok(Err(Ending::Interrupted)),
             },
@@ -58,19 +58,17 @@ impl<R: Recorder> Driver<'_, R> {
         }
         let duration = match limit {
             Limit { time: Some(time), events: None } => Some(time),
-            Limit { time, events: Some(events) } => match self.look_ahead(time, events)? {
+            Limit { time, events: Some(events) } => match self.pilot_run(time, events)? {
                 Some(expected) => Some(rounded(expected).min(time.unwrap_or(f64::INFINITY))),
                 None => return Ok(Err(Ending::Interrupted)),
             },
             Limit { time: None, events: None } => match self.growth() {
                 Some(growth) => Some(SOME_GROWTH / growth.rate),
                 // An equilibration that ends by itself: as long as that takes at least.
-                None => {
-                    match self.look_ahead(None, 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest))? {
-                        Some(expected) => Some(rounded(expected / 1000.0)),
-                        None => return Ok(Err(Ending::Interrupted)),
-                    }
-                }
+                None => match self.pilot_run(None, 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest))? {
+                    Some(expected) => Some(rounded(expected / 1000.0)),
+                    None => return Ok(Err(Ending::Interrupted)),
+                },
             },
         };
         let duration = duration.filter(|duration| duration.is_finite() && *duration > 0.0).unwrap_or(f64::INFINITY);
@@ -83,10 +81,10 @@ impl<R: Recorder> Driver<'_, R> {
     /// intervals that are chosen from it grow with the run.
     ///
     /// A copy goes ahead and is dropped, so that the run itself has its rows, frames and samples from the start of the measurement on. A checkpoint
-    /// from meanwhile is none: a run that is killed now looks ahead again, from the same state to the same bits.
-    fn look_ahead(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
+    /// from meanwhile is none: a run that is killed now makes its pilot run again, from the same state to the same bits.
+    fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
         let present = (self.simulation.clone(), self.state.clone());
-        (self.is_ahead, self.patience) = (true, self.work().saturating_add(MOST_WORK));
+        (self.is_pilot, self.patience) = (true, self.work().saturating_add(MOST_WORK));
         let mut expected = self.pilot(limit, events);
         // By what was done, not by where it gave up, which depends on the clock.
         if self.work() > self.patience
@@ -95,7 +93,7 @@ impl<R: Recorder> Driver<'_, R> {
             let crossing = self.state.crossing;
             *expected = limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 });
         }
-        (self.is_ahead, self.patience) = (false, u64::MAX);
+        (self.is_pilot, self.patience) = (false, u64::MAX);
         (self.simulation, self.state) = present;
         self.is_over = false;
         expected
@@ -113,7 +111,7 @@ impl<R: Recorder> Driver<'_, R> {
                 Some(Ending::Events) if target < end_events => {}
                 _ => break,
             }
-            // Simultaneous events tell no rate.
+            // Simultaneous events give no rate.
             if self.simulation.time() > start.time {
                 break;
             }
@@ -127,7 +125,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 }
 
-/// A duration rounded to two digits, for intervals that somebody will read.
+/// A duration rounded to two digits, for intervals that are shown.
 fn rounded(duration: f64) -> f64 {
     format!("{duration:.1e}").parse().unwrap_or(duration)
 }

@@ -7,8 +7,8 @@ use crate::run::Recorder;
 use crate::run::progress::Stage;
 use crate::run::state::Start;
 
-/// The temperature is looked at so often between two scalings, because it does not go on a straight line there.
-const GLANCES: f64 = 4.0;
+/// Samples of the temperature between two scalings, because it is not linear in time there.
+const TEMPERATURES: f64 = 4.0;
 
 impl<R: Recorder> Driver<'_, R> {
     /// Sets the present stage up.
@@ -24,7 +24,7 @@ impl<R: Recorder> Driver<'_, R> {
             Stage::Measurement => (plan.limit, plan.thermostat, None, plan.stages.len() + 1),
         };
         self.simulation.set_thermostat(thermostat.as_ref(), number);
-        self.state.next_glance = f64::INFINITY;
+        self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),
             _ => f64::INFINITY,
@@ -48,7 +48,7 @@ impl<R: Recorder> Driver<'_, R> {
             // What growth has heated since the last scaling.
             self.rescale(self.simulation.time());
             self.simulation.end_growth();
-            self.state.pressure_look = None;
+            self.state.pressure_check = None;
         }
         self.state.stage = Start::of(&self.simulation, next, Limit::default());
         self.state.has_begun = false;
@@ -82,16 +82,16 @@ impl<R: Recorder> Driver<'_, R> {
         let passed = ((time - start) / interval).floor();
         self.state.next_scaling = (start + (passed + 1.0) * interval).max(time.next_up());
         let is_measured = self.state.stage.stage == Stage::Measurement;
-        self.state.next_glance = if is_measured { time + interval / GLANCES } else { f64::INFINITY };
+        self.state.next_temperature = if is_measured { time + interval / TEMPERATURES } else { f64::INFINITY };
     }
 
     /// Looks at the temperature between two scalings.
-    pub(super) fn glance(&mut self) {
+    pub(super) fn sample_temperature(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);
         let Some(Thermostat::Rescaling { interval, .. }) = self.simulation.scene().run.thermostat else { return };
-        let step = interval / GLANCES;
-        let next = (self.state.next_glance + step).max(self.simulation.time().next_up());
-        self.state.next_glance = if next < self.state.next_scaling - 0.5 * step { next } else { f64::INFINITY };
+        let step = interval / TEMPERATURES;
+        let next = (self.state.next_temperature + step).max(self.simulation.time().next_up());
+        self.state.next_temperature = if next < self.state.next_scaling - 0.5 * step { next } else { f64::INFINITY };
     }
 }

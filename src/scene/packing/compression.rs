@@ -43,7 +43,7 @@ const FAST: f64 = 0.1;
 /// The compressibility factor of a jammed packing, of which `Z = D / (1 - phi / phi_J)` leaves 0.3 % to its limit.
 const JAMMED: f64 = 1000.0;
 
-/// From this compressibility factor on the limit `phi_J` can be told, to within [`TOLERANCE`].
+/// From this compressibility factor on the limit `phi_J` can be estimated, to within [`TOLERANCE`].
 const CLOSE: f64 = 60.0;
 
 /// What `Z` of a short time, in spheres that grow, leaves uncertain about the limit.
@@ -52,7 +52,7 @@ const TOLERANCE: f64 = 1.01;
 /// Slower growth raises the fraction at which a packing jams by less than this part.
 const GAIN: f64 = 0.06;
 
-/// Events for each particle between two looks at temperature and pressure.
+/// Events for each particle between two samples of temperature and pressure.
 const STRETCH: u64 = 5;
 
 /// Stretches of one growth, at most: many more than the slowest takes to [`JAMMED`].

@@ -120,7 +120,7 @@ impl<'a> Occupancy<'a> {
     /// Room for `capacity` particles.
     pub(crate) fn new(space: &'a Space, contacts: &'a Contacts, capacity: usize) -> Self {
         let species = contacts.iter().map(|([_, b], _)| b + 1).max().unwrap_or(0);
-        // The shortest contact tells a size: the longest of a small particle is that with a large one.
+        // The shortest contact is a measure of size: the longest of a small particle is that with a large one.
         let mut shortest = vec![f64::INFINITY; species];
         for ([a, b], contact) in contacts.iter().filter(|(_, contact)| *contact > 0.0) {
             shortest[a] = shortest[a].min(contact);

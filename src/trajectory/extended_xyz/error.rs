@@ -115,7 +115,7 @@ impl ReadError {
         }
     }
 
-    /// The message without the line, for those who say it themselves.
+    /// The message without the line, for callers that add it.
     #[must_use]
     pub fn problem(&self) -> String {
         let message = self.to_string();

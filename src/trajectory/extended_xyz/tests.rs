@@ -283,7 +283,7 @@ proptest! {
     fn a_frame_survives_the_file_bit_for_bit(frames in prop::collection::vec(frame(), 1..3)) {
         let text: String = frames.iter().map(written).collect();
         let back: Vec<Frame> = read(text.as_bytes()).into_iter().map(Result::unwrap).collect();
-        // Unlike `==`, the digits tell -0 from 0.
+        // Unlike `==`, the digits distinguish -0 from 0.
         prop_assert_eq!(format!("{frames:?}"), format!("{back:?}"));
     }
 

@@ -1,4 +1,4 @@
-//! What can go wrong with a image.
+//! What can go wrong with an image.
 
 use std::io;
 use std::path::PathBuf;
@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::ReadError;
 
-/// Why a image could not be drawn or written.
+/// Why an image could not be drawn or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RenderError {
@@ -31,7 +31,7 @@ pub enum RenderError {
     Box,
     /// The image would have no pixels, or too many.
     #[error(
-        "a image of {width} x {height} pixels cannot be drawn: expected 16 to 8192 by 16 to 8192, and no more than 8388608 in all"
+        "an image of {width} x {height} pixels cannot be drawn: expected 16 to 8192 by 16 to 8192, and no more than 8388608 in all"
     )]
     Size {
         /// Columns of pixels.
@@ -40,7 +40,7 @@ pub enum RenderError {
         height: u32,
     },
     /// Another number of the style makes no sense.
-    #[error("{name} of a image is {value}, expected {expected}")]
+    #[error("{name} of an image is {value}, expected {expected}")]
     Style {
         /// The field.
         name: &'static str,
@@ -50,7 +50,7 @@ pub enum RenderError {
         expected: &'static str,
     },
     /// The style lists no colour.
-    #[error("the palette of a image is empty")]
+    #[error("the palette of an image is empty")]
     NoColour,
     /// There is something under the name of the image.
     #[error("{} exists", .0.display())]

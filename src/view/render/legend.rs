@@ -1,4 +1,4 @@
-//! The scale of a image that is coloured by speed.
+//! The scale of an image that is coloured by speed.
 
 use super::colour::{self, Colour};
 use super::stroke::Stroke;

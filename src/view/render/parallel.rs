@@ -1,4 +1,4 @@
-//! Work on independent parts of a image, on all cores. The result does not depend on their number.
+//! Work on independent parts of an image, on all cores. The result does not depend on their number.
 
 use std::num::NonZero;
 use std::sync::Mutex;

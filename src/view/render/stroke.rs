@@ -1,4 +1,4 @@
-//! Thin lines over a image: the edges of the box and the letters of the scale.
+//! Thin lines over an image: the edges of the box and the letters of the scale.
 
 use super::camera::{Camera, NEAREST, Point};
 use super::colour::Colour;
@@ -15,7 +15,7 @@ pub(super) struct Stroke {
 }
 
 impl Stroke {
-    /// Draws over pixels of a image `width` wide; `shown` tells how much of the stroke is in sight at a pixel, given
+    /// Draws over pixels of an image `width` wide; `shown` gives how much of the stroke is in sight at a pixel, given
     /// how far along the stroke that is, 0 to 1.
     pub fn draw(&self, pixels: &mut [Colour], width: usize, shown: impl Fn(usize, usize, f32) -> f32) {
         let [a, b] = self.ends;

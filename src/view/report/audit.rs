@@ -30,7 +30,7 @@ pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     )
 }
 
-/// Whether the measurement was in equilibrium, which no audit of single events can tell.
+/// Whether the measurement was in equilibrium, which no audit of single events can show.
 fn state(equilibrium: &Equilibrium) -> String {
     let reasons: Vec<String> = equilibrium.reasons.iter().map(|reason| escape(&number(reason))).collect();
     let reasons = reasons.join(", ");

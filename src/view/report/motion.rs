@@ -14,7 +14,7 @@ const PROGRAM: [&str; 6] = [
     include_str!("player/player.js"),
 ];
 
-/// The shaders, by the names that the program knows them by.
+/// The shaders, by their names in the program.
 const SHADERS: [(&str, &str); 7] = [
     ("light", include_str!("player/light.glsl")),
     ("sphere.vert", include_str!("player/sphere.vert")),

@@ -109,7 +109,7 @@ pub(super) struct FrameHead {
     pub beyond: usize,
 }
 
-/// Reads a trajectory; `scene` tells of gravity and of wells. `Err` says why there is nothing to play.
+/// Reads a trajectory; `scene` has gravity and wells. `Err` says why there is nothing to play.
 pub(super) fn read(input: impl BufRead, scene: Option<&Scene>) -> Result<Recording, String> {
     let mut notes = Vec::new();
     let mut recorder: Option<Recorder> = None;

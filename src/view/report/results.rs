@@ -91,7 +91,7 @@ fn rates(inputs: &Inputs) -> String {
 
 fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
     let numbers = &inputs.measured.numbers;
-    // The pressure tensor tells the same rate by another name.
+    // The pressure tensor has the same rate by another name.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_new = |name: &&String| {
         numbers.iter().all(|number| (number.name != **name && number.name != told_as(name)) || number.mean.is_none())
@@ -129,7 +129,7 @@ fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
     rows.chain(measured).collect()
 }
 
-/// Lines that share their method, which is told once.
+/// Lines that share their method, which is shown once.
 fn lines<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = String> + 'a {
     rows.iter().enumerate().map(|(index, row)| line(row, if index == 0 { rows.len() } else { 0 }))
 }

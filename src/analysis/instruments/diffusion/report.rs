@@ -59,7 +59,7 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
 
 /// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next for trapezoids.
 ///
-/// An end that the noise chooses, such as where the autocorrelation vanishes in it, would cut off the tail and tell an error without it.
+/// An end that the noise chooses, such as where the autocorrelation vanishes in it, would cut off the tail and give an error without it.
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     let first = offset(diffusion, group, VACF);
     let at = |step: usize| diffusion.linear.mean(first + step);
@@ -143,4 +143,4 @@ const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displa
 const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve. Not corrected for \
     the size of the box.";
 const SHEARED: &str = "In this sheared box r and v are their components across the flow, along y and z, where nothing streams and momentum is conserved \
-    unless a heat bath kicks; the axes count without x.";
+    unless Andersen collisions change it; the axes count without x.";

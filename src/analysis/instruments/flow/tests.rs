@@ -8,7 +8,7 @@ fn plan(axis: &str, at: f64) -> Plan {
     Plan { name: "gate".into(), axis: axis.into(), at, lower: None, upper: None, species: None, interval: None }
 }
 
-/// Two particles that meet nobody, in a periodic cube of edge 10: 2 times around along x in 10 time units, 3.5 times back along y.
+/// Two particles that meet no other, in a periodic cube of edge 10: 2 times around along x in 10 time units, 3.5 times back along y.
 fn two() -> (SystemDescription, Simulation) {
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(10.0))

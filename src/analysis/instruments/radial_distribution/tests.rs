@@ -195,7 +195,7 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let number = &measured.numbers[0];
     let (mean, error) = (number.mean.unwrap(), number.standard_error.unwrap());
     assert_eq!(number.name, "contact_value_A_A");
-    // (1 - phi / 2) / (1 - phi)^3, of which 500 particles have 0.4 % more; the virial knows their own: Z - 1 = 4 phi g.
+    // (1 - phi / 2) / (1 - phi)^3, of which 500 particles have 0.4 % more; the virial has their own: Z - 1 = 4 phi g.
     let exact = (1.0 - 0.15) / 0.7_f64.powi(3);
     assert!(error < 0.025 && (mean - exact).abs() < 4.0 * error, "{mean} +- {error}, {exact}");
     let temperature = simulation.energy().kinetic / (1.5 * 499.0);

@@ -8,7 +8,7 @@ use crate::base::numbers::{id, trunc_to_usize};
 use crate::model::{Scene, SpeciesId};
 use crate::trajectory::Frame;
 
-/// Who counts as a neighbour of whom.
+/// The ranges within which particles are neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Neighbours {
     /// Species by species, negative for those that have no finite step.

@@ -6,20 +6,22 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::event_loop::Engine;
-use super::predict::Streamed;
-use super::prediction::Prediction;
-use super::{Invariant, InvariantBroken};
+use super::GlobalOutcome;
+use super::Repredict;
 use crate::Vector;
 use crate::base::numbers::trunc_to_i32;
+use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::grid::Face;
+use crate::engine::predict::Streamed;
+use crate::engine::prediction::Prediction;
+use crate::engine::{Invariant, InvariantBroken};
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
 
 /// The axis along which images slide, and the one along which they do it ever faster.
-pub(super) const FLOW: usize = 0;
-pub(super) const GRADIENT: usize = 1;
+pub(in crate::engine) const FLOW: usize = 0;
+pub(in crate::engine) const GRADIENT: usize = 1;
 
 /// Images that have slid by this part of the box since pairs were last predicted are predicted anew: those looked at, the nearest and
 /// the two beside it, are the ones that can be met until then.
@@ -27,7 +29,7 @@ const SLIDE: f64 = 0.25;
 
 /// A box under shear.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Shear {
+pub(in crate::engine) struct LeesEdwards {
     /// `g` `[1 / time]`.
     pub rate: f64,
     /// Speed of the next image up `[length / time]`.
@@ -37,18 +39,23 @@ pub(super) struct Shear {
     /// Coordinate where nothing streams `[length]`.
     middle: f64,
     /// When pairs across the side are predicted anew, since the epoch.
-    pub next_look: f64,
+    next_refresh: f64,
     /// Between two of those `[time]`.
-    between_looks: f64,
+    between_refreshes: f64,
 }
 
-impl Shear {
+impl LeesEdwards {
     /// `displacement` is that of the next image up, at the start.
     pub fn new(rate: f64, displacement: f64, space: &crate::model::space::Space) -> Self {
         let speed = rate * space.size[GRADIENT];
-        let between_looks = SLIDE * space.size[FLOW] / speed.abs();
+        let between_refreshes = SLIDE * space.size[FLOW] / speed.abs();
         let middle = space.lower[GRADIENT] + 0.5 * space.size[GRADIENT];
-        Self { rate, speed, displacement, middle, next_look: between_looks, between_looks }
+        Self { rate, speed, displacement, middle, next_refresh: between_refreshes, between_refreshes }
+    }
+
+    /// When pairs across the sides that slide are predicted anew, since the epoch.
+    pub fn next_refresh(&self) -> f64 {
+        self.next_refresh
     }
 
     /// Displacement of the next image up, at a time since the epoch.
@@ -68,7 +75,7 @@ impl Shear {
     pub fn shift(&mut self, shift: f64, period: f64) -> i32 {
         let before = self.displacement(shift);
         self.displacement = libm::fmod(before, period);
-        self.next_look -= shift;
+        self.next_refresh -= shift;
         trunc_to_i32(((before - self.displacement) / period).round())
     }
 }
@@ -76,9 +83,9 @@ impl Shear {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The velocity of what streams at a position: `g (y - y_middle)` along x under shear.
     #[inline]
-    pub(super) fn streaming_velocity(&self, position: &Vector) -> Vector {
+    pub(in crate::engine) fn streaming_velocity(&self, position: &Vector) -> Vector {
         let mut streaming = Vector::zeros();
-        if let Some(shear) = &self.shear {
+        if let Some(shear) = &self.sources.lees_edwards {
             streaming[FLOW] = shear.rate * (position[GRADIENT] - shear.middle);
         }
         streaming
@@ -86,7 +93,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// The nearest image of a separation and of a relative velocity at a time since the epoch; whether it is one above or below.
     #[inline]
-    pub(super) fn nearest_sheared(&self, state: &mut RelativeState, shear: &Shear, time: f64) -> bool {
+    pub(in crate::engine) fn nearest_sheared(&self, state: &mut RelativeState, shear: &LeesEdwards, time: f64) -> bool {
         let height = state.position[GRADIENT];
         let is_across = height.abs() > 0.5 * self.periods[GRADIENT];
         if is_across {
@@ -102,13 +109,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Calls `visit` for those beyond the sides that slide: cells next to them do not stay next to them.
-    pub(super) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
-        let (Some(_), Neighbours::Cells(cells)) = (&self.shear, &self.neighbours) else { return };
+    pub(in crate::engine) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
+        let (Some(_), Neighbours::Cells(cells)) = (&self.sources.lees_edwards, &self.neighbours) else { return };
         cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
     }
 
     /// The first meeting with those beyond the sides that slide.
-    pub(super) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
+    pub(in crate::engine) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
         self.for_each_across(me.id, |other| {
             let is_known = TABLE && self.memory.get(me.id, other).is_some();
             if !is_known {
@@ -118,7 +125,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Moves a particle that has left through one of the sides that slide to where its image comes in.
-    pub(super) fn slide(&mut self, shear: Shear, particle: u32, face: Face, time: f64) -> Result<(), InvariantBroken> {
+    pub(in crate::engine) fn slide(
+        &mut self,
+        shear: LeesEdwards,
+        particle: u32,
+        face: Face,
+        time: f64,
+    ) -> Result<(), InvariantBroken> {
         self.stream(particle, time);
         let up = if face.is_upper { 1.0 } else { -1.0 };
         let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
@@ -139,8 +152,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(particle, None, Invariant::Cells));
         };
         cells.slide_in(particle, &position, [FLOW, GRADIENT], !face.is_upper);
-        self.predict(particle, time);
-        self.schedule(particle);
+        self.repredict(particle, time);
         Ok(())
     }
 
@@ -148,8 +160,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ///
     /// An image one period up is displaced along x by that of the box, of which whole periods are dropped now: images along x take
     /// them over, so that `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` goes on smoothly.
-    pub(super) fn shift_shear(&mut self, shift: f64) {
-        let Some(shear) = &mut self.shear else { return };
+    pub(in crate::engine) fn shift_images(&mut self, shift: f64) {
+        let Some(shear) = &mut self.sources.lees_edwards else { return };
         let periods = shear.shift(shift, self.periods[FLOW]);
         if periods != 0 {
             for image in &mut self.images {
@@ -158,28 +170,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// When pairs across the sides that slide are predicted anew; infinite without any.
-    #[inline]
-    pub(super) fn next_look(&self) -> f64 {
-        self.shear.as_ref().map_or(f64::INFINITY, |shear| shear.next_look)
-    }
-
-    /// Predicts those next to the sides that slide anew.
-    pub(super) fn look_across(&mut self) -> Result<(), InvariantBroken> {
-        let Some(shear) = &mut self.shear else { return Err(self.broken(0, None, Invariant::GlobalEvent)) };
-        let time = shear.next_look;
-        shear.next_look += shear.between_looks;
-        self.now = time;
-        for particle in self.particles() {
-            let Neighbours::Cells(cells) = &self.neighbours else {
-                return Err(self.broken(particle, None, Invariant::Cells));
-            };
-            let is_next_to_side = cells.is_outermost(cells.home(particle), GRADIENT);
-            if is_next_to_side && !self.is_static(particle) {
-                self.predict(particle, time);
-                self.schedule(particle);
-            }
-        }
-        Ok(())
+    /// Finds those next to the sides that slide: their images have come so far that others can be met.
+    pub(in crate::engine) fn refresh_images(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
+        let (Some(shear), Neighbours::Cells(cells)) = (&mut self.sources.lees_edwards, &self.neighbours) else {
+            return Err(self.broken(0, None, Invariant::Cells));
+        };
+        self.now = shear.next_refresh;
+        shear.next_refresh += shear.between_refreshes;
+        let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
+        let found = self.particles().filter(|particle| is_next_to_side(particle) && !self.is_static(*particle));
+        Ok(GlobalOutcome { event: None, repredict: Repredict::Some(found.collect()) })
     }
 }

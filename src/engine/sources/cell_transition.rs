@@ -1,14 +1,14 @@
 //! Cells in the event loop: who is near a particle, and when it goes into the next cell.
 
-use super::event_loop::Engine;
-use super::predict::Streamed;
-use super::prediction::Prediction;
-use super::shear::GRADIENT;
-use super::{Invariant, InvariantBroken};
+use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::{Face, Grid};
 use crate::engine::neighbours::near::Near;
+use crate::engine::predict::Streamed;
+use crate::engine::prediction::Prediction;
+use crate::engine::sources::lees_edwards::GRADIENT;
+use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
@@ -18,7 +18,7 @@ const TIED: f64 = 1e-6;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first meeting with those in the cells around the particle, and when it leaves its own.
     #[inline]
-    pub(super) fn predict_in_cell(&mut self, me: &Streamed, prediction: &mut Prediction) {
+    pub(in crate::engine) fn predict_in_cell(&mut self, me: &Streamed, prediction: &mut Prediction) {
         let mut near = std::mem::take(&mut self.near);
         self.neighbours.find_near(me.id, &mut near);
         self.predict_near(me, near, prediction);
@@ -31,7 +31,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn predict_bounds(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
-        if !self.walls.is_empty() {
+        if !self.sources.walls.is_empty() {
             // Those of other cells are too far away to be met.
             let is_near = |face: Face| {
                 let [is_first, is_last] = cells.grid.is_outermost(cell, usize::from(face.axis));
@@ -98,14 +98,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
     /// particles that are new to it comes first.
-    pub(super) fn cross(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
+    pub(in crate::engine) fn cross(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.tally.transition += 1;
         let mut prediction = self.predictions[particle as usize];
         let face = prediction.exit;
         let Neighbours::Cells(cells) = &mut self.neighbours else {
             return Err(self.broken(particle, None, Invariant::Cells));
         };
-        if let Some(shear) = self.shear
+        if let Some(shear) = self.sources.lees_edwards
             && usize::from(face.axis) == GRADIENT
             && cells.wraps_behind(particle, face)
         {
@@ -120,8 +120,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.images[particle as usize][axis] -= transition.wrap;
         }
         if self.is_one_by_one() || self.is_apart(particle) {
-            self.predict(particle, time);
-            self.schedule(particle);
+            self.repredict(particle, time);
             return Ok(());
         }
         let me = self.streamed(particle, time);

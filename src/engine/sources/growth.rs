@@ -2,37 +2,44 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::event_loop::Engine;
+use super::{GlobalOutcome, Repredict};
 use crate::engine::event::{EventCounts, Tally};
+use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Search;
+use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
 
 /// Cells reach for spheres that are larger by up to this factor. Smaller steps sort more often, larger ones search farther.
-const LEG: f64 = 1.1;
+const STAGE: f64 = 1.1;
 
 /// Diameters that are `1 + rate (t - start)` times those of the scene.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Growing {
+pub(in crate::engine) struct GrowingDiameters {
     /// `[1 / time]`
     rate: f64,
     /// Since the epoch.
-    pub start: f64,
+    start: f64,
     /// Cells reach for diameters that are this factor times those of the scene,
     pub reach: f64,
     /// which ends at this one.
     largest: f64,
 }
 
-impl Growing {
+impl GrowingDiameters {
     /// The factor of all diameters at a time since the epoch.
     #[inline]
     pub fn scale(&self, time: f64) -> f64 {
         1.0 + self.rate * (time - self.start)
     }
 
+    /// Counts times from an epoch that is later by `shift`.
+    pub fn shift(&mut self, shift: f64) {
+        self.start -= shift;
+    }
+
     /// When the spheres will be as large as cells reach, since the epoch; infinite if they are not to become larger.
-    fn outgrown(&self) -> f64 {
+    pub fn next_stage(&self) -> f64 {
         if self.reach < self.largest { self.start + (self.reach - 1.0) / self.rate } else { f64::INFINITY }
     }
 }
@@ -43,7 +50,7 @@ impl Growing {
 /// time at which `f <= 0` and falling. The quadratic may open downwards, because every pair meets in the end; it is that of a ball
 /// over a floor, with any acceleration.
 #[inline]
-pub(super) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> Option<f64> {
+pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> Option<f64> {
     let (r, v) = (&state.position, &state.velocity);
     let height = r.norm_squared() - distance * distance;
     plane::next_event(height, 2.0 * (r.dot(v) - distance * speed), 2.0 * (v.norm_squared() - speed * speed))
@@ -51,7 +58,7 @@ pub(super) fn next_contact(state: &RelativeState, distance: f64, speed: f64) -> 
 
 /// What outlives an engine.
 #[derive(Debug, Clone)]
-pub(super) struct Carried {
+pub(in crate::engine) struct Carried {
     tally: Tally,
     counts: EventCounts,
     executed: u64,
@@ -65,14 +72,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// The factor of all diameters at a time since the epoch.
     #[inline]
-    pub(super) fn scale_at(&self, time: f64) -> f64 {
-        self.growing.as_ref().map_or(1.0, |growing| growing.scale(time))
+    pub(in crate::engine) fn scale_at(&self, time: f64) -> f64 {
+        self.sources.growth.as_ref().map_or(1.0, |growing| growing.scale(time))
     }
 
     /// How fast a distance grows that is `distance` in the scene.
     #[inline]
-    pub(super) fn growth_of(&self, distance: f64) -> f64 {
-        self.growing.as_ref().map_or(0.0, |growing| growing.rate * distance)
+    pub(in crate::engine) fn growth_of(&self, distance: f64) -> f64 {
+        self.sources.growth.as_ref().map_or(0.0, |growing| growing.rate * distance)
     }
 
     /// What outlives the engine when another one takes over with other diameters.
@@ -94,23 +101,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Lets all diameters grow from now on, up to `largest` times those of the scene.
     pub fn grow(&mut self, rate: f64, largest: f64) {
-        self.growing = Some(Growing { rate, start: self.now, reach: LEG.min(largest), largest });
+        self.sources.growth = Some(GrowingDiameters { rate, start: self.now, reach: STAGE.min(largest), largest });
         self.sort_anew();
-        self.find_interlude();
-    }
-
-    /// When the spheres outgrow their cells; infinite if they never do.
-    #[inline]
-    pub(super) fn next_leg(&self) -> f64 {
-        self.growing.as_ref().map_or(f64::INFINITY, Growing::outgrown)
+        self.start_anew();
+        self.sources.schedule_global();
     }
 
     /// Sorts the spheres into larger cells, when they have come to the size that cells reach for.
-    pub(super) fn begin_leg(&mut self) {
-        let Some(growing) = &mut self.growing else { return };
-        self.now = growing.outgrown().max(self.now);
-        growing.reach = (growing.reach * LEG).min(growing.largest);
+    pub(in crate::engine) fn begin_growth_stage(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
+        let Some(growing) = &mut self.sources.growth else {
+            return Err(self.broken(0, None, Invariant::GlobalEvent));
+        };
+        self.now = growing.next_stage().max(self.now);
+        growing.reach = (growing.reach * STAGE).min(growing.largest);
         self.sort_anew();
+        Ok(GlobalOutcome { event: None, repredict: Repredict::All })
     }
 
     fn sort_anew(&mut self) {
@@ -120,7 +125,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.wrap(particle, &position);
         }
         self.sort_in(Search::Cells);
-        self.start_anew();
     }
 }
 

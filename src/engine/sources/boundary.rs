@@ -1,20 +1,86 @@
-//! Execution of a contact with a wall of the box.
+//! Walls of the box: contacts of particles with them, reflecting or thermal.
 
-use super::audit::unit_of_wall;
-use super::event_loop::{Engine, Wall};
-use super::{Invariant, InvariantBroken};
 use crate::Vector;
+use crate::engine::audit::unit_of_wall;
 use crate::engine::event::{CountedKind, Event, EventKind};
+use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::grid::Face;
+use crate::engine::predict::Streamed;
+use crate::engine::prediction::Prediction;
+use crate::engine::{Invariant, InvariantBroken};
+use crate::model::Scene;
+use crate::model::random::{Purpose, Random};
+use crate::model::space::{Boundary, Face as SpaceFace};
+use crate::physics::detection::plane;
+use serde::{Deserialize, Serialize};
+
+/// The random numbers of walls are those of a stage that no scene has.
+const STAGE: usize = 1 << 40;
+
+/// A wall of the box.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(in crate::engine) struct Wall {
+    pub face: Face,
+    /// Coordinate along its axis.
+    pub at: f64,
+    pub restitution: f64,
+    /// Of the velocities that it gives; `None` if it reflects.
+    pub temperature: Option<f64>,
+}
+
+/// The walls of a scene.
+pub(super) fn walls(scene: &Scene) -> Vec<Wall> {
+    let mut walls = Vec::new();
+    for (face_axis, axis) in (0..).zip(0..3) {
+        if let Boundary::Bounded { lower, upper } = scene.space.boundary[axis] {
+            for (is_upper, side, at) in
+                [(false, lower, scene.space.lower[axis]), (true, upper, scene.space.upper()[axis])]
+            {
+                if let SpaceFace::Wall { restitution } = side {
+                    let temperature = scene.wall_temperatures[axis];
+                    walls.push(Wall { face: Face { axis: face_axis, is_upper }, at, restitution, temperature });
+                }
+            }
+        }
+    }
+    walls
+}
+
+/// The random numbers of the walls of a scene, if some are thermal.
+pub(super) fn random(scene: &Scene) -> Option<Random> {
+    let has_thermal_walls = scene.wall_temperatures.iter().any(Option::is_some);
+    has_thermal_walls.then(|| Random::new(scene.seed, Purpose::Thermostat, STAGE))
+}
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Predicts contacts with walls, but for those that `is_near` leaves out.
+    pub(in crate::engine) fn predict_walls(
+        &self,
+        me: &Streamed,
+        is_near: impl Fn(Face) -> bool,
+        prediction: &mut Prediction,
+    ) {
+        for wall in self.sources.walls.iter().filter(|wall| is_near(wall.face)) {
+            let axis = usize::from(wall.face.axis);
+            let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
+            let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+            let height = inwards * (me.position[axis] - wall.at) - radius;
+            if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
+                && me.time + dt < prediction.contact_time
+            {
+                prediction.reach(wall.face, me.time + dt, self.bodies[me.id as usize].name);
+            }
+        }
+    }
+
     /// A particle reaches a wall.
-    pub(super) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Result<Event, InvariantBroken> {
+    pub(in crate::engine) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Result<Event, InvariantBroken> {
         let flown = time - self.bodies[i as usize].time;
         self.stream(i, time);
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
-        let Some(&Wall { at, restitution, temperature, .. }) = self.walls.iter().find(|wall| wall.face == face) else {
+        let Some(&Wall { at, restitution, temperature, .. }) = self.sources.walls.iter().find(|wall| wall.face == face)
+        else {
             return Err(self.broken(i, None, Invariant::Wall));
         };
         let species = self.rules.species[usize::from(self.species[i as usize])];
@@ -91,7 +157,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let width = (temperature * species.inverse_mass).sqrt();
         let body = self.bodies[i as usize];
         let (body_position, before) = (body.position, body.velocity);
-        let Some(random) = &mut self.wall_random else {
+        let Some(random) = &mut self.sources.wall_random else {
             return Err(self.broken(i, None, Invariant::WallRandom));
         };
         let mut after = random.normal_vector(&self.space) * width;

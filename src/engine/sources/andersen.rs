@@ -1,10 +1,12 @@
-//! Velocities from outside: kicks at random times, and scaling.
+//! The Andersen thermostat: collisions with particles of a heat bath, at random times (Andersen, J. Chem. Phys. 72, 2384, 1980).
 
 use serde::{Deserialize, Serialize};
 
-use super::event_loop::Engine;
+use super::{GlobalOutcome, Repredict};
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind};
+use crate::engine::event_loop::Engine;
+use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::model::random::{Purpose, Random};
 
@@ -12,7 +14,7 @@ use crate::model::random::{Purpose, Random};
 ///
 /// Each gets one at a constant rate, so that the times between two of all are exponential.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Kicks {
+pub(in crate::engine) struct Andersen {
     random: Random,
     /// Temperature `[energy]`.
     temperature: f64,
@@ -20,17 +22,28 @@ pub(super) struct Kicks {
     rate: f64,
     axes: [bool; 3],
     /// Time of the next one, since the epoch.
-    pub next: f64,
+    next: f64,
 }
 
-impl Kicks {
+impl Andersen {
     /// From `now` on, for a number of particles. `stage` tells the random numbers of one stage from those of another.
     pub fn new(seed: u64, stage: usize, now: f64, particles: usize, bath: Bath) -> Self {
         let random = Random::new(seed, Purpose::Thermostat, stage);
         let rate = bath.rate * particles as f64;
-        let mut kicks = Self { random, temperature: bath.temperature, rate, axes: bath.axes, next: now };
-        kicks.wait();
-        kicks
+        let mut andersen = Self { random, temperature: bath.temperature, rate, axes: bath.axes, next: now };
+        andersen.wait();
+        andersen
+    }
+
+    /// When the next collision is due, since the epoch.
+    #[inline]
+    pub fn next_collision(&self) -> f64 {
+        self.next
+    }
+
+    /// Counts times from an epoch that is later by `shift`.
+    pub fn shift(&mut self, shift: f64) {
+        self.next -= shift;
     }
 
     /// Draws the time of the next one.
@@ -39,7 +52,7 @@ impl Kicks {
     }
 }
 
-/// What gives the kicks.
+/// What gives the bath.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bath {
     /// Temperature `[energy]`.
@@ -51,20 +64,16 @@ pub(crate) struct Bath {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// When the next kick comes, since the epoch; infinite for none.
-    #[inline]
-    pub(super) fn next_kick(&self) -> f64 {
-        self.kicks.as_ref().map_or(f64::INFINITY, |kicks| kicks.next)
-    }
-
-    /// Gives one particle a new velocity.
-    pub(super) fn kick(&mut self) -> Option<Event> {
-        let mut kicks = self.kicks.take()?;
-        let time = kicks.next;
+    /// Gives one particle a new velocity from the heat bath.
+    pub(in crate::engine) fn andersen_collision(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
+        let Some(mut bath) = self.sources.andersen.take() else {
+            return Err(self.broken(0, None, Invariant::GlobalEvent));
+        };
+        let time = bath.next;
         self.now = time;
-        // By id, so that the order in memory decides nothing. There is one that moves, or there were no kicks.
+        // By id, so that the order in memory decides nothing. There is one that moves, or there were no bath.
         let particle = loop {
-            let id = kicks.random.below(self.numbers.len());
+            let id = bath.random.below(self.numbers.len());
             #[expect(
                 clippy::cast_possible_truncation,
                 reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
@@ -76,15 +85,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         self.stream(particle, time);
         let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
-        let width = (kicks.temperature * inverse_mass).sqrt();
+        let width = (bath.temperature * inverse_mass).sqrt();
         let before = self.bodies[particle as usize].velocity;
         let mut after = before;
         let streaming = self.streaming_velocity(&self.bodies[particle as usize].position);
-        for axis in (0..3).filter(|&axis| kicks.axes[axis]) {
-            after[axis] = streaming[axis] + width * kicks.random.normal();
+        for axis in (0..3).filter(|&axis| bath.axes[axis]) {
+            after[axis] = streaming[axis] + width * bath.random.normal();
         }
-        kicks.wait();
-        self.kicks = Some(kicks);
+        bath.wait();
+        self.sources.andersen = Some(bath);
         let body = &mut self.bodies[particle as usize];
         body.velocity = after;
         body.events = body.events.wrapping_add(1);
@@ -96,10 +105,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if TABLE {
             self.counts.note_single(usize::from(self.species[particle as usize]), CountedKind::Thermostat);
         }
-        self.predict(particle, time);
-        self.schedule(particle);
         let change = after - before;
-        Some(Event {
+        let event = Event {
             time: self.time(),
             kind: EventKind::Thermostat,
             particle: self.name(particle),
@@ -112,43 +119,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions: [position, Vector::zeros()],
             before: [before, Vector::zeros()],
             after: [after, Vector::zeros()],
-        })
+        };
+        Ok(GlobalOutcome { event: Some(event), repredict: Repredict::One(particle) })
     }
 
-    /// Starts or ends kicks.
-    pub(super) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
+    /// Starts or ends bath.
+    pub(in crate::engine) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
         let bath = bath.filter(|_| moving > 0);
-        self.kicks = bath.map(|bath| Kicks::new(seed, stage, self.now, moving, bath));
-        self.find_interlude();
-    }
-
-    /// Multiplies all velocities, relative to `drift` and to what streams, by a factor.
-    pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
-        for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
-            self.stream(particle, self.now);
-            let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
-            let body = self.bodies[particle as usize];
-            let streaming = self.streaming_velocity(&body.position) + drift;
-            let after = streaming + (body.velocity - streaming) * factor;
-            self.tally.supplied.add(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
-            self.bodies[particle as usize].velocity = after;
-            self.note_confined_change(particle, &body.velocity);
-        }
-        self.start_anew();
-    }
-
-    /// Predicts everything anew, after all velocities have changed.
-    pub(super) fn start_anew(&mut self) {
-        for body in &mut self.bodies {
-            body.events = body.events.wrapping_add(1);
-        }
-        self.queue.clear();
-        for particle in self.particles() {
-            if !self.is_static(particle) {
-                self.predict(particle, self.now);
-                self.schedule(particle);
-            }
-        }
+        self.sources.andersen = bath.map(|bath| Andersen::new(seed, stage, self.now, moving, bath));
+        self.sources.schedule_global();
     }
 }

@@ -1,12 +1,12 @@
 //! Neighbour lists in the event loop: who is in a particle's list, and when the list has to be made anew.
 
-use super::event_loop::Engine;
-use super::predict::Streamed;
-use super::prediction::Prediction;
-use super::{Invariant, InvariantBroken};
 use crate::Vector;
+use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::shells::Shells;
+use crate::engine::predict::Streamed;
+use crate::engine::prediction::Prediction;
+use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::inertial;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Side};
@@ -14,10 +14,10 @@ use crate::physics::overlap::{Quadratic, Side};
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first meeting with those in the particle's list, and when it leaves its shell.
     #[inline]
-    pub(super) fn predict_in_shell(&self, me: &Streamed, shells: &Shells, prediction: &mut Prediction) {
+    pub(in crate::engine) fn predict_in_shell(&self, me: &Streamed, shells: &Shells, prediction: &mut Prediction) {
         let (strangers, length) = shells.lists.filled_up(me.id);
         self.predict_strangers(me, shells.wraps(&me.position), strangers, length, prediction);
-        if !self.walls.is_empty() {
+        if !self.sources.walls.is_empty() {
             self.predict_walls(me, |_| true, prediction);
         }
         prediction.transition_time = self.leaves_shell(me, shells);
@@ -42,7 +42,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Makes the list of a particle that leaves its shell anew, around where it is now.
-    pub(super) fn recentre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
+    pub(in crate::engine) fn recentre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         self.tally.transition += 1;
         let me = self.streamed(particle, time);
         let Neighbours::Lists(shells) = &self.neighbours else {
@@ -61,8 +61,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.wrap(particle, &me.position);
         self.relist(particle, time)?;
         if is_apart {
-            self.predict(particle, time);
-            self.schedule(particle);
+            self.repredict(particle, time);
             return Ok(());
         }
         // Its motion stays as it is, and so does its predicted contact, unless one of those who are new to it comes first.
@@ -80,7 +79,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Brings a particle that has left the box on a periodic axis back in.
-    pub(super) fn wrap(&mut self, particle: u32, position: &Vector) {
+    pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) {
         for axis in 0..3 {
             let period = self.periods[axis];
             if period == f64::INFINITY {
@@ -118,7 +117,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Fills the lists of all, once the pairs that know each other are known.
-    pub(super) fn fill_lists(&mut self) {
+    pub(in crate::engine) fn fill_lists(&mut self) {
         let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else { return };
         // One bound for all, so that whoever finds another is found by it.
         let largest = shells.centres.iter().map(Vector::amax).fold(0.0, f64::max);

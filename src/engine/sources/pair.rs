@@ -1,11 +1,11 @@
 //! Execution: a predicted contact of a pair becomes an event.
 
-use super::audit::MOST_ROUND_OFF;
-use super::event_loop::Engine;
-use super::{Invariant, InvariantBroken};
 use crate::Vector;
+use crate::engine::audit::MOST_ROUND_OFF;
 use crate::engine::event::{CountedKind, Event, EventKind};
+use crate::engine::event_loop::Engine;
 use crate::engine::pairs::rules::Discontinuity;
+use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
@@ -57,14 +57,20 @@ const NEAR_POWER_OF_TWO: u64 = 1 << 16;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Moves a particle along its free flight to `time`.
     #[inline]
-    pub(super) fn stream(&mut self, particle: u32, time: f64) {
+    pub(in crate::engine) fn stream(&mut self, particle: u32, time: f64) {
         let (position, velocity) = self.state_at(particle, time);
         let body = &mut self.bodies[particle as usize];
         (body.position, body.velocity, body.time) = (position, velocity, time);
     }
 
     /// A pair reaches a discontinuity.
-    pub(super) fn execute_pair(&mut self, i: u32, j: u32, side: Side, time: f64) -> Result<Event, InvariantBroken> {
+    pub(in crate::engine) fn execute_pair(
+        &mut self,
+        i: u32,
+        j: u32,
+        side: Side,
+        time: f64,
+    ) -> Result<Event, InvariantBroken> {
         let flown = time - self.bodies[i as usize].time.max(self.bodies[j as usize].time);
         self.stream(i, time);
         self.stream(j, time);
@@ -98,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if TABLE {
             self.count_by_species(i, j, &response, &seen);
         }
-        if self.confinement.is_some() {
+        if self.sources.confinement.is_some() {
             self.note_confined([i, j], &before);
         }
         self.tally.virial += reduced_mass * (response.radial - radial) / pair.stretch;
@@ -110,7 +116,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if dissipated != 0.0 {
             self.tally.dissipated.add(dissipated);
         }
-        if self.shear.is_some() {
+        if self.sources.lees_edwards.is_some() {
             // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
             let faster = (before[0] - before[1]) - pair.velocity;
             let gained = (self.bodies[i as usize].velocity - before[0]) / self.inverse_mass(i);
@@ -300,7 +306,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let closing = |engine: &Self| {
             let between = engine.bodies[i as usize].position - engine.bodies[j as usize].position;
             let velocity = engine.bodies[i as usize].velocity - engine.bodies[j as usize].velocity;
-            let velocity = if engine.shear.is_some() {
+            let velocity = if engine.sources.lees_edwards.is_some() {
                 engine.nearest(between, velocity, engine.bodies[i as usize].time).0.velocity
             } else {
                 velocity
@@ -327,12 +333,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// The state of a pair that the user names.
-    pub(super) fn state_of_pair(&self, a: ParticleId, b: ParticleId) -> u16 {
+    pub(in crate::engine) fn state_of_pair(&self, a: ParticleId, b: ParticleId) -> u16 {
         self.pair_state(self.number(a), self.number(b)).0
     }
 
     /// State and interaction of a pair: what the moving one of them remembers, or a stranger's.
-    pub(super) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
+    pub(in crate::engine) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
         if !TABLE {
             return (0, 0);
         }
@@ -351,7 +357,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let steps = &self.rules.steps[usize::from(interaction)];
         let mut seen = steps.seen_from(state, side)?;
         let surface = self.growth_of(seen.distance);
-        if self.growing.is_some() {
+        if self.sources.growth.is_some() {
             seen.distance *= self.scale_at(time);
             seen.squared = seen.distance * seen.distance;
         }
@@ -369,13 +375,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    pub(super) fn inverse_mass(&self, particle: u32) -> f64 {
+    pub(in crate::engine) fn inverse_mass(&self, particle: u32) -> f64 {
         let species = if TABLE { self.species[particle as usize] } else { 0 };
         self.rules.species[usize::from(species)].inverse_mass
     }
 
     /// `depth` and `round_off` are lengths, `unit` is the one that depths are compared with.
-    pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
+    pub(in crate::engine) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
         self.tally.deepest_overlap = self.tally.deepest_overlap.max(depth / unit);
         if depth > round_off.min(MOST_ROUND_OFF * unit) {
             self.tally.in_invalid_state += 1;
@@ -383,7 +389,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// A contact under the TC model, and its entry in the model's memory.
-    pub(super) fn tc_model(
+    pub(in crate::engine) fn tc_model(
         &mut self,
         particles: &[u32],
         restitution: f64,

@@ -1,0 +1,187 @@
+//! Event sources: one file for each kind of event.
+//!
+//! A source owns its data, says when it is next due, executes what is due, and says what has to be predicted anew. There are two kinds:
+//!
+//! - contacts and transitions of one particle, whose earliest one is its prediction: [`pair`], [`boundary`], [`cell_transition`] and
+//!   [`list_rebuild`]. Prediction asks them for times, the event loop has [`Engine::execute`] or [`Engine::execute_transition`] do what is due,
+//!   and the particles of a contact are predicted anew;
+//! - global events, which no prediction of a particle holds: [`andersen`], [`lees_edwards`] and [`growth`]. The earliest one is due at
+//!   [`Sources::next_global`], which is infinite where a scene has none of them, so that they cost nothing there.
+//!
+//! A new source is a file here, its data in [`Sources`] and a variant of [`Contact`] or of [`GlobalEvent`].
+
+pub(super) mod andersen;
+pub(super) mod boundary;
+mod cell_transition;
+pub(super) mod growth;
+pub(super) mod lees_edwards;
+mod list_rebuild;
+mod pair;
+
+use super::confinement::Confinement;
+use super::event::Event;
+use super::event_loop::Engine;
+use super::neighbours::Neighbours;
+use super::observe::Observe;
+use super::pairs::rows::Rows;
+use super::prediction::{Contact, Prediction};
+use super::{Invariant, InvariantBroken};
+use crate::model::Scene;
+use crate::model::random::Random;
+use andersen::Andersen;
+use boundary::Wall;
+use growth::GrowingDiameters;
+use lees_edwards::LeesEdwards;
+use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
+
+/// So many particles are predicted anew in the time of one step of the event loop.
+const PER_STEP: u64 = 16;
+
+/// The data of the sources that a scene has.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Sources {
+    pub walls: Vec<Wall>,
+    /// The walls as the pressure sees them; none where there are none.
+    pub confinement: Option<Confinement>,
+    /// Random numbers of the walls, if some are thermal.
+    pub wall_random: Option<Random>,
+    /// The heat bath.
+    pub andersen: Option<Andersen>,
+    /// How the box is sheared.
+    pub lees_edwards: Option<LeesEdwards>,
+    /// How the diameters grow.
+    pub growth: Option<GrowingDiameters>,
+    /// When the next global event is due, since the epoch; infinite for never.
+    pub next_global: f64,
+}
+
+/// Global events: of two that are due at the same time the upper one comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum GlobalEvent {
+    AndersenCollision,
+    ImageRefresh,
+    GrowthStage,
+}
+
+/// What a global event leaves to do.
+pub(super) struct GlobalOutcome {
+    /// What observers see, if anything.
+    pub event: Option<Event>,
+    pub repredict: Repredict,
+}
+
+/// The particles whose predictions an event has made void.
+pub(super) enum Repredict {
+    One(u32),
+    Some(Vec<u32>),
+    All,
+}
+
+impl Sources {
+    /// Those of a scene at its start; heat baths and growth come with stages of a run.
+    pub fn of(scene: &Scene, rows: &Rows) -> Self {
+        Self {
+            walls: boundary::walls(scene),
+            confinement: Confinement::of(scene, rows),
+            wall_random: boundary::random(scene),
+            andersen: None,
+            lees_edwards: scene.shear_rate.map(|rate| LeesEdwards::new(rate, scene.displacement, &scene.space)),
+            growth: None,
+            next_global: f64::INFINITY,
+        }
+    }
+
+    /// Global events and when each is due, since the epoch; infinite for never.
+    fn global_events(&self) -> [(GlobalEvent, f64); 3] {
+        let never = f64::INFINITY;
+        [
+            (GlobalEvent::AndersenCollision, self.andersen.as_ref().map_or(never, Andersen::next_collision)),
+            (GlobalEvent::ImageRefresh, self.lees_edwards.as_ref().map_or(never, LeesEdwards::next_refresh)),
+            (GlobalEvent::GrowthStage, self.growth.as_ref().map_or(never, GrowingDiameters::next_stage)),
+        ]
+    }
+
+    /// Finds when the next global event is due.
+    pub fn schedule_global(&mut self) {
+        self.next_global = self.global_events().iter().fold(f64::INFINITY, |next, (_, due)| next.min(*due));
+    }
+
+    fn due_global(&self) -> Option<GlobalEvent> {
+        self.global_events().iter().find(|(_, due)| *due <= self.next_global).map(|(event, _)| *event)
+    }
+
+    /// Whether something besides pairs and walls will happen: then nothing is ever over.
+    pub fn acts_for_ever(&self) -> bool {
+        self.andersen.is_some() || self.growth.is_some() || self.lees_edwards.is_some()
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Executes the predicted contact of a particle; none if its partner has had an event since, so that it has to be predicted anew.
+    #[inline]
+    pub(super) fn execute(
+        &mut self,
+        particle: u32,
+        prediction: &Prediction,
+        time: f64,
+    ) -> Result<Option<Event>, InvariantBroken> {
+        match prediction.contact {
+            Contact::Pair(side) => {
+                let partner = prediction.partner;
+                if self.bodies[partner as usize].events != prediction.partner_events {
+                    return Ok(None);
+                }
+                self.execute_pair(particle, partner, side, time).map(Some)
+            }
+            Contact::Wall(face) => self.execute_wall(particle, face, time).map(Some),
+        }
+    }
+
+    /// Executes the predicted transition of a particle: into the next cell, or out of the skin of its neighbour list.
+    #[inline]
+    pub(super) fn execute_transition(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
+        match self.neighbours {
+            Neighbours::Cells(_) => self.cross(particle, time),
+            Neighbours::Lists(_) => self.recentre(particle, time),
+        }
+    }
+
+    /// Executes the global event that is due, and says how many steps that was and whether the observer goes on.
+    pub(super) fn execute_global(&mut self, observe: Observe<'_>) -> Result<(u64, ControlFlow<()>), InvariantBroken> {
+        let GlobalOutcome { event, repredict } = match self.sources.due_global() {
+            Some(GlobalEvent::AndersenCollision) => self.andersen_collision()?,
+            Some(GlobalEvent::ImageRefresh) => self.refresh_images()?,
+            Some(GlobalEvent::GrowthStage) => self.begin_growth_stage()?,
+            None => return Err(self.broken(0, None, Invariant::GlobalEvent)),
+        };
+        let mut steps = self.steps_of_all();
+        match repredict {
+            Repredict::One(particle) => {
+                self.repredict(particle, self.now);
+                steps = 0;
+            }
+            Repredict::Some(particles) => particles.into_iter().for_each(|particle| self.repredict(particle, self.now)),
+            Repredict::All => self.start_anew(),
+        }
+        self.sources.schedule_global();
+        Ok((steps, event.iter().try_for_each(observe)))
+    }
+
+    /// Counts all times of the sources from an epoch that is later by `shift`.
+    pub(super) fn shift_sources(&mut self, shift: f64) {
+        if let Some(andersen) = &mut self.sources.andersen {
+            andersen.shift(shift);
+        }
+        if let Some(growth) = &mut self.sources.growth {
+            growth.shift(shift);
+        }
+        self.shift_images(shift);
+        self.sources.schedule_global();
+    }
+
+    /// Predicting all particles anew takes as long as so many steps.
+    pub(super) fn steps_of_all(&self) -> u64 {
+        self.bodies.len() as u64 / PER_STEP
+    }
+}
