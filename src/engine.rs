@@ -82,6 +82,7 @@ impl Until {
 
 /// Why a stretch of a simulation ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reason {
     /// The simulated time was reached.
     Time,
@@ -96,6 +97,7 @@ pub enum Reason {
 
 /// The engine that was chosen for a scene, once and at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct EngineChoice {
     /// Whether particles accelerate, so that flights are parabolas.
     pub is_falling: bool,

@@ -50,6 +50,7 @@ impl Limits {
 
 /// What became of the overlaps that a scene started with.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Initial {
     /// How many there were, deeper than round-off.
     pub overlaps: usize,

@@ -30,7 +30,7 @@ fn a_body_between_walls_returns_after_twice_their_distance_over_its_speed() {
         let until = Until::time(16.0 * f64::from(period));
         let reason = simulation.advance_with(until, |event| match event.kind {
             EventKind::Wall { axis, is_upper } => faces[2 * usize::from(axis) + usize::from(is_upper)] += 1,
-            EventKind::Pair(_) | EventKind::Thermostat => panic!("{event:?}"),
+            _ => panic!("{event:?}"),
         });
         assert_eq!(reason, Ok(Reason::Time));
         assert_eq!(faces, [1, 1, 2, 2, 1, 1], "period {period}");
