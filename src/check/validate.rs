@@ -32,6 +32,7 @@ pub use state_point::{StatePointError, Watch};
 
 /// Length of the runs of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Effort {
     /// Seconds in all: fewer events at fewer points.
     Brief,

@@ -50,7 +50,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Numbers the particles along the curve.
-    fn reorder(&mut self) {
+    pub(super) fn reorder(&mut self) {
         self.transitions_at_order = self.tally.transition;
         // By name among those in the same cell of the curve, so that the order depends on where particles are only.
         let names = {

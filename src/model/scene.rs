@@ -31,6 +31,7 @@ pub struct ParticleId(pub u32);
 
 /// A species: mass, diameter and acceleration of particles of one kind.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Species {
     /// Name, unique in the scene.
     pub name: String,

@@ -35,6 +35,7 @@ impl Stage {
 
 /// Progress of a stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Progress {
     /// Which stage.
     pub stage: Stage,

@@ -17,6 +17,7 @@ use crate::run::Finished;
 
 /// The files of a completed run.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Completed {
     /// The files.
     pub files: Vec<PathBuf>,
