@@ -10,9 +10,7 @@ use std::time::Duration;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use runs::{
-    SCENES, STOPS, assert_same, carom, contents, files_of, finish, results, resume, start, stop, unfinish, unwrapped,
-};
+use runs::{SCENES, STOPS, assert_same, carom, contents, files_of, finish, resume, start, stop, unfinish, unwrapped};
 
 #[test]
 fn fifty_six_random_stops_change_no_bit() {
