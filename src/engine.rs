@@ -15,7 +15,6 @@ macro_rules! with_engine {
 mod apart;
 mod arrange;
 mod audit;
-mod body;
 mod build;
 mod clock;
 mod confinement;
@@ -36,6 +35,7 @@ mod prediction;
 pub mod schedule;
 mod snapshot;
 mod sources;
+mod state;
 mod states;
 
 use crate::engine::event::{Event, EventCounts, EventKind, Tally};
@@ -179,14 +179,14 @@ impl Simulation {
     /// What has happened so far.
     #[must_use]
     pub fn tally(&self) -> &Tally {
-        with_engine!(&self.engine, engine => &engine.tally)
+        with_engine!(&self.engine, engine => &engine.counts.totals)
     }
 
     /// What has happened so far, by kind and species.
     #[must_use]
     pub fn event_counts(&self) -> EventCounts {
         if self.choice.has_table {
-            return with_engine!(&self.engine, engine => engine.counts.of_rows(engine.rules.rows.species()));
+            return with_engine!(&self.engine, engine => engine.counts.by_species.of_rows(engine.pairs.rules.rows.species()));
         }
         let species = self.scene().particles.first().map_or(0, |particle| particle.species.0 as usize);
         EventCounts::of_one_species(species, self.tally())

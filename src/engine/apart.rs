@@ -15,7 +15,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether a particle knows partners that are outside of all steps of their own interaction.
     #[inline]
     pub(super) fn is_apart(&self, particle: u32) -> bool {
-        TABLE && self.has_loose_pairs && self.memory.of(particle).iter().any(|known| known.state == 0)
+        TABLE && self.pairs.has_loose_pairs && self.pairs.memory.of(particle).iter().any(|known| known.state == 0)
     }
 
     /// The first meeting with such a partner, in whichever image, before the particle goes into another cell or leaves its shell: then it
@@ -23,8 +23,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn predict_apart(&self, me: &Streamed, prediction: &mut Prediction) {
         let most = self.most_images();
         let around = |axis: usize| -most[axis]..=most[axis];
-        for known in self.memory.of(me.id).iter().filter(|known| known.state == 0) {
-            let steps = &self.rules.steps[usize::from(known.interaction)];
+        for known in self.pairs.memory.of(me.id).iter().filter(|known| known.state == 0) {
+            let steps = &self.pairs.rules.steps[usize::from(known.interaction)];
             let Some(seen) = steps.seen_from(known.state, Side::Positive) else { continue };
             let (nearest, _) = self.relative(me, known.partner);
             let acceleration = me.acceleration - self.acceleration(known.partner);
@@ -52,7 +52,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Neighbours::Lists(_) => [u32::MAX; 3],
         };
         std::array::from_fn(|axis| match counts[axis] {
-            _ if self.periods[axis] == f64::INFINITY => 0,
+            _ if self.state.periods[axis] == f64::INFINITY => 0,
             0..3 => 2,
             _ if axis == FLOW && self.sources.lees_edwards.is_some() => 2,
             _ => 1,
@@ -63,11 +63,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn image_of(&self, nearest: &RelativeState, image: [i32; 3], time: f64) -> RelativeState {
         let mut state = *nearest;
         for axis in (0..3).filter(|&axis| image[axis] != 0) {
-            state.position[axis] -= f64::from(image[axis]) * self.periods[axis];
+            state.position[axis] -= f64::from(image[axis]) * self.state.periods[axis];
         }
         if let Some(shear) = &self.sources.lees_edwards {
             let up = f64::from(image[GRADIENT]);
-            state.position[FLOW] -= up * shear.displacement_within(time, self.periods[FLOW]).0;
+            state.position[FLOW] -= up * shear.displacement_within(time, self.state.periods[FLOW]).0;
             state.velocity[FLOW] -= up * shear.speed;
         }
         state

@@ -23,7 +23,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.expect_self(particle);
             if prediction.partner != NOBODY {
                 self.expect_self(prediction.partner);
-                prefetch(&self.predictions, prediction.partner as usize);
+                prefetch(&self.schedule.predictions, prediction.partner as usize);
             }
         }
         match &self.neighbours {
@@ -34,13 +34,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     fn coming(&self, ahead: usize) -> Option<(u32, &Prediction)> {
-        let particle = self.queue.coming(ahead)?;
-        Some((particle, &self.predictions[particle as usize]))
+        let particle = self.schedule.queue.coming(ahead)?;
+        Some((particle, &self.schedule.predictions[particle as usize]))
     }
 
     #[inline]
     fn expect_self(&self, particle: u32) {
-        prefetch(&self.bodies, particle as usize);
+        prefetch(&self.state.bodies, particle as usize);
         match &self.neighbours {
             Neighbours::Lists(shells) => {
                 shells.lists.expect_span(particle);
@@ -50,7 +50,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Neighbours::Cells(cells) => cells.expect_home(particle),
         }
         if TABLE {
-            self.memory.expect(particle);
+            self.pairs.memory.expect(particle);
         }
     }
 
@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
             for particle in participants(particle, prediction) {
                 for &other in shells.lists.of(particle) {
-                    prefetch(&self.bodies, other as usize);
+                    prefetch(&self.state.bodies, other as usize);
                 }
             }
             if prediction.is_transition() {
@@ -93,9 +93,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
             let home = cells.home(particle);
             if prediction.is_transition() {
-                cells.expect_new(home, prediction.exit, |other| prefetch(&self.bodies, other as usize));
+                cells.expect_new(home, prediction.exit, |other| prefetch(&self.state.bodies, other as usize));
             } else {
-                cells.expect_near(home, |other| prefetch(&self.bodies, other as usize));
+                cells.expect_near(home, |other| prefetch(&self.state.bodies, other as usize));
             }
         }
     }

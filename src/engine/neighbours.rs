@@ -9,6 +9,7 @@ pub mod grid;
 pub mod lists;
 pub mod near;
 pub mod packed;
+pub mod ranges;
 pub mod shells;
 
 use crate::Vector;

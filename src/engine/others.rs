@@ -1,8 +1,8 @@
 //! The first of many others that a particle meets, many at a time.
 
-use super::body::Body;
 use super::predict::Streamed;
 use super::prediction::Prediction;
+use super::state::Body;
 use crate::Vector;
 use crate::engine::neighbours::cells::NOBODY;
 use crate::engine::pairs::memory::Known;
@@ -234,9 +234,9 @@ mod tests {
             .unwrap();
         let run = |width| {
             let mut engine = Engine::<false, TABLE>::new(&scene);
-            engine.width = width;
+            engine.hardware.width = width;
             engine.advance(Until::events(5_000), &mut |_| ControlFlow::Continue(())).unwrap();
-            (engine.snapshot().positions, engine.now)
+            (engine.snapshot().positions, engine.clock.now)
         };
         Width::all().into_iter().map(run).collect()
     }

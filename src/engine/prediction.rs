@@ -1,10 +1,10 @@
 //! What is foreseen for a particle: one prediction, and the time at which it wakes.
 
-use super::body::Body;
+use super::state::Body;
 use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::neighbours::cells::NOBODY;
 use crate::engine::neighbours::grid::Face;
-use crate::engine::schedule::{Sleepers, Wake};
+use crate::engine::schedule::{EventQueue, Sleepers, Wake};
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 
@@ -98,6 +98,13 @@ impl Prediction {
 /// What the ranks of contacts with walls and of transitions have, and those of pairs have not.
 const WALL: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
+
+/// The pending predictions of all particles, and the queue that puts them in order.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Schedule {
+    pub predictions: Vec<Prediction>,
+    pub queue: EventQueue,
+}
 
 impl Sleepers for Vec<Prediction> {
     #[inline]

@@ -4,6 +4,7 @@ use crate::Vector;
 use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::shells::Shells;
+use crate::engine::pairs::Pairs;
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::engine::{Invariant, InvariantBroken};
@@ -43,7 +44,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Makes the list of a particle that leaves its shell anew, around where it is now.
     pub(in crate::engine) fn recentre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
-        self.tally.transition += 1;
+        self.counts.totals.transition += 1;
         let me = self.streamed(particle, time);
         let Neighbours::Lists(shells) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
@@ -53,8 +54,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             // The bound came true without the particle having gone far.
             let gone = (me.position - shells.centres[particle as usize]).norm_squared();
             if gone < 0.25 * shells.radius * shells.radius {
-                self.predictions[particle as usize].transition_time = self.leaves_shell(&me, shells);
-                self.schedule(particle);
+                self.schedule.predictions[particle as usize].transition_time = self.leaves_shell(&me, shells);
+                self.enqueue(particle);
                 return Ok(());
             }
         }
@@ -69,40 +70,43 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Neighbours::Lists(shells) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
-        let mut prediction = self.predictions[particle as usize];
+        let mut prediction = self.schedule.predictions[particle as usize];
         let (newcomers, count) = shells.lists.newcomers();
         self.predict_strangers(&me, shells.wraps(&me.position), newcomers, count, &mut prediction);
         prediction.transition_time = self.leaves_shell(&me, shells);
-        self.predictions[particle as usize] = prediction;
-        self.schedule(particle);
+        self.schedule.predictions[particle as usize] = prediction;
+        self.enqueue(particle);
         Ok(())
     }
 
     /// Brings a particle that has left the box on a periodic axis back in.
     pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) {
         for axis in 0..3 {
-            let period = self.periods[axis];
+            let period = self.state.periods[axis];
             if period == f64::INFINITY {
                 continue;
             }
-            let periods = if position[axis] < self.space.lower[axis] {
+            let periods = if position[axis] < self.state.space.lower[axis] {
                 1
-            } else if position[axis] >= self.space.lower[axis] + period {
+            } else if position[axis] >= self.state.space.lower[axis] + period {
                 -1
             } else {
                 continue;
             };
-            self.bodies[particle as usize].position[axis] += f64::from(periods) * period;
-            self.images[particle as usize][axis] -= periods;
+            self.state.bodies[particle as usize].position[axis] += f64::from(periods) * period;
+            self.state.images[particle as usize][axis] -= periods;
         }
     }
 
     /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.
     fn relist(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         let (to, _) = self.state_at(particle, time);
-        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else {
+        let mut scratch = self.take_scratch();
+        let near = &mut scratch.near;
+        let Self { neighbours: Neighbours::Lists(shells), pairs: Pairs { memory, rules, .. }, state, .. } = self else {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
+        let species = &state.species;
         shells.centres[particle as usize] = to;
         shells.cells.lift(particle);
         let all: &[u16] = if TABLE { species } else { &[] };
@@ -113,12 +117,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let is_static = |other: u32| TABLE && rules.species[usize::from(species[other as usize])].is_static();
         shells.lists.renew(particle, near.found(), is_static);
+        self.scratch = Some(scratch);
         Ok(())
     }
 
     /// Fills the lists of all, once the pairs that know each other are known.
     pub(in crate::engine) fn fill_lists(&mut self) {
-        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else { return };
+        let mut scratch = self.take_scratch();
+        let near = &mut scratch.near;
+        let Self { neighbours: Neighbours::Lists(shells), pairs: Pairs { memory, rules, .. }, state, .. } = self else {
+            return;
+        };
+        let species = &state.species;
         // One bound for all, so that whoever finds another is found by it.
         let largest = shells.centres.iter().map(Vector::amax).fold(0.0, f64::max);
         let all: &[u16] = if TABLE { species } else { &[] };
@@ -130,6 +140,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             near.retain(|other| other != particle && !(TABLE && memory.get(particle, other).is_some()));
             shells.lists.set(particle, near.found());
         }
+        self.scratch = Some(scratch);
     }
 }
 
@@ -156,7 +167,7 @@ mod tests {
             engine.advance(Until::events(events * part / 10), &mut |_| ControlFlow::Continue(())).unwrap();
             let Some(shells) = engine.neighbours.shells() else { continue };
             for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
-                let (position, _) = engine.state_at(particle, engine.now);
+                let (position, _) = engine.state_at(particle, engine.clock.now);
                 let gone = (position - shells.centres[particle as usize]).norm();
                 assert!(gone < shells.radius * (1.0 + 1e-9), "{particle} left its shell: {gone}");
                 let list = shells.lists.of(particle);
@@ -164,10 +175,10 @@ mod tests {
                 assert!(list.iter().filter(is_moving).all(|other| shells.lists.of(*other).contains(&particle)));
                 for other in engine.particles() {
                     let [a, b] = [particle, other].map(|id| shells.centres[id as usize]);
-                    let apart = minimum_image(a - b, &engine.periods).norm();
-                    let species = [particle, other].map(|id| usize::from(engine.species[id as usize]));
-                    let range = engine.ranges[species[0] * engine.rules.species.len() + species[1]];
-                    let is_known = TABLE && engine.memory.get(particle, other).is_some();
+                    let apart = minimum_image(a - b, &engine.state.periods).norm();
+                    let species = [particle, other].map(|id| usize::from(engine.state.species[id as usize]));
+                    let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
+                    let is_known = TABLE && engine.pairs.memory.get(particle, other).is_some();
                     let is_near = |factor| apart < (range + 2.0 * shells.radius) * factor;
                     let may_meet = other != particle && range > 0.0 && !is_known;
                     let times = list.iter().filter(|entry| **entry == other).count();
@@ -178,7 +189,7 @@ mod tests {
             }
         }
         assert!(engine.neighbours.shells().is_some(), "dense enough for lists in the end");
-        assert!(engine.tally.transition > 100, "only {} lists were made anew", engine.tally.transition);
+        assert!(engine.counts.totals.transition > 100, "only {} lists were made anew", engine.counts.totals.transition);
     }
 
     #[test]
