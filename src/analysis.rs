@@ -5,3 +5,5 @@ pub mod observables;
 pub mod published;
 pub(crate) mod sampling_times;
 pub mod statistics;
+
+pub use sampling_times::SamplingTimes;

@@ -1,27 +1,9 @@
 //! A run: its stages with rows at even times, at last a measurement with means and frames.
 //!
-//! ```
-//! use std::ops::ControlFlow;
-//! use carom::model::potential::Potential;
-//! use carom::run;
-//! use carom::scene::{Amount, Lattice, SceneBuilder};
-//! use carom::model::{Limit, RunPlan};
-//!
-//! let scene = SceneBuilder::new("fluid")
-//!     .species("A", 1.0, 1.0)
-//!     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-//!     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
-//!     .temperature(1.0)
-//!     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000), ..RunPlan::default() })
-//!     .build()?;
-//! let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(()))?;
-//! let (name, temperature) = finished.observables[0];
-//! assert_eq!(name, "temperature");
-//! assert!((temperature.mean - 1.0).abs() < 1e-9);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
+//! A [`Run`] is put together, executed, and leaves what has [`Finished`].
 
 pub mod audit;
+mod begin;
 pub mod checkpoint;
 mod driver;
 mod forecast;
@@ -29,7 +11,8 @@ mod progress;
 mod rate;
 mod state;
 
-pub use driver::{MOST_EVENTS_PER_PARTICLE, resume, run};
+pub use begin::{Run, RunError, run};
+pub use driver::MOST_EVENTS_PER_PARTICLE;
 pub use forecast::{Burden, burdens};
 pub use progress::{Progress, Stage};
 pub use rate::expected_rate;
@@ -85,7 +68,7 @@ pub trait Recorder {
         false
     }
 
-    /// Keeps all that is needed to [`resume`] the run from here. Asked for when due, and at the end of the run before its last row and frame.
+    /// Keeps all that is needed to [resume](Run::resume) the run from here. Asked for when due, and at the end of the run before its last row and frame.
     ///
     /// # Errors
     /// If it cannot be kept.
@@ -108,11 +91,14 @@ impl Recorder for () {
 
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Ending {
     /// The simulated time was reached.
     Time,
     /// The number of events was reached.
     Events,
+    /// An instrument of the user has come to what it was to end at: [`Instrument::is_done`](crate::analysis::instruments::Instrument::is_done).
+    Condition,
     /// Nothing will happen any more, as can be shown, and there is no time limit.
     Idle,
     /// There is no time limit, nothing has happened for a million rows or an endless time, and nothing shows that it never will.
@@ -213,7 +199,8 @@ impl Finished {
     /// Whether it came to an end that the scene asks for, or to that of all events, and its audit has nothing to object to.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        matches!(self.ending, Ending::Time | Ending::Events | Ending::Idle) && self.audit.faults().is_empty()
+        matches!(self.ending, Ending::Time | Ending::Events | Ending::Condition | Ending::Idle)
+            && self.audit.faults().is_empty()
     }
 
     /// Whether going on with it may lead to such an end.

@@ -3,12 +3,15 @@
 //! A [`MeasurementPlan`] says what is wanted; each entry becomes one of the [`Instruments`], which are shown the particles at times of their own choosing, and
 //! the events where they ask for them. Instruments only read: a run has the same trajectory, bit for bit, whatever is measured.
 //! Their memory is bounded, and their state is part of a checkpoint. What came out is [`Measured`].
+//!
+//! [`Instrument`] shows how to write one, and what it takes to measure with it.
 
 pub mod bond_order;
 pub mod chains;
 pub mod profiles;
 pub mod quantity;
 pub mod radial_distribution;
+mod registry;
 pub mod system;
 
 mod block_times;
@@ -29,9 +32,10 @@ mod transport;
 
 use crate::model::MeasurementPlan;
 
-pub use instrument::Instruments;
-pub(crate) use instrument::Setup;
+pub use instrument::{Instrument, Instruments, Setup};
 pub use quantity::{Curve, Measured, Number, Published, Scalar, Series, Variable};
+pub use registry::InstrumentError;
+pub(crate) use registry::Registry;
 pub use system::{Sample, SystemDescription};
 
 /// What is asked for of each particle, for the frames of a trajectory.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// An interval that the scene gives is kept. One that was chosen is doubled whenever there are twice as many
 /// times as were aimed at, because the duration that it was chosen from may be a poor guess.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct SamplingTimes {
+pub struct SamplingTimes {
     start: f64,
     interval: f64,
     index: f64,
@@ -17,21 +17,25 @@ pub(crate) struct SamplingTimes {
 
 impl SamplingTimes {
     /// Times at a given interval.
+    #[must_use]
     pub fn given(start: f64, interval: f64) -> Self {
         Self { start, interval, index: 1.0, chosen: None }
     }
 
     /// Some `aim` times in a duration that is expected, no closer to each other than `shortest`.
+    #[must_use]
     pub fn expecting(start: f64, duration: f64, aim: u32, shortest: f64) -> Self {
         Self { chosen: Some([0, aim]), ..Self::given(start, (duration / f64::from(aim)).max(shortest)) }
     }
 
     /// The sampling interval `[time]`.
+    #[must_use]
     pub fn interval(&self) -> f64 {
         self.interval
     }
 
     /// The next time.
+    #[must_use]
     pub fn next(&self) -> f64 {
         self.start + self.index * self.interval
     }

@@ -8,6 +8,7 @@ use std::process::ExitCode;
 use carom::base::text::printable;
 use carom::io::OutputError;
 use carom::io::convert::ConvertError;
+use carom::run::RunError;
 use carom::scene::SceneError;
 use carom::view::render::RenderError;
 use carom::view::report::ReportError;
@@ -89,6 +90,18 @@ impl From<OutputError> for Failure {
         };
         let help = error.cure();
         Self::new(with_causes(&error), None, help, code)
+    }
+}
+
+impl From<RunError<OutputError>> for Failure {
+    fn from(error: RunError<OutputError>) -> Self {
+        match error {
+            RunError::Recorder(error) => error.into(),
+            error => {
+                let cure = "go on with the program that began the run, which has the instrument";
+                Self::bad_input(error.to_string(), None, Some(cure))
+            }
+        }
     }
 }
 

@@ -8,7 +8,6 @@ use carom::engine::{Arrest, InvariantBroken};
 use carom::io::estimate::{Estimate, allowance, free_disk};
 use carom::io::{Completed, Folder, refuse_input};
 use carom::model::{Limit, Scene};
-use carom::run::checkpoint::Checkpoint;
 use carom::run::{self, Ending, Finished, Jam, Recorder};
 use clap::Args;
 
@@ -141,8 +140,7 @@ impl Run {
         folder.keep_limit(checkpoint.simulation.scene().run().limit)?;
         signals::watch();
         let mut display = Display::new(checkpoint.simulation.scene(), self.quiet);
-        let Checkpoint { simulation, state, .. } = checkpoint;
-        let result = run::resume(simulation, state, &mut folder, &mut |progress| {
+        let result = run::Run::resume(checkpoint).execute(&mut folder, &mut |progress| {
             display.show(progress);
             signals::flow()
         });

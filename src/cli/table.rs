@@ -74,6 +74,7 @@ fn ending(finished: &Finished) -> String {
     match &finished.ending {
         Ending::Time => format!("at t = {time}, the time asked for"),
         Ending::Events => format!("at t = {time}, after the number of events asked for"),
+        Ending::Condition => format!("at t = {time}, where an instrument ended it"),
         Ending::Idle => format!("at t = {time}, because nothing will happen any more"),
         Ending::GaveUp => {
             format!("GAVE UP at t = {time}{stage}: nothing has happened for a million rows, or for very long")
@@ -87,6 +88,7 @@ fn ending(finished: &Finished) -> String {
         Ending::Jammed(jam) => format!("FAILED at t = {time}{stage}: {jam}"),
         Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
         Ending::Broken(broken) => format!("FAILED at t = {time}{stage}: {broken}"),
+        _ => format!("at t = {time}{stage}"),
     }
 }
 

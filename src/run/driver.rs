@@ -17,9 +17,9 @@ use std::time::{Duration, Instant};
 use super::progress::{Progress, Stage};
 use super::state::{Aim, RunState};
 use super::{Ending, Finished, Recorder};
-use crate::analysis::instruments::SystemDescription;
+use crate::analysis::instruments::{Registry, SystemDescription};
 use crate::engine::{EngineError, Reason, Simulation, Until};
-use crate::model::{Limit, Scene};
+use crate::model::Limit;
 
 /// Physical events between two checks whether the simulation still has events.
 const CHUNK: u64 = 10_000;
@@ -35,30 +35,11 @@ const STEPS: [u64; 2] = [64, 1 << 16];
 /// Time on the clock between two such questions.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// Runs a scene as it plans, and hands rows and frames to a recorder.
-///
-/// `watch` is called every few hundredths of a second; the run ends at once, but in good order, where it breaks. Neither
-/// it nor the recorder changes the trajectory. A stage without a limit is left out.
-///
-/// # Errors
-/// The recorder's. A simulation that cannot go on is no error here, but an [`Ending`].
-pub fn run<R: Recorder>(
-    scene: Scene,
-    recorder: &mut R,
-    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
-) -> Result<Finished, R::Error> {
-    let simulation = Simulation::new(scene);
-    let state = RunState::new(&simulation);
-    resume(simulation, state, recorder, watch)
-}
-
-/// Goes on with a run where it was left, to the same bits as if it had never stopped.
-///
-/// # Errors
-/// As [`run`].
-pub fn resume<R: Recorder>(
+/// Goes on with a run from where it is.
+pub(super) fn drive<R: Recorder>(
     simulation: Simulation,
     state: RunState,
+    registry: Registry,
     recorder: &mut R,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
@@ -67,6 +48,7 @@ pub fn resume<R: Recorder>(
         simulation,
         state,
         system,
+        registry,
         recorder,
         watch,
         started: None,
@@ -82,6 +64,8 @@ struct Driver<'a, R> {
     simulation: Simulation,
     state: RunState,
     system: SystemDescription,
+    /// Instruments of the user that have not begun yet.
+    registry: Registry,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// When the measurement began, or went on, on the clock.
@@ -258,6 +242,7 @@ impl<R: Recorder> Driver<'_, R> {
                 return Ok(Err(Ending::Idle));
             }
             match reached {
+                Ok(Some(Reason::Observer)) => return Ok(Err(Ending::Condition)),
                 Ok(Some(reason)) => {
                     self.state.aim = None;
                     return Ok(Ok(reason));
@@ -292,7 +277,8 @@ impl<R: Recorder> Driver<'_, R> {
             if let Some(recorder) = &mut recorder {
                 failure = recorder.event(event).err();
             }
-            if failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            let is_done = instruments.as_ref().is_some_and(|instruments| instruments.is_done());
+            if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         failure.map_or(Ok(reason), Err)
     }
@@ -343,7 +329,7 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
     use crate::model::{Limit, OutputPlan, RunPlan};
-    use crate::run::Ending;
+    use crate::run::{Ending, run};
     use crate::scene::SceneBuilder;
 
     #[test]

@@ -119,6 +119,8 @@ pub struct RunState {
     pub(super) monitor: Option<Monitor>,
     /// The pressure of spheres that grow until it is reached.
     pub(super) pressure_check: Option<PressureCheck>,
+    /// Names of the instruments that the user has registered.
+    pub(super) registered: Vec<String>,
 }
 
 impl RunState {
@@ -152,6 +154,7 @@ impl RunState {
             next_temperature: f64::INFINITY,
             monitor: None,
             pressure_check: None,
+            registered: Vec::new(),
         }
     }
 

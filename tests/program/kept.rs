@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 
 use carom::io::{Existing, Folder};
 use carom::model::Scene;
-use carom::run::{Ending, Progress, resume, run};
+use carom::run::{Ending, Progress, Run, run};
 
 use super::place::{FLUID, Place, begun, begun_in, code, contents, ended, errors, killed, line, words};
 
@@ -198,7 +198,7 @@ fn what_no_estimate_can_know_is_counted_and_the_run_goes_on_to_the_same_bits() {
     let written = fs::metadata(limited.join("trajectory.xyz")).unwrap().len();
     assert!((30_000..120_000).contains(&written), "{written}");
     let (mut folder, checkpoint) = Folder::resume(&limited, None).unwrap();
-    let finished = resume(checkpoint.simulation, checkpoint.state, &mut folder, &mut go_on.clone()).unwrap();
+    let finished = Run::resume(checkpoint).execute(&mut folder, &mut go_on.clone()).unwrap();
     assert!(finished.is_sound());
     folder.complete(&finished, "").unwrap();
     let mut folder = Folder::create(&whole, &scene, Existing::Keep).unwrap();

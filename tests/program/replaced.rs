@@ -7,7 +7,7 @@ use std::process::Command;
 
 use carom::io::{Existing, Folder};
 use carom::model::Scene;
-use carom::run::{resume, run};
+use carom::run::{Run, run};
 
 use super::place::{COLLAPSE, FLUID, Place, begun_in, code, contents, ended, errors, line, words};
 
@@ -185,7 +185,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
         // When it is out of the way, going on makes up for it.
         fs::remove_file(path.join("trajectory-npy/notes.txt")).unwrap();
         let (mut folder, checkpoint) = Folder::resume(&target, None).unwrap();
-        let result = resume(checkpoint.simulation, checkpoint.state, &mut folder, &mut |_| ControlFlow::Continue(()));
+        let result = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(()));
         let done = folder.complete(&result.unwrap(), "").unwrap();
         assert_eq!((&done.folder, &done.kept, done.failures.len()), (&target, &None, 0), "{:?}", done.failures);
         assert!(target.join("trajectory-npy/positions.npy").exists() && !target.join("replacement").exists());

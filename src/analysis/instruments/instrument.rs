@@ -11,15 +11,17 @@ use super::pressure_tensor::PressureTensor;
 use super::profiles::Profile;
 use super::quantity::Measured;
 use super::radial_distribution::RadialDistribution;
+use super::registry::{InstrumentError, Registered, Registry};
 use super::structure_factor::StructureFactor;
 use super::system::{Sample, SystemDescription};
 use super::transport::Transport;
 use crate::engine::event::Event;
 use crate::model::measurement_plan::MeasurementPlan;
 
-/// What an instrument starts with.
+/// What an instrument starts with, at the start of the measured stretch of a run.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Setup<'a> {
+#[non_exhaustive]
+pub struct Setup<'a> {
     /// The description of the system.
     pub system: &'a SystemDescription,
     /// The particles at the start of the measurement.
@@ -28,8 +30,77 @@ pub(crate) struct Setup<'a> {
     pub duration: f64,
 }
 
-/// Measures one kind of quantity.
-pub(crate) trait Instrument {
+/// Measures one kind of quantity in the measured stretch of a run: a compute of other programs.
+///
+/// An instrument is shown the particles at times of its own choosing, and all events if it asks for them. It only reads: a run has the
+/// same trajectory, bit for bit, whatever is measured. What it reports is written with the other measurements of the run
+/// (`measurements.json`, a table for each curve) and drawn on its page.
+///
+/// An instrument of one's own is a type that implements this trait and is registered with
+/// [`Run::instrument`](crate::run::Run::instrument). The state of such a type is part of every checkpoint, by its implementations of
+/// `serde::Serialize` and `serde::Deserialize`: derive them, and keep in its fields everything that later samples depend on.
+///
+/// ```
+/// use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
+/// use carom::analysis::{SamplingTimes, statistics::BlockAverage};
+/// use carom::model::{Limit, Potential, RunPlan};
+/// use carom::run::Run;
+/// use carom::scene::{Amount, Lattice, SceneBuilder};
+/// use serde::{Deserialize, Serialize};
+///
+/// /// The mean speed of the particles, every tenth of a unit of time.
+/// #[derive(Clone, Serialize, Deserialize)]
+/// struct MeanSpeed {
+///     times: SamplingTimes,
+///     mean: BlockAverage,
+/// }
+///
+/// impl Instrument for MeanSpeed {
+///     fn next_sample(&self) -> f64 {
+///         self.times.next()
+///     }
+///
+///     fn sample(&mut self, sample: &Sample<'_>, _system: &SystemDescription) {
+///         let speeds: f64 = sample.velocities.iter().map(|velocity| velocity.norm()).sum();
+///         self.mean.add(speeds / sample.velocities.len() as f64, 1.0);
+///         self.times.pass(sample.time);
+///     }
+///
+///     fn report(&self, _system: &SystemDescription, measured: &mut Measured) {
+///         let method = "mean of |v| over all particles, every 0.1";
+///         measured.numbers.push(Number::estimated(
+///             "mean_speed",
+///             "Mean speed",
+///             "length / time",
+///             self.mean.estimate(),
+///             method,
+///         ));
+///     }
+/// }
+///
+/// let scene = SceneBuilder::new("fluid")
+///     .species("A", 1.0, 1.0)
+///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+///     .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.3))
+///     .temperature(1.0)
+///     .run(RunPlan { equilibration: Limit::time(2.0), limit: Limit::time(10.0), ..RunPlan::default() })
+///     .build()?;
+/// let finished = Run::new(scene)
+///     .instrument("mean_speed", |setup| MeanSpeed {
+///         times: SamplingTimes::given(setup.sample.time, 0.1),
+///         mean: BlockAverage::new(1.0),
+///     })
+///     .finish()?;
+/// let mean = finished.measured.numbers[0].mean.unwrap();
+/// // The mean of the Maxwell distribution, sqrt(8 k T / (pi m)), of a fluid at rest: its temperature is that of 255 particles.
+/// let expected = (8.0 / std::f64::consts::PI * 255.0 / 256.0_f64).sqrt();
+/// assert!((mean - expected).abs() < 0.01);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[doc(alias = "compute")]
+#[doc(alias = "fix")]
+#[doc(alias = "observable")]
+pub trait Instrument {
     /// Simulated time of the next sample that it wants, later than the last one; infinite for none.
     fn next_sample(&self) -> f64;
 
@@ -50,7 +121,12 @@ pub(crate) trait Instrument {
     }
 
     /// Shows it an event.
-    fn event(&mut self, _event: &Event, _subject: &SystemDescription) {}
+    fn event(&mut self, _event: &Event, _system: &SystemDescription) {}
+
+    /// Whether the run is to end here, which is asked after every sample and event that it is shown.
+    fn is_done(&self) -> bool {
+        false
+    }
 
     /// Adds what it has measured so far.
     fn report(&self, system: &SystemDescription, measured: &mut Measured);
@@ -97,6 +173,8 @@ instruments! {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Instruments {
     kinds: Vec<Kind>,
+    /// Those that the user has registered.
+    registered: Vec<Registered>,
 }
 
 impl Instruments {
@@ -115,38 +193,61 @@ impl Instruments {
         kinds.extend(plan.chains.as_ref().map(|plan| Kind::Chains(Chains::new(plan, setup))));
         kinds.extend(plan.bond_order.as_ref().map(|plan| Kind::BondOrder(BondOrder::new(plan, setup))));
         kinds.extend(plan.profiles.iter().map(|plan| Kind::Profile(Profile::new(plan, setup))));
-        Self { kinds }
+        Self { kinds, registered: Vec::new() }
+    }
+
+    /// Begins those that are registered, at the start of the measurement.
+    pub(crate) fn begin(&mut self, registry: &mut Registry, setup: &Setup<'_>) {
+        self.registered = registry.begin(setup);
+    }
+
+    /// Those that are registered go on from a checkpoint.
+    pub(crate) fn restore(&mut self, registry: &Registry) -> Result<(), InstrumentError> {
+        registry.restore(&mut self.registered)
+    }
+
+    fn all(&self) -> impl Iterator<Item = &dyn Instrument> {
+        self.kinds.iter().map(Kind::get).chain(self.registered.iter().filter_map(Registered::get))
+    }
+
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut dyn Instrument> {
+        self.kinds.iter_mut().map(Kind::get_mut).chain(self.registered.iter_mut().filter_map(Registered::get_mut))
+    }
+
+    /// Whether one of them wants the run to end.
+    pub(crate) fn is_done(&self) -> bool {
+        self.registered.iter().filter_map(Registered::get).any(Instrument::is_done)
     }
 
     /// Simulated time of the next sample that any of them wants; infinite for none.
     pub(crate) fn next_sample(&self) -> f64 {
-        self.kinds.iter().map(|kind| kind.get().next_sample()).fold(f64::INFINITY, f64::min)
+        self.all().map(Instrument::next_sample).fold(f64::INFINITY, f64::min)
     }
 
     /// Shows the particles to those that have waited for this time.
     pub(crate) fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        for kind in &mut self.kinds {
-            if kind.get().next_sample() <= sample.time {
-                kind.get_mut().sample(sample, system);
+        for instrument in self.all_mut() {
+            if instrument.next_sample() <= sample.time {
+                instrument.sample(sample, system);
             }
         }
     }
 
     /// Shows the particles at the end of the measurement.
     pub(crate) fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        self.kinds.iter_mut().for_each(|kind| kind.get_mut().end(sample, system));
+        self.all_mut().for_each(|instrument| instrument.end(sample, system));
     }
 
     /// Whether any wants to see events.
     pub(crate) fn has_events(&self) -> bool {
-        self.kinds.iter().any(|kind| kind.get().has_events())
+        self.all().any(Instrument::has_events)
     }
 
     /// Shows an event to those that want to see it.
     pub(crate) fn event(&mut self, event: &Event, system: &SystemDescription) {
-        for kind in &mut self.kinds {
-            if kind.get().has_events() {
-                kind.get_mut().event(event, system);
+        for instrument in self.all_mut() {
+            if instrument.has_events() {
+                instrument.event(event, system);
             }
         }
     }
@@ -156,6 +257,11 @@ impl Instruments {
     pub fn report(&self, system: &SystemDescription) -> Measured {
         let mut measured = Measured::default();
         self.kinds.iter().for_each(|kind| kind.get().report(system, &mut measured));
+        for instrument in self.registered.iter().filter_map(Registered::get) {
+            let mut own = Measured::default();
+            instrument.report(system, &mut own);
+            measured.join(own);
+        }
         let series = measured.curves.iter_mut().flat_map(|curve| &mut curve.series).map(|series| &mut series.unit);
         for unit in measured.numbers.iter_mut().map(|number| &mut number.unit).chain(series) {
             *unit = crate::base::text::unit(unit, system.space.dimensions());

@@ -6,6 +6,7 @@ use crate::analysis::statistics::Estimate;
 
 /// Everything that a run has measured; the content of `measurements.json`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Measured {
     /// Single numbers, such as a diffusion coefficient.
     pub numbers: Vec<Number>,
@@ -13,8 +14,41 @@ pub struct Measured {
     pub curves: Vec<Curve>,
 }
 
+impl Measured {
+    /// Adds what an instrument of the user has measured, in a form that every reader takes.
+    ///
+    /// Names get letters, digits, `_` and `-` only, and a number behind them if they are taken: curves name files. Columns end with the
+    /// shortest one of their curve, rows whose variables are not finite are left out, and values that are not finite are not known.
+    pub(super) fn join(&mut self, own: Self) {
+        for mut number in own.numbers {
+            number.name = free_name(&number.name, self.numbers.iter().map(|other| other.name.as_str()));
+            number.mean = number.mean.filter(|mean| mean.is_finite());
+            number.standard_error = number.standard_error.filter(|error| error.is_finite());
+            self.numbers.push(number);
+        }
+        for mut curve in own.curves {
+            curve.name = free_name(&curve.name, self.curves.iter().map(|other| other.name.as_str()));
+            curve.make_even();
+            self.curves.push(curve);
+        }
+    }
+}
+
+/// A name of plain characters that no other has.
+fn free_name<'n>(name: &str, taken: impl Iterator<Item = &'n str> + Clone) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let plain: String = name.chars().take(50).map(|c| if is_plain(c) { c } else { '_' }).collect();
+    let plain = if plain.is_empty() { "unnamed".to_owned() } else { plain };
+    let is_free = |name: &str| taken.clone().all(|other| other != name);
+    if is_free(&plain) {
+        return plain;
+    }
+    (2_u64..).map(|number| format!("{plain}_{number}")).find(|name| is_free(name)).unwrap_or(plain)
+}
+
 /// A number with its standard error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Number {
     /// Name, unique in the run, in lower case with underscores: `diffusion_coefficient`.
     pub name: String,
@@ -31,8 +65,9 @@ pub struct Number {
 }
 
 impl Number {
-    /// A number of an estimate, if there is one.
-    pub(super) fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
+    /// A number of an estimate; without one, there were insufficient data.
+    #[must_use]
+    pub fn estimated(name: &str, title: &str, unit: &str, estimate: Option<Estimate>, method: &str) -> Self {
         // What is not finite is not known.
         let estimate = estimate.filter(|estimate| estimate.mean.is_finite());
         Self {
@@ -48,6 +83,7 @@ impl Number {
 
 /// A number of each particle at one time, such as its bond order: a column of a trajectory.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Scalar {
     /// Name, unique in its frame, of ASCII letters, digits and underscores: `q6`.
     pub name: String,
@@ -57,6 +93,7 @@ pub struct Scalar {
 
 /// One or more quantities that depend on one variable, or on the coordinates of a grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Curve {
     /// Name, unique in the run; `measurements/NAME.csv` is its table.
     pub name: String,
@@ -74,8 +111,59 @@ pub struct Curve {
     pub published: Vec<Published>,
 }
 
+impl Curve {
+    /// A curve with no columns yet, on linear axes.
+    #[must_use]
+    pub fn new(name: &str, title: &str, method: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            title: title.to_owned(),
+            method: method.to_owned(),
+            variables: Vec::new(),
+            series: Vec::new(),
+            is_logarithmic: [false; 2],
+            published: Vec::new(),
+        }
+    }
+
+    /// Adds an independent variable.
+    #[must_use]
+    pub fn variable(mut self, name: &str, unit: &str, values: Vec<f64>) -> Self {
+        self.variables.push(Variable { name: name.to_owned(), unit: unit.to_owned(), values });
+        self
+    }
+
+    /// Adds a measured quantity: an estimate for each value of the variables, `None` for insufficient data.
+    #[must_use]
+    pub fn series(mut self, name: &str, unit: &str, estimates: &[Option<Estimate>]) -> Self {
+        self.series.push(Series {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            values: estimates.iter().map(|estimate| estimate.map(|estimate| estimate.mean)).collect(),
+            standard_errors: estimates.iter().map(|estimate| estimate.and_then(|it| it.standard_error)).collect(),
+        });
+        self
+    }
+
+    /// Gives all columns the same rows, with variables that are finite.
+    fn make_even(&mut self) {
+        let lengths = self.variables.iter().map(|variable| variable.values.len());
+        let others = self.series.iter().flat_map(|series| [series.values.len(), series.standard_errors.len()]);
+        let rows = lengths.chain(others).min().unwrap_or(0);
+        let is_kept = |row: &usize| self.variables.iter().all(|variable| variable.values[*row].is_finite());
+        let kept: Vec<usize> = (0..rows).filter(is_kept).collect();
+        for variable in &mut self.variables {
+            variable.values = kept.iter().map(|&row| variable.values[row]).collect();
+        }
+        for column in self.series.iter_mut().flat_map(|series| [&mut series.values, &mut series.standard_errors]) {
+            *column = kept.iter().map(|&row| column[row].filter(|value| value.is_finite())).collect();
+        }
+    }
+}
+
 /// An independent variable of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Variable {
     /// Name for people and head of its column: `r`.
     pub name: String,
@@ -87,6 +175,7 @@ pub struct Variable {
 
 /// A measured quantity along the variables of its curve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Series {
     /// Name for people and head of its column: `g(r) A-B`.
     pub name: String,
@@ -100,6 +189,7 @@ pub struct Series {
 
 /// A curve from elsewhere, to compare with.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Published {
     /// What it is, for the legend: `Carnahan and Starling`.
     pub label: String,
@@ -109,4 +199,34 @@ pub struct Published {
     pub x: Vec<f64>,
     /// Values of the quantity.
     pub y: Vec<f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_user_reports_has_free_names_and_even_columns() {
+        let estimate = |mean: f64| Some(Estimate { mean, standard_error: Some(0.5) });
+        let number = |name: &str, mean: f64| Number::estimated(name, "", "1", estimate(mean), "");
+        let mut measured = Measured { numbers: vec![number("pressure", 1.0)], curves: vec![Curve::new("g", "", "")] };
+        let curve = Curve::new("../g r", "", "").variable("r", "length", vec![1.0, f64::NAN, 3.0, 4.0]).series(
+            "g",
+            "1",
+            &[estimate(1.0), None, estimate(f64::INFINITY)],
+        );
+        let own = Measured {
+            numbers: vec![number("pressure", 2.0), number("pressure", f64::NAN)],
+            curves: vec![curve, Curve::new("", "", "")],
+        };
+        measured.join(own);
+        let names: Vec<_> = measured.numbers.iter().map(|number| number.name.as_str()).collect();
+        assert_eq!(names, ["pressure", "pressure_2", "pressure_3"]);
+        assert_eq!(measured.numbers[2].mean, None);
+        let names: Vec<_> = measured.curves.iter().map(|curve| curve.name.as_str()).collect();
+        assert_eq!(names, ["g", "___g_r", "unnamed"]);
+        assert_eq!(measured.curves[1].variables[0].values, [1.0, 3.0]);
+        assert_eq!(measured.curves[1].series[0].values, [Some(1.0), None]);
+        assert_eq!(measured.curves[1].series[0].standard_errors, [Some(0.5); 2]);
+    }
 }

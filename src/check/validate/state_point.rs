@@ -51,7 +51,13 @@ pub(super) fn finish(scene: Scene, watch: Watch<'_>) -> Result<Finished, StatePo
         Ending::Arrested(arrest) => return Err(StatePointError::Engine(arrest.into())),
         Ending::Broken(broken) => return Err(StatePointError::Engine(broken.into())),
         // No state point has spheres that grow, or an equilibration that ends by itself.
-        Ending::Time | Ending::Events | Ending::Idle | Ending::GaveUp | Ending::Unsettled | Ending::Jammed(_) => {}
+        Ending::Time
+        | Ending::Events
+        | Ending::Condition
+        | Ending::Idle
+        | Ending::GaveUp
+        | Ending::Unsettled
+        | Ending::Jammed(_) => {}
     }
     match finished.audit.faults().first() {
         Some(fault) => Err(StatePointError::Unsound(*fault)),

@@ -165,7 +165,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::analysis::instruments::SystemDescription;
+    use crate::analysis::instruments::{Registry, SystemDescription};
     use crate::engine::Simulation;
     use crate::model::potential::Potential;
     use crate::model::{RunPlan, StagePlan, Thermostat};
@@ -195,6 +195,7 @@ mod tests {
             simulation,
             state,
             system,
+            registry: Registry::default(),
             recorder: &mut (),
             watch,
             started: None,

@@ -85,12 +85,14 @@ impl<R: Recorder> Driver<'_, R> {
 
     fn set_up(&mut self, Pace { rows, frames, duration }: Pace) {
         let plan = &self.simulation.scene().measure;
-        let instruments = if plan.is_empty() {
+        let instruments = if plan.is_empty() && self.registry.is_empty() {
             Instruments::default()
         } else {
             let snapshot = self.simulation.snapshot();
             let setup = Setup { system: &self.system, sample: Sample::of(&snapshot), duration };
-            Instruments::new(plan, &setup)
+            let mut instruments = Instruments::new(plan, &setup);
+            instruments.begin(&mut self.registry, &setup);
+            instruments
         };
         self.state.measurement = Some(Measurement { rows, frames, instruments });
     }
@@ -100,6 +102,9 @@ impl<R: Recorder> Driver<'_, R> {
         let (end_time, end_events) = self.state.stage.end();
         loop {
             let Some(measurement) = &self.state.measurement else { return Ok(Ending::Time) };
+            if measurement.instruments.is_done() {
+                return Ok(Ending::Condition);
+            }
             let (row, frame) = (measurement.rows.next(), measurement.frames.next());
             let sample = measurement.instruments.next_sample();
             let due = row.min(frame).min(sample);

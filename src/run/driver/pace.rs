@@ -34,7 +34,7 @@ impl<R: Recorder> Driver<'_, R> {
         let start = self.state.stage.time;
         let scene = self.simulation.scene();
         let (thermo, frame) = (scene.output.thermo_interval, scene.output.frame_interval);
-        let is_given = thermo.is_some() && frame.is_some() && scene.measure.is_empty();
+        let is_given = thermo.is_some() && frame.is_some() && scene.measure.is_empty() && self.registry.is_empty();
         let duration = match self.state.stage.limit {
             Limit { time: Some(time), events: None } => time,
             _ if is_given => f64::INFINITY,

@@ -1,0 +1,47 @@
+//! What happens between square wells: how often pairs are captured, released and turned back, and with what impulse.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+
+use carom::engine::event::{EventKind, Outcome};
+use carom::engine::{Simulation, Until};
+use carom::model::Potential;
+use carom::scene::{Amount, Lattice, SceneBuilder};
+
+/// Number of events, and the sum of their impulses.
+pub type Statistics = BTreeMap<&'static str, (u64, f64)>;
+
+/// Statistics of so many events in a fluid of square wells.
+pub fn statistics(events: u64) -> Result<Statistics, Box<dyn Error>> {
+    let well = Potential::square_well(1.0, 1.5, 1.0)?;
+    let scene = SceneBuilder::new("wells")
+        .species("sphere", 1.0, 1.0)
+        .interaction("sphere", "sphere", well, 1.0)
+        .fill(Lattice::FaceCentredCubic, "sphere", 500, Amount::NumberDensity(0.5))
+        .temperature(2.0)
+        .build()?;
+    let mut simulation = Simulation::new(scene);
+    let mut statistics = Statistics::new();
+    simulation.advance_with(Until::events(events), |event| {
+        let name = match event.kind {
+            EventKind::Pair(Outcome::Core) => "core",
+            EventKind::Pair(Outcome::Capture) => "capture",
+            EventKind::Pair(Outcome::Release) => "release",
+            EventKind::Pair(Outcome::Bounce) => "bounce",
+            _ => "other",
+        };
+        let (count, impulse) = statistics.entry(name).or_default();
+        *count += 1;
+        *impulse += event.impulse;
+    })?;
+    Ok(statistics)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let events = 100_000;
+    for (name, (count, impulse)) in statistics(events)? {
+        let part = 100.0 * count as f64 / events as f64;
+        println!("{name:8} {part:5.1} % of the events, mean impulse {:+.3}", impulse / count as f64);
+    }
+    Ok(())
+}

@@ -1,0 +1,35 @@
+//! The pressure of a hard-sphere fluid, with its standard error, beside the equation of state of Carnahan and Starling.
+
+use std::error::Error;
+
+use carom::analysis::instruments::Number;
+use carom::analysis::published::carnahan_starling;
+use carom::model::measurement_plan::{MeasurementPlan, PressureTensor};
+use carom::model::{Limit, Potential, RunPlan};
+use carom::run::Run;
+use carom::scene::{Amount, Lattice, SceneBuilder};
+
+const PACKING_FRACTION: f64 = 0.3;
+
+/// The compressibility factor `p V / (N k T)` of 500 hard spheres.
+pub fn compressibility_factor() -> Result<Number, Box<dyn Error>> {
+    let scene = SceneBuilder::new("fluid")
+        .species("sphere", 1.0, 1.0)
+        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+        .fill(Lattice::FaceCentredCubic, "sphere", 500, Amount::PackingFraction(PACKING_FRACTION))
+        .temperature(1.0)
+        .run(RunPlan { equilibration: Limit::time(5.0), limit: Limit::time(50.0), ..RunPlan::default() })
+        .measure(MeasurementPlan { pressure_tensor: Some(PressureTensor::default()), ..MeasurementPlan::default() })
+        .build()?;
+    let finished = Run::new(scene).finish()?;
+    let mut numbers = finished.measured.numbers.into_iter();
+    Ok(numbers.find(|number| number.name == "compressibility_factor").ok_or("the pressure was not measured")?)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let measured = compressibility_factor()?;
+    let (mean, error) = (measured.mean.unwrap_or(f64::NAN), measured.standard_error.unwrap_or(f64::NAN));
+    println!("measured: Z = {mean:.4} +- {error:.4}");
+    println!("Carnahan and Starling: Z = {:.4}", carnahan_starling(PACKING_FRACTION));
+    Ok(())
+}

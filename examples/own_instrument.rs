@@ -1,0 +1,69 @@
+//! An instrument of one's own: the distribution of speeds, in the results, the checkpoints and on the page of a run.
+
+use std::error::Error;
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use carom::analysis::instruments::{Curve, Instrument, Measured, Sample, SystemDescription};
+use carom::analysis::{SamplingTimes, statistics::BlockAverage};
+use carom::io::{Existing, Folder};
+use carom::model::{Limit, Potential, RunPlan};
+use carom::run::{Finished, Run};
+use carom::scene::{Amount, Lattice, SceneBuilder};
+use serde::{Deserialize, Serialize};
+
+const WIDTH: f64 = 0.25;
+
+/// For each bin of speeds, the mean of the part of the particles that are in it. All of it is kept in checkpoints.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct Speeds {
+    times: SamplingTimes,
+    bins: Vec<BlockAverage>,
+}
+
+impl Instrument for Speeds {
+    fn next_sample(&self) -> f64 {
+        self.times.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, _system: &SystemDescription) {
+        for (k, bin) in self.bins.iter_mut().enumerate() {
+            let inside = sample.velocities.iter().filter(|v| (v.norm() / WIDTH).floor() == k as f64).count();
+            bin.add(inside as f64 / (WIDTH * sample.velocities.len() as f64), 1.0);
+        }
+        self.times.pass(sample.time);
+    }
+
+    fn report(&self, _system: &SystemDescription, measured: &mut Measured) {
+        let middles = (0..self.bins.len()).map(|k| WIDTH * (k as f64 + 0.5)).collect();
+        let estimates: Vec<_> = self.bins.iter().map(BlockAverage::estimate).collect();
+        let curve = Curve::new("speeds", "Distribution of speeds", "part of the particles by speed");
+        let curve = curve.variable("v", "length / time", middles);
+        measured.curves.push(curve.series("p(v)", "time / length", &estimates));
+    }
+}
+
+/// Runs a fluid with it, and writes the files of the run into a folder.
+pub fn measured_in(folder: &Path) -> Result<Finished, Box<dyn Error>> {
+    let scene = SceneBuilder::new("fluid")
+        .species("sphere", 1.0, 1.0)
+        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+        .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.3))
+        .temperature(1.0)
+        .run(RunPlan { equilibration: Limit::time(2.0), limit: Limit::time(20.0), ..RunPlan::default() })
+        .build()?;
+    let mut files = Folder::create(folder, &scene, Existing::Keep)?;
+    let run = Run::new(scene).instrument("speeds", |setup| Speeds {
+        times: SamplingTimes::given(setup.sample.time, 0.1),
+        bins: vec![BlockAverage::new(1.0); 20],
+    });
+    let finished = run.execute(&mut files, &mut |_| ControlFlow::Continue(()))?;
+    files.complete(&finished, "")?;
+    Ok(finished)
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    measured_in(Path::new("runs/speeds"))?;
+    println!("the curve: runs/speeds/measurements/speeds.csv, and on the page of carom report runs/speeds");
+    Ok(())
+}

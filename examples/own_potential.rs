@@ -1,0 +1,54 @@
+//! A potential of one's own: Yukawa spheres as a hard core and ten steps, each with the mean of the potential over its shell.
+
+use std::error::Error;
+
+use carom::engine::{Simulation, Until};
+use carom::model::Potential;
+use carom::scene::{Amount, Lattice, SceneBuilder};
+
+const STEPS: u32 = 10;
+const CUTOFF: f64 = 2.0;
+const STRENGTH: f64 = 2.0;
+const SCREENING: f64 = 2.0;
+
+/// `e exp(-k (r - 1)) / r`.
+fn yukawa(distance: f64) -> f64 {
+    STRENGTH * (-SCREENING * (distance - 1.0)).exp() / distance
+}
+
+/// Radii from the outermost step to the hard core, and the energies outside, between and inside of them.
+pub fn stepped_yukawa() -> Result<Potential, Box<dyn Error>> {
+    let width = (CUTOFF - 1.0) / f64::from(STEPS);
+    let radii: Vec<f64> = (0..=STEPS).map(|step| CUTOFF - width * f64::from(step)).collect();
+    // The volume mean, int u(r) r^2 dr / int r^2 dr, by the midpoint rule.
+    let mean = |outer: f64| {
+        let points = (0..100).map(|k| outer - width * (f64::from(k) + 0.5) / 100.0);
+        let (energy, volume) = points.fold((0.0, 0.0), |(e, v), r| (e + yukawa(r) * r * r, v + r * r));
+        energy / volume
+    };
+    let steps = radii.iter().take(STEPS as usize).map(|&outer| mean(outer));
+    let energies = [0.0].into_iter().chain(steps).chain([f64::INFINITY]).collect();
+    Ok(Potential::new(radii, energies)?)
+}
+
+/// A fluid of these spheres after so many events, and its total energy at the start.
+pub fn simulated(events: u64) -> Result<(Simulation, f64), Box<dyn Error>> {
+    let scene = SceneBuilder::new("yukawa")
+        .species("sphere", 1.0, 1.0)
+        .interaction("sphere", "sphere", stepped_yukawa()?, 1.0)
+        .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::NumberDensity(0.4))
+        .temperature(1.0)
+        .build()?;
+    let mut simulation = Simulation::new(scene);
+    let start = simulation.energy();
+    simulation.advance(Until::events(events))?;
+    Ok((simulation, start.kinetic + start.potential))
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let (simulation, start) = simulated(100_000)?;
+    let energy = simulation.energy();
+    println!("potential energy per particle {:.4}", energy.potential / simulation.moving() as f64);
+    println!("total energy changed by {:.1e} of itself", (energy.kinetic + energy.potential) / start - 1.0);
+    Ok(())
+}

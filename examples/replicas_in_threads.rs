@@ -1,0 +1,47 @@
+//! Independent replicas of a fluid in threads, one seed each, and the mean of what they measured.
+
+use std::error::Error;
+use std::thread;
+
+use carom::engine::{Simulation, Until};
+use carom::model::Potential;
+use carom::scene::{Amount, Lattice, SceneBuilder};
+
+/// The contact rate of a particle in one replica.
+fn contact_rate(seed: u64) -> Result<f64, Box<dyn Error + Send + Sync>> {
+    let scene = SceneBuilder::new("replica")
+        .seed(seed)
+        .species("sphere", 1.0, 1.0)
+        .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+        .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.2))
+        .temperature(1.0)
+        .build()?;
+    let mut simulation = Simulation::new(scene);
+    simulation.advance(Until::events(10_000))?;
+    let (start, contacts) = (simulation.time(), simulation.tally().core_contacts());
+    simulation.advance(Until::events(40_000))?;
+    let contacts = (simulation.tally().core_contacts() - contacts) as f64;
+    Ok(contacts / (simulation.time() - start) / simulation.moving() as f64)
+}
+
+/// The contact rate of a particle, by replica.
+pub fn contact_rates(replicas: u64) -> Result<Vec<f64>, Box<dyn Error + Send + Sync>> {
+    thread::scope(|scope| {
+        let threads: Vec<_> = (1..=replicas).map(|seed| scope.spawn(move || contact_rate(seed))).collect();
+        threads.into_iter().map(|thread| thread.join().map_err(|_| "a replica failed")?).collect()
+    })
+}
+
+/// Mean and standard error of independent values.
+pub fn mean_and_error(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (mean, (variance / count).sqrt())
+}
+
+fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
+    let (mean, error) = mean_and_error(&contact_rates(8)?);
+    println!("contacts of a particle per unit of time: {mean:.3} +- {error:.3}");
+    Ok(())
+}

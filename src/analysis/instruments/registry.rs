@@ -1,0 +1,209 @@
+//! Instruments that a user registers with a run, and their state in its checkpoints.
+
+use std::fmt;
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Deserializer, Serialize, Serializer, ser};
+use thiserror::Error;
+
+use super::instrument::{Instrument, Setup};
+
+/// Why a run cannot begin or go on with the instruments that are registered.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum InstrumentError {
+    /// Two have the same name.
+    #[error("two instruments are registered as `{name}`, expected another name for one of them")]
+    Duplicate {
+        /// The name.
+        name: String,
+    },
+    /// The run began with an instrument that is not registered where it goes on.
+    #[error("the run began with the instrument `{name}`, expected it to be registered before the run goes on")]
+    NotRegistered {
+        /// Its name.
+        name: String,
+    },
+    /// The run began without an instrument that is registered where it goes on.
+    #[error("the run began without the instrument `{name}`, expected only those that it began with")]
+    NotInCheckpoint {
+        /// Its name.
+        name: String,
+    },
+    /// The state of an instrument is not that of its type.
+    #[error("the checkpoint has a state of the instrument `{name}` that its type cannot be made from")]
+    State {
+        /// Its name.
+        name: String,
+        /// Why.
+        source: postcard::Error,
+    },
+}
+
+/// An instrument of any type that can be kept in a checkpoint.
+trait Kept: Instrument + Send {
+    fn copy(&self) -> Box<dyn Kept>;
+
+    fn state(&self) -> Result<Vec<u8>, postcard::Error>;
+}
+
+impl<I: Instrument + Clone + Serialize + Send + 'static> Kept for I {
+    fn copy(&self) -> Box<dyn Kept> {
+        Box::new(self.clone())
+    }
+
+    fn state(&self) -> Result<Vec<u8>, postcard::Error> {
+        postcard::to_stdvec(self)
+    }
+}
+
+type Begin = Box<dyn FnOnce(&Setup<'_>) -> Box<dyn Kept> + Send>;
+
+type Read = fn(&[u8]) -> Result<Box<dyn Kept>, postcard::Error>;
+
+/// How an instrument begins, and how it is made from its state.
+struct Entry {
+    name: String,
+    begin: Begin,
+    read: Read,
+}
+
+/// The instruments that a user has registered with a run.
+#[derive(Default)]
+pub(crate) struct Registry {
+    entries: Vec<Entry>,
+}
+
+impl fmt::Debug for Registry {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_list().entries(self.entries.iter().map(|entry| &entry.name)).finish()
+    }
+}
+
+impl Registry {
+    /// Adds an instrument.
+    pub fn add<I>(&mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static)
+    where
+        I: Instrument + Clone + Serialize + DeserializeOwned + Send + 'static,
+    {
+        self.entries.push(Entry {
+            name: name.to_owned(),
+            begin: Box::new(|setup| Box::new(begin(setup))),
+            read: |bytes| match postcard::take_from_bytes::<I>(bytes)? {
+                (instrument, []) => Ok(Box::new(instrument)),
+                _ => Err(postcard::Error::DeserializeBadEncoding),
+            },
+        });
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// The names of all, each different from the others.
+    pub fn names(&self) -> Result<Vec<String>, InstrumentError> {
+        let mut names: Vec<String> = Vec::with_capacity(self.entries.len());
+        for Entry { name, .. } in &self.entries {
+            if names.contains(name) {
+                return Err(InstrumentError::Duplicate { name: name.clone() });
+            }
+            names.push(name.clone());
+        }
+        Ok(names)
+    }
+
+    /// Whether these are the instruments that a run began with.
+    pub fn compare(&self, begun: &[String]) -> Result<(), InstrumentError> {
+        let names = self.names()?;
+        if let Some(name) = begun.iter().find(|name| !names.contains(name)) {
+            return Err(InstrumentError::NotRegistered { name: name.clone() });
+        }
+        match names.into_iter().find(|name| !begun.contains(name)) {
+            Some(name) => Err(InstrumentError::NotInCheckpoint { name }),
+            None => Ok(()),
+        }
+    }
+
+    /// All of them, at the start of the measurement.
+    pub(super) fn begin(&mut self, setup: &Setup<'_>) -> Vec<Registered> {
+        let entries = std::mem::take(&mut self.entries).into_iter();
+        entries.map(|Entry { name, begin, .. }| Registered { name, content: Content::Live(begin(setup)) }).collect()
+    }
+
+    /// Makes instruments of the states that a checkpoint has.
+    pub(super) fn restore(&self, registered: &mut [Registered]) -> Result<(), InstrumentError> {
+        for one in registered {
+            let Content::Stored(bytes) = &one.content else { continue };
+            let name = || one.name.clone();
+            let entry = self.entries.iter().find(|entry| entry.name == one.name);
+            let entry = entry.ok_or_else(|| InstrumentError::NotRegistered { name: name() })?;
+            let read = (entry.read)(bytes).map_err(|source| InstrumentError::State { name: name(), source })?;
+            one.content = Content::Live(read);
+        }
+        Ok(())
+    }
+}
+
+/// An instrument that a user has registered, with its name.
+pub(super) struct Registered {
+    name: String,
+    content: Content,
+}
+
+enum Content {
+    Live(Box<dyn Kept>),
+    /// From a checkpoint, until it is known what type it is.
+    Stored(Vec<u8>),
+}
+
+impl Registered {
+    pub fn get(&self) -> Option<&dyn Instrument> {
+        match &self.content {
+            Content::Live(instrument) => Some(&**instrument),
+            Content::Stored(_) => None,
+        }
+    }
+
+    pub fn get_mut(&mut self) -> Option<&mut dyn Instrument> {
+        match &mut self.content {
+            Content::Live(instrument) => Some(&mut **instrument),
+            Content::Stored(_) => None,
+        }
+    }
+}
+
+impl Clone for Registered {
+    fn clone(&self) -> Self {
+        let content = match &self.content {
+            Content::Live(instrument) => Content::Live(instrument.copy()),
+            Content::Stored(bytes) => Content::Stored(bytes.clone()),
+        };
+        Self { name: self.name.clone(), content }
+    }
+}
+
+impl fmt::Debug for Registered {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Registered").field(&self.name).finish()
+    }
+}
+
+impl Serialize for Registered {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match &self.content {
+            Content::Live(instrument) => {
+                let state = instrument.state().map_err(ser::Error::custom)?;
+                (&self.name, state).serialize(serializer)
+            }
+            Content::Stored(bytes) => (&self.name, bytes).serialize(serializer),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Registered {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (name, bytes) = <(String, Vec<u8>)>::deserialize(deserializer)?;
+        Ok(Self { name, content: Content::Stored(bytes) })
+    }
+}

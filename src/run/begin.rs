@@ -1,0 +1,134 @@
+//! A run that is put together: what is run, with which instruments, and where it goes.
+
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use thiserror::Error;
+
+use super::checkpoint::Checkpoint;
+use super::driver::drive;
+use super::progress::Progress;
+use super::state::RunState;
+use super::{Finished, Recorder};
+use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup};
+use crate::engine::Simulation;
+use crate::model::Scene;
+
+/// Why a run did not come to its end: `E` is the error of its [`Recorder`].
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RunError<E> {
+    /// Something could not be kept.
+    #[error(transparent)]
+    Recorder(E),
+    /// Its instruments are not those that it needs.
+    #[error(transparent)]
+    Instrument(#[from] InstrumentError),
+}
+
+/// Runs a scene as it plans, and hands rows and frames to a recorder: [`Run::execute`] without instruments of one's own.
+///
+/// # Errors
+/// The recorder's. A simulation that cannot go on is no error here, but an [`Ending`](super::Ending).
+pub fn run<R: Recorder>(
+    scene: Scene,
+    recorder: &mut R,
+    watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> Result<Finished, R::Error> {
+    let Run { simulation, state, .. } = Run::new(scene);
+    drive(simulation, state, Registry::default(), recorder, watch)
+}
+
+/// A run of a scene with all that it plans (stages, equilibration, thermostat, instruments), from its start or from a checkpoint.
+///
+/// ```
+/// use carom::model::{Limit, Potential, RunPlan};
+/// use carom::run::Run;
+/// use carom::scene::{Amount, Lattice, SceneBuilder};
+///
+/// let scene = SceneBuilder::new("fluid")
+///     .species("A", 1.0, 1.0)
+///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+///     .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.3))
+///     .temperature(1.0)
+///     .run(RunPlan { equilibration: Limit::events(2_000), limit: Limit::events(5_000), ..RunPlan::default() })
+///     .build()?;
+/// let finished = Run::new(scene).finish()?;
+/// let (name, temperature) = finished.observables[0];
+/// assert_eq!(name, "temperature");
+/// assert!((temperature.mean - 1.0).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+#[must_use = "a run does nothing until `execute` or `finish`"]
+pub struct Run {
+    simulation: Simulation,
+    state: RunState,
+    registry: Registry,
+    is_new: bool,
+}
+
+impl Run {
+    /// From the start of a scene.
+    pub fn new(scene: Scene) -> Self {
+        let simulation = Simulation::new(scene);
+        let state = RunState::new(&simulation);
+        Self { simulation, state, registry: Registry::default(), is_new: true }
+    }
+
+    /// From a checkpoint, to the same bits as if the run had never stopped.
+    pub fn resume(checkpoint: Checkpoint) -> Self {
+        let Checkpoint { simulation, state, .. } = checkpoint;
+        Self { simulation, state, registry: Registry::default(), is_new: false }
+    }
+
+    /// Measures with an instrument of one's own, which `begin` makes at the start of the measured stretch; [`Instrument`] shows one.
+    ///
+    /// Its state is part of the checkpoints of the run, under this name: where the run goes on from one, it has to be registered again, and
+    /// `begin` is called only if the measured stretch has not begun.
+    pub fn instrument<I>(mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static) -> Self
+    where
+        I: Instrument + Clone + Serialize + DeserializeOwned + Send + 'static,
+    {
+        self.registry.add(name, begin);
+        self
+    }
+
+    /// Runs to the end, and hands rows, frames and events to a recorder, such as the [`Folder`](crate::io::Folder) of a run.
+    ///
+    /// `watch` is called every few hundredths of a second; the run ends at once, but in good order, where it breaks. Neither
+    /// it nor the recorder changes the trajectory. A stage without a limit is left out.
+    ///
+    /// # Errors
+    /// [`RunError::Recorder`] if something cannot be kept, and [`RunError::Instrument`] if the instruments that are registered are not those
+    /// that the run began with. A simulation that cannot go on is no error here, but an [`Ending`](super::Ending).
+    pub fn execute<R: Recorder>(
+        self,
+        recorder: &mut R,
+        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Finished, RunError<R::Error>> {
+        let Self { simulation, mut state, registry, is_new } = self;
+        if is_new {
+            state.registered = registry.names()?;
+        } else {
+            registry.compare(&state.registered)?;
+        }
+        if let Some(measurement) = &mut state.measurement {
+            measurement.instruments.restore(&registry)?;
+        }
+        drive(simulation, state, registry, recorder, watch).map_err(RunError::Recorder)
+    }
+
+    /// Runs to the end, and keeps only what it returns.
+    ///
+    /// # Errors
+    /// [`InstrumentError`] as [`Self::execute`].
+    pub fn finish(self) -> Result<Finished, InstrumentError> {
+        self.execute(&mut (), &mut |_| ControlFlow::Continue(())).map_err(|error: RunError<Infallible>| match error {
+            RunError::Instrument(error) => error,
+            RunError::Recorder(never) => match never {},
+        })
+    }
+}

@@ -1,0 +1,88 @@
+//! The programs of `examples/`: each runs, and what it finds is right.
+
+#![allow(dead_code, reason = "the tests call what the `main` of an example calls")]
+
+#[path = "../examples/event_statistics.rs"]
+mod event_statistics;
+#[path = "../examples/fluid.rs"]
+mod fluid;
+#[path = "../examples/own_instrument.rs"]
+mod own_instrument;
+#[path = "../examples/own_potential.rs"]
+mod own_potential;
+#[path = "../examples/replicas_in_threads.rs"]
+mod replicas_in_threads;
+#[path = "../examples/stop_on_condition.rs"]
+mod stop_on_condition;
+
+use carom::analysis::published::{HardSphereFluid, carnahan_starling};
+use carom::engine::Reason;
+use carom::run::Ending;
+
+#[test]
+fn a_fluid_has_the_pressure_of_its_equation_of_state() {
+    let measured = fluid::compressibility_factor().unwrap();
+    let (mean, error) = (measured.mean.unwrap(), measured.standard_error.unwrap());
+    let expected = carnahan_starling(0.3);
+    assert!(error < 0.01 * expected, "{error}");
+    // Five standard errors, and what the equation and 500 particles leave: a few parts in a thousand.
+    assert!((mean - expected).abs() < 5.0 * error + 0.003 * expected, "{mean} +- {error}, expected {expected}");
+}
+
+#[test]
+fn a_gas_stops_at_the_event_that_takes_the_last_of_nine_tenths() {
+    let (simulation, [start, end], reason) = stop_on_condition::cooled().unwrap();
+    assert_eq!(reason, Reason::Observer);
+    // A contact takes some thousandths of the energy of 500 grains at the most.
+    assert!(end < 0.1 * start && end > 0.09 * start, "{start} {end}");
+    assert!((simulation.tally().dissipated.total() + end - start).abs() < 1e-12 * start);
+}
+
+#[test]
+fn replicas_agree_with_kinetic_theory() {
+    let rates = replicas_in_threads::contact_rates(4).unwrap();
+    assert_eq!(rates, replicas_in_threads::contact_rates(4).unwrap(), "a function of the seed, in any thread");
+    let (mean, error) = replicas_in_threads::mean_and_error(&rates);
+    let expected = HardSphereFluid::reduced(0.2).collision_rate();
+    // 30,000 contacts in each replica: half of a percent in each rate, and as much in 256 particles.
+    assert!(error < 0.01 * expected && (mean / expected - 1.0).abs() < 0.015, "{mean} +- {error}, expected {expected}");
+}
+
+#[test]
+fn events_of_wells_are_all_of_their_kinds() {
+    let statistics = event_statistics::statistics(20_000).unwrap();
+    assert_eq!(statistics.keys().copied().collect::<Vec<_>>(), ["bounce", "capture", "core", "release"]);
+    assert_eq!(statistics.values().map(|(count, _)| count).sum::<u64>(), 20_000);
+    // A core and a barrier that is too high turn a pair back; a release slows it down, and a capture makes it faster: `r_ij` of a core
+    // grows, and that of the others falls.
+    let is_outwards = |name: &str| statistics[name].1 > 0.0;
+    assert!(is_outwards("core") && !is_outwards("capture") && !is_outwards("release") && !is_outwards("bounce"));
+}
+
+#[test]
+fn a_potential_of_ones_own_conserves_energy() {
+    let (simulation, start) = own_potential::simulated(20_000).unwrap();
+    let energy = simulation.energy();
+    assert!(energy.potential > 0.0 && simulation.tally().capture > 1_000);
+    // Some 20,000 roundings.
+    assert!(((energy.kinetic + energy.potential) / start - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn an_instrument_of_ones_own_is_in_the_files_of_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = folder.path().join("run");
+    let finished = own_instrument::measured_in(&run).unwrap();
+    assert_eq!(finished.ending, Ending::Time);
+    let curve = &finished.measured.curves[0];
+    // Maxwell's distribution at the temperature of 255 particles, in bins of a quarter: a percent of the largest value.
+    let temperature = 255.0_f64 / 256.0;
+    for (v, p) in curve.variables[0].values.iter().zip(&curve.series[0].values) {
+        let maxwell =
+            (2.0 / std::f64::consts::PI).sqrt() * v * v / temperature.powf(1.5) * (-v * v / (2.0 * temperature)).exp();
+        assert!((p.unwrap() - maxwell).abs() < 0.015, "{v}: {p:?} {maxwell}");
+    }
+    let table = std::fs::read_to_string(run.join("measurements/speeds.csv")).unwrap();
+    assert!(table.starts_with("v [length / time],p(v) [time / length]"), "{table}");
+    assert_eq!(table.lines().count(), 21);
+}
