@@ -12,9 +12,9 @@ macro_rules! with_engine {
     };
 }
 
-mod apart;
 mod arrange;
 mod audit;
+mod batch;
 mod build;
 mod clock;
 mod confinement;
@@ -22,24 +22,23 @@ mod drive;
 mod error;
 pub mod event;
 mod event_loop;
-mod expect;
-pub mod hardware;
+mod hardware;
 mod idle;
-pub mod neighbours;
+mod look_ahead;
+mod neighbours;
 mod observe;
 mod order;
-mod others;
-pub mod pairs;
+mod own_interactions;
+pub(crate) mod pairs;
 mod predict;
 mod prediction;
-pub mod schedule;
+mod schedule;
 mod snapshot;
 mod sources;
 mod state;
 mod states;
 
 use crate::engine::event::{Event, EventCounts, EventKind, Tally};
-use crate::engine::neighbours::Search;
 use crate::model::space::Boundary;
 use crate::model::{Limit, ParticleId, Scene};
 use event_loop::Engine;
@@ -49,6 +48,7 @@ use std::fmt;
 
 pub use audit::Overlap;
 pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
+pub use neighbours::Search;
 pub use observe::Flow;
 pub use snapshot::{Energy, Snapshot};
 pub use states::{Elapsed, States};

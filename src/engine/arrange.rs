@@ -11,9 +11,9 @@ use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::Cells;
-use crate::engine::neighbours::shells::Shells;
+use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
-use crate::engine::pairs::memory::{Known, PairMemory};
+use crate::engine::pairs::states::{PairState, PairStates};
 
 /// The order in memory is made anew after this many transitions per particle.
 const WANDERED: u64 = 64;
@@ -71,13 +71,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             times.permute(&old);
         }
         if TABLE {
-            let mut memory = PairMemory::new(old.len());
+            let mut states = PairStates::new(old.len());
             for (&old, particle) in old.iter().zip(0..) {
-                for known in self.pairs.memory.of(old) {
-                    memory.set(particle, Known { partner: new[known.partner as usize], ..*known });
+                for captured in self.pairs.states.of(old) {
+                    states.set(particle, PairState { partner: new[captured.partner as usize], ..*captured });
                 }
             }
-            self.pairs.memory = memory;
+            self.pairs.states = states;
         }
         for (&name, number) in names.iter().zip(0..) {
             self.state.numbers[name as usize] = number;
@@ -91,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.neighbours.enlarge();
     }
 
-    /// Sorts particles into cells from where they are, or centres their shells there.
+    /// Sorts particles into cells from where they are, or centres their lists there.
     pub(super) fn sort_in(&mut self, search: Search) {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
         self.ranges.further_images.clear();
@@ -110,9 +110,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 Neighbours::Cells(cells)
             }
-            Search::Lists { shell } => Neighbours::Lists(Shells::new(
+            Search::Lists { half_skin } => Neighbours::Lists(VerletLists::new(
                 &self.state.space,
-                shell,
+                half_skin,
                 &self.ranges.between,
                 self.ranges.longest,
                 positions,

@@ -1,8 +1,8 @@
-//! The engine's own check of its state: who overlaps, and how much of it is round-off.
+//! The engine's own check of its state: overlaps, and how much of them is round-off.
 
 use super::event_loop::Engine;
 use crate::Vector;
-use crate::engine::neighbours::near::Near;
+use crate::engine::neighbours::candidates::Candidates;
 use crate::model::ParticleId;
 use crate::physics::overlap::Side;
 
@@ -27,7 +27,7 @@ impl Overlap {
     }
 }
 
-/// Nobody calls an overlap of more than a millionth of the distance sound, though coordinates or speeds may be so large that rounding
+/// An overlap of more than a millionth of the distance is never sound, though coordinates or speeds may be so large that rounding
 /// explains it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
@@ -72,11 +72,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now - self.state.bodies[particle as usize].time
     }
 
-    /// All overlaps of pairs that know each other or are near, and of particles and walls; pairs of moving particles twice.
+    /// All overlaps of captured pairs and of neighbours, and of particles and walls; pairs of moving particles twice.
     pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
         for particle in self.particles().filter(|&p| !self.is_static(p)) {
-            self.overlaps_with_known(particle, &mut found);
-            self.overlaps_with_strangers(particle, &mut found);
+            self.overlaps_of_captured(particle, &mut found);
+            self.overlaps_of_uncaptured(particle, &mut found);
             self.overlaps_with_walls(particle, &mut found);
         }
     }
@@ -109,26 +109,26 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.nearest(apart, Vector::zeros(), self.clock.now).0.position.norm()
     }
 
-    fn overlaps_with_known(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+    fn overlaps_of_captured(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         if !TABLE {
             return;
         }
-        for known in self.pairs.memory.of(particle) {
-            let distance = self.distance(particle, known.partner);
+        for captured in self.pairs.states.of(particle) {
+            let distance = self.distance(particle, captured.partner);
             for side in [Side::Positive, Side::Negative] {
-                let steps = &self.pairs.rules.steps[usize::from(known.interaction)];
-                if let Some(seen) = steps.seen_from(known.state, side) {
+                let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
+                if let Some(seen) = steps.seen_from(captured.state, side) {
                     let depth = side.sign() * (seen.distance - distance);
-                    self.offer_pair(particle, known.partner, depth, seen.distance, found);
+                    self.offer_pair(particle, captured.partner, depth, seen.distance, found);
                 }
             }
         }
     }
 
-    fn overlaps_with_strangers(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+    fn overlaps_of_uncaptured(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         let species = |id: u32| self.state.species[id as usize];
-        let mut near = Near::default();
-        self.neighbours.find_near(particle, &mut near);
+        let mut near = Candidates::default();
+        self.neighbours.find_candidates(particle, &mut near);
         let mut others = near.found().to_vec();
         if self.sources.lees_edwards.is_some() {
             self.for_each_across(particle, |other| others.push(other));
@@ -138,7 +138,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         for other in others {
             let meeting = self.pairs.rules.meeting(species(particle), species(other));
-            if other != particle && meeting.exists && !(TABLE && self.pairs.memory.get(particle, other).is_some()) {
+            if other != particle && meeting.exists && !(TABLE && self.pairs.states.get(particle, other).is_some()) {
                 let range = meeting.squared.sqrt() * self.scale();
                 self.offer_pair(particle, other, range - self.distance(particle, other), range, found);
             }

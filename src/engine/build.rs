@@ -6,14 +6,14 @@ use super::prediction::{Prediction, Schedule};
 use super::sources::Sources;
 use super::state::State;
 use crate::Vector;
-use crate::engine::neighbours::near::Near;
+use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::ranges::Ranges;
 use crate::engine::neighbours::{Neighbours, Search};
 use crate::engine::pairs::Pairs;
 use crate::engine::schedule::EventQueue;
 use crate::model::Scene;
 use crate::model::potential::Potential;
-use crate::physics::detection::many::Width;
+use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 
 /// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
@@ -35,7 +35,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             ranges: Ranges::of(scene, rows.species()),
             sources: Sources::of(scene, rows),
             counts: Counts::new(if TABLE { rows.species().len() } else { 0 }),
-            hardware: Hardware { width: Width::most(), is_large: count > LARGE },
+            hardware: Hardware { width: Simd::most(), is_large: count > LARGE },
             broken: None,
             scratch: None,
             pairs,
@@ -43,7 +43,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         engine.sources.schedule_global();
         engine.sort_in(Search::of(scene));
         if TABLE {
-            engine.remember_pairs(scene);
+            engine.set_pair_states(scene);
         }
         engine.fill_lists();
         engine.enlarge();
@@ -52,10 +52,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 engine.predict_anew(particle, 0.0);
             }
         }
-        let moving = engine.schedule.predictions.iter().filter(|prediction| prediction.wake_time().is_finite()).count();
+        let moving = engine.schedule.predictions.iter().filter(|prediction| prediction.due_time().is_finite()).count();
         if moving > 0 {
             // Some of them are enough for a median.
-            let finite = engine.schedule.predictions.iter().map(Prediction::wake_time).filter(|time| time.is_finite());
+            let finite = engine.schedule.predictions.iter().map(Prediction::due_time).filter(|time| time.is_finite());
             let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
             let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
@@ -68,22 +68,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Sets the states of all pairs from their distances at the start, the one time that distances decide them.
-    fn remember_pairs(&mut self, scene: &Scene) {
+    fn set_pair_states(&mut self, scene: &Scene) {
         for bond in &scene.bonds {
             let [a, b] = bond.pair.map(|id| self.number(id));
             self.remember(scene, a, b, bond.interaction.narrow(), true);
         }
         let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
-        let mut near = Near::default();
+        let mut near = Candidates::default();
         for a in self.particles().filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
-            self.neighbours.find_near(a, &mut near);
+            self.neighbours.find_candidates(a, &mut near);
             let all = if holds_all_pairs { self.particles() } else { 0..0 };
             let found = if holds_all_pairs { &[] } else { near.found() };
             let mut across = Vec::new();
             self.for_each_across(a, |b| across.push(b));
             for b in all.chain(found.iter().copied()).chain(across) {
                 // Pairs of two moving particles come up twice; the first time decides.
-                if b == a || (b < a && !self.is_static(b)) || self.pairs.memory.get(a, b).is_some() {
+                if b == a || (b < a && !self.is_static(b)) || self.pairs.states.get(a, b).is_some() {
                     continue;
                 }
                 let meeting = *self.pairs.rules.meeting(self.state.species[a as usize], self.state.species[b as usize]);
@@ -104,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // A scene's potentials have some thousands of steps at the most.
         let state = u16::try_from(state).unwrap_or(u16::MAX);
         if state > 0 || is_bond {
-            self.know(a, b, state, interaction);
+            self.set_pair_state(a, b, state, interaction);
         }
     }
 }

@@ -85,7 +85,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
     /// multiple of a power of two, which most times lose without rounding.
     pub(super) fn move_epoch(&mut self) -> bool {
-        let next = self.schedule.predictions.iter().map(Prediction::wake_time).fold(self.sources.next_global, f64::min);
+        let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
             return false;
         }

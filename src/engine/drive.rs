@@ -9,7 +9,7 @@ use crate::model::{Growth, Thermostat};
 impl Simulation {
     /// Starts a heat bath, or ends it. `stage` tells the random numbers of one stage from those of another.
     ///
-    /// [`Thermostat::Rescaling`] is no bath: whoever runs the simulation calls [`Self::scale_velocities`] at its times.
+    /// [`Thermostat::Rescaling`] is no bath: the caller scales with [`Self::scale_velocities`] at its times.
     pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) {
         let bath = thermostat.and_then(|thermostat| match *thermostat {
             Thermostat::Andersen { temperature, rate, axes } => Some(Bath { temperature, rate, axes }),

@@ -271,7 +271,7 @@ mod tests {
         let mut engine = wells::<true>(Some(1.5));
         engine.advance(Until::events(1), &mut |_| ControlFlow::Continue(())).unwrap();
         let [a, b] = [40, 41].map(|id| engine.number(ParticleId(id)));
-        assert!(engine.pairs.memory.forget(b, a));
+        assert!(engine.pairs.states.remove(b, a));
         let (found, shown) = end(engine, 40, |_| {});
         let (.., expected) = broken(&found);
         assert_eq!((expected, shown), (Invariant::CapturedPair, 1), "the core, and not the release");

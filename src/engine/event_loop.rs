@@ -6,23 +6,23 @@ use super::neighbours::Neighbours;
 use super::neighbours::ranges::Ranges;
 use super::observe::Observe;
 use super::pairs::Pairs;
-use super::pairs::memory::Known;
+use super::pairs::states::PairState;
 use super::predict::Scratch;
 use super::prediction::Schedule;
-use super::schedule::{Sleepers, Wake};
+use super::schedule::{Pending, QueueEntry};
 use super::sources::Sources;
 use super::state::State;
 use super::{EngineError, Invariant, InvariantBroken, Reason, Until};
 use crate::Vector;
 use crate::model::ParticleId;
-use crate::physics::detection::many::Width;
+use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// What is due next.
 enum Due {
     /// The prediction of a particle.
-    Particle(Wake),
+    Particle(QueueEntry),
     /// An entry of the queue that is no longer a particle's prediction.
     Void,
     /// A global event.
@@ -62,14 +62,14 @@ impl Counts {
 /// What the machine decides about the way of a calculation, and never about its result.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Hardware {
-    /// How many pairs are looked at with one instruction.
-    #[serde(skip, default = "Width::most")]
-    pub width: Width,
+    /// The SIMD instructions.
+    #[serde(skip, default = "Simd::most")]
+    pub width: Simd,
     /// Whether particles are too many for the caches next to the processor.
     pub is_large: bool,
 }
 
-/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or remember a state; otherwise there is one
+/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or have states; otherwise there is one
 /// species of hard spheres, and nothing about pairs is stored or looked up.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
@@ -115,11 +115,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.state.numbers[id.0 as usize]
     }
 
-    /// Writes what two particles know of each other into the lists of both; static ones keep none.
-    pub(super) fn know(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
+    /// Writes the state of a pair into the lists of both; static ones keep none.
+    pub(super) fn set_pair_state(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
-                let is_new = self.pairs.memory.set(particle, Known { partner, state, interaction });
+                let is_new = self.pairs.states.set(particle, PairState { partner, state, interaction });
                 if is_new && let Some(lists) = self.neighbours.lists_mut() {
                     lists.remove(particle, partner);
                 }
@@ -127,11 +127,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Makes two particles strangers again.
-    pub(super) fn forget(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
+    /// Removes the state of a pair: it is uncaptured again.
+    pub(super) fn remove_pair_state(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
-                if !self.pairs.memory.forget(particle, partner) {
+                if !self.pairs.states.remove(particle, partner) {
                     return Err(self.broken(particle, Some(partner), Invariant::CapturedPair));
                 }
                 if let Some(lists) = self.neighbours.lists_mut() {
@@ -267,11 +267,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let is_global = next_global <= stop.min(self.schedule.queue.reached());
             return if is_global { Due::GlobalEvent } else { Due::Epoch };
         };
-        if self.schedule.predictions[entry.particle as usize].wake_time() != entry.time {
+        if self.schedule.predictions[entry.particle as usize].due_time() != entry.time {
             return Due::Void;
         }
         if self.hardware.is_large {
-            self.expect_coming();
+            self.prefetch_coming();
         }
         if entry.time <= stop.min(next_global) {
             Due::Particle(entry)

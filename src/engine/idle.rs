@@ -8,7 +8,7 @@ use super::event_loop::Engine;
 use super::predict::Streamed;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
-use crate::engine::neighbours::near::Near;
+use crate::engine::neighbours::candidates::Candidates;
 use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
@@ -52,7 +52,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if moving.iter().all(rests) {
             return true;
         }
-        let stays = |particle: u32| self.schedule.predictions[particle as usize].wake_time() == f64::INFINITY;
+        let stays = |particle: u32| self.schedule.predictions[particle as usize].due_time() == f64::INFINITY;
         if matches!(self.neighbours, Neighbours::Cells(_)) && moving.iter().all(|me| stays(me.id)) {
             return self.neighbours_never_meet(&moving);
         }
@@ -66,16 +66,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Whether none meet of those that are in cells next to each other, or know each other: the only ones that can where nobody changes its cell.
+    /// Whether none meet of the particles in cells next to each other and of captured pairs: the only ones that can where no particle changes its cell.
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
-        let (mut near, mut left) = (Near::default(), MOST_NEAR);
+        let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {
-            self.neighbours.find_near(me.id, &mut near);
+            self.neighbours.find_candidates(me.id, &mut near);
             let Some(rest) = left.checked_sub(near.found().len()) else { return false };
             left = rest;
-            let known = if TABLE { self.pairs.memory.of(me.id) } else { &[] };
-            let known = known.iter().map(|known| known.partner);
-            near.found().iter().copied().chain(known).all(|other| other == me.id || self.never_meet(me, other))
+            let captured = if TABLE { self.pairs.states.of(me.id) } else { &[] };
+            let captured = captured.iter().map(|captured| captured.partner);
+            near.found().iter().copied().chain(captured).all(|other| other == me.id || self.never_meet(me, other))
         })
     }
 
@@ -137,9 +137,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !TABLE {
             return Some(self.pairs.rules.meeting(0, 0).squared);
         }
-        if let Some(known) = self.pairs.memory.get(a, b) {
-            let steps = &self.pairs.rules.steps[usize::from(known.interaction)];
-            let seen = (known.state == 0).then(|| steps.seen_from(0, Side::Positive)).flatten();
+        if let Some(captured) = self.pairs.states.get(a, b) {
+            let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
+            let seen = (captured.state == 0).then(|| steps.seen_from(0, Side::Positive)).flatten();
             return seen.map(|seen| seen.squared);
         }
         let meeting = self.pairs.rules.meeting(self.state.species[a as usize], self.state.species[b as usize]);

@@ -1,15 +1,15 @@
-//! Who interacts with whom, and in which state: the table of species, and the memory of pairs.
+//! Pairs: the table of interactions by species, the states of captured pairs, and contact times of the TC model.
 
 pub mod contacts;
-pub mod memory;
 pub mod rows;
 pub mod rules;
+pub mod states;
 
 use crate::model::Scene;
 use contacts::ContactTimes;
-use memory::PairMemory;
 use rules::Rules;
 use serde::{Deserialize, Serialize};
+use states::PairStates;
 
 /// Everything about pairs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -17,11 +17,11 @@ pub struct Pairs {
     /// The table of interactions.
     pub rules: Rules,
     /// The states of captured pairs.
-    pub memory: PairMemory,
+    pub states: PairStates,
     /// When each particle last had a contact, for the TC model.
     pub contact_times: Option<ContactTimes>,
     /// Whether some pairs have interactions of their own that do not hold them together.
-    pub has_loose_pairs: bool,
+    pub has_own_interactions: bool,
 }
 
 impl Pairs {
@@ -32,9 +32,9 @@ impl Pairs {
         let holds = |id: crate::model::InteractionId| scene.interactions()[id.0 as usize].potential.is_bond();
         Self {
             rules: Rules::new(scene),
-            memory: PairMemory::new(if has_states { count } else { 0 }),
+            states: PairStates::new(if has_states { count } else { 0 }),
             contact_times: scene.contact_time().map(|contact_time| ContactTimes::new(contact_time, count)),
-            has_loose_pairs: scene.bonds().iter().any(|bond| !holds(bond.interaction)),
+            has_own_interactions: scene.bonds().iter().any(|bond| !holds(bond.interaction)),
         }
     }
 }

@@ -1,15 +1,15 @@
 //! Prediction: the earliest contact of one particle, and when it leaves its cell.
 
+use super::batch::Batch;
 use super::event_loop::Engine;
-use super::others::Others;
 use super::prediction::Prediction;
 use super::sources::growth;
 use super::sources::lees_edwards::FLOW;
 use super::state::Body;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
-use crate::engine::neighbours::cells::NOBODY;
-use crate::engine::neighbours::near::Near;
+use crate::engine::neighbours::candidates::Candidates;
+use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::model::space::minimum_image;
 use crate::physics::detection::{accelerated, inertial};
 use crate::physics::motion::{RelativeState, stream_position};
@@ -19,15 +19,15 @@ use crate::physics::overlap::{Quadratic, Quartic, Side};
 #[derive(Debug, Clone)]
 pub(super) struct Scratch {
     /// The particles in the cells around the one in hand.
-    pub near: Near,
+    pub near: Candidates,
     /// By particle, whether the one in hand has captured it; false between predictions.
-    pub is_known: Vec<bool>,
+    pub is_captured: Vec<bool>,
 }
 
 impl Scratch {
     /// For a number of particles that can be captured.
     pub fn new(particles: usize) -> Self {
-        Self { near: Near::default(), is_known: vec![false; particles] }
+        Self { near: Candidates::default(), is_captured: vec![false; particles] }
     }
 }
 
@@ -57,58 +57,63 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let me = self.streamed(particle, time);
         let mut prediction = Prediction::NONE;
         if TABLE {
-            self.predict_known(&me, &mut prediction);
+            self.predict_captured(&me, &mut prediction);
         }
         match &self.neighbours {
-            Neighbours::Lists(shells) => self.predict_in_shell(&me, shells, &mut prediction),
+            Neighbours::Lists(verlet) => self.predict_in_list(&me, verlet, &mut prediction),
             Neighbours::Cells(cells) => self.predict_in_cell(&me, cells, scratch, &mut prediction),
         }
-        if self.is_apart(particle) {
-            self.predict_apart(&me, &mut prediction);
+        if self.has_own_interactions(particle) {
+            self.predict_own_interactions(&me, &mut prediction);
         }
         prediction
     }
 
-    /// Partners that the particle knows: both sides of the pair's state.
-    fn predict_known(&self, me: &Streamed, prediction: &mut Prediction) {
+    /// Contacts with captured partners: both sides of the pair's state.
+    fn predict_captured(&self, me: &Streamed, prediction: &mut Prediction) {
         if !FALLING && self.sources.lees_edwards.is_none() {
-            let wraps = self.neighbours.shells().is_none_or(|shells| shells.wraps(&me.position));
-            self.others(me, wraps).first_known(me, self.pairs.memory.of(me.id), &self.pairs.rules.steps, prediction);
+            let wraps = self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
+            self.others(me, wraps).earliest_of_captured(
+                me,
+                self.pairs.states.of(me.id),
+                &self.pairs.rules.steps,
+                prediction,
+            );
             return;
         }
-        for known in self.pairs.memory.of(me.id) {
-            let (state, _) = self.relative(me, known.partner);
-            let steps = &self.pairs.rules.steps[usize::from(known.interaction)];
+        for captured in self.pairs.states.of(me.id) {
+            let (state, _) = self.relative(me, captured.partner);
+            let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
             for side in [Side::Positive, Side::Negative] {
-                let Some(seen) = steps.seen_from(known.state, side) else { continue };
+                let Some(seen) = steps.seen_from(captured.state, side) else { continue };
                 let horizon = prediction.contact_time - me.time;
-                if let Some(dt) = self.detect(me, known.partner, &state, seen.squared, side, horizon) {
-                    self.offer(me, known.partner, side, dt, prediction);
+                if let Some(dt) = self.detect(me, captured.partner, &state, seen.squared, side, horizon) {
+                    self.offer(me, captured.partner, side, dt, prediction);
                 }
             }
         }
     }
 
-    /// The first meeting with any of some strangers, whom `wraps` says that a nearer image may have.
+    /// The first contact with any of some uncaptured others; `wraps` if the nearest image of one may be another one than itself.
     #[inline]
-    pub(super) fn predict_strangers(
+    pub(super) fn predict_uncaptured(
         &self,
         me: &Streamed,
         wraps: bool,
-        strangers: &[u32],
+        others: &[u32],
         length: usize,
         prediction: &mut Prediction,
     ) {
         let before = prediction.contact_time;
-        let met = self.others(me, wraps).first_met::<FALLING, TABLE>(me, strangers, length, before);
-        if met.other != NOBODY && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {
+        let met = self.others(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
+        if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {
             prediction.meet(me.id, met.other, Side::Positive, met.time, &self.state.bodies);
         }
         if FALLING && TABLE {
             let mine = self.state.species[me.id as usize];
-            for &other in &strangers[..length] {
+            for &other in &others[..length] {
                 if self.pairs.rules.meeting(mine, self.state.species[other as usize]).is_accelerated {
-                    self.predict_stranger(me, other, prediction);
+                    self.predict_uncaptured_pair(me, other, prediction);
                 }
             }
         }
@@ -116,9 +121,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// What others are to a particle.
     #[inline]
-    fn others(&self, me: &Streamed, wraps: bool) -> Others<'_> {
+    fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let species = if TABLE { self.state.species[me.id as usize] } else { 0 };
-        Others {
+        Batch {
             width: self.hardware.width,
             bodies: &self.state.bodies,
             periods: &self.state.periods,
@@ -129,9 +134,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// A particle near by that is not known: it can only come in from outside.
+    /// The contact of an uncaptured pair: it can only come in from outside.
     #[inline]
-    pub(super) fn predict_stranger(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
+    pub(super) fn predict_uncaptured_pair(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
         if other == me.id {
             return;
         }

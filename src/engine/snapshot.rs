@@ -90,10 +90,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
             if TABLE {
-                for known in self.pairs.memory.of(particle) {
-                    // Two moving particles know each other both: half of the energy each.
-                    let share = if self.is_static(known.partner) { 1.0 } else { 0.5 };
-                    pair.add(share * self.pairs.rules.steps[usize::from(known.interaction)].energy(known.state));
+                for captured in self.pairs.states.of(particle) {
+                    // Two moving particles keep the pair's state both: half of the energy each.
+                    let share = if self.is_static(captured.partner) { 1.0 } else { 0.5 };
+                    pair.add(share * self.pairs.rules.steps[usize::from(captured.interaction)].energy(captured.state));
                 }
             }
         }

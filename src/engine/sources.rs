@@ -143,7 +143,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn execute_transition(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         match self.neighbours {
             Neighbours::Cells(_) => self.cross(particle, time),
-            Neighbours::Lists(_) => self.recentre(particle, time),
+            Neighbours::Lists(_) => self.rebuild_list(particle, time),
         }
     }
 

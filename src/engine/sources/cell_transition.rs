@@ -1,4 +1,4 @@
-//! Cells in the event loop: who is near a particle, and when it goes into the next cell.
+//! Cells in the event loop: contacts in the cells around a particle, and when it goes into the next cell.
 
 use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
@@ -24,8 +24,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         scratch: &mut Scratch,
         prediction: &mut Prediction,
     ) {
-        cells.find_near(cells.home(me.id), &mut scratch.near);
-        self.predict_near(me, scratch, prediction);
+        cells.find_candidates(cells.home(me.id), &mut scratch.near);
+        self.predict_candidates(me, scratch, prediction);
         self.predict_bounds(me, cells, prediction);
     }
 
@@ -44,27 +44,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_transition(me, &cells.grid, cell, prediction);
     }
 
-    /// The strangers among those near the particle.
-    fn predict_near(&self, me: &Streamed, scratch: &mut Scratch, prediction: &mut Prediction) {
-        let Scratch { near, is_known } = scratch;
+    /// The first contact with the uncaptured ones among the neighbour candidates.
+    fn predict_candidates(&self, me: &Streamed, scratch: &mut Scratch, prediction: &mut Prediction) {
+        let Scratch { near, is_captured } = scratch;
         if TABLE {
-            let known = self.pairs.memory.of(me.id);
-            for known in known {
-                is_known[known.partner as usize] = true;
+            let captured = self.pairs.states.of(me.id);
+            for captured in captured {
+                is_captured[captured.partner as usize] = true;
             }
-            near.retain(|other| !is_known[other as usize]);
-            for known in known {
-                is_known[known.partner as usize] = false;
+            near.retain(|other| !is_captured[other as usize]);
+            for captured in captured {
+                is_captured[captured.partner as usize] = false;
             }
         }
         if self.ranges.tied_axes.contains(&true) {
             self.predict_ties(me, near.found(), prediction);
         }
         if !self.is_one_by_one() {
-            let (strangers, length) = near.filled_up(me.id);
-            self.predict_strangers(me, true, strangers, length, prediction);
+            let (others, length) = near.filled_up(me.id);
+            self.predict_uncaptured(me, true, others, length, prediction);
         } else {
-            near.found().iter().for_each(|&other| self.predict_stranger(me, other, prediction));
+            near.found().iter().for_each(|&other| self.predict_uncaptured_pair(me, other, prediction));
             self.predict_across(me, prediction);
         }
     }
@@ -127,7 +127,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 f64::from(transition.wrap) * self.state.periods[axis];
             self.state.images[particle as usize][axis] -= transition.wrap;
         }
-        if self.is_one_by_one() || self.is_apart(particle) {
+        if self.is_one_by_one() || self.has_own_interactions(particle) {
             self.repredict(particle, time);
             return Ok(());
         }
@@ -136,8 +136,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(particle, None, Invariant::Cells));
         };
         let me = self.streamed(particle, time);
-        cells.find_new(transition.cell, face, &mut scratch.near);
-        self.predict_near(&me, &mut scratch, &mut prediction);
+        cells.find_new_candidates(transition.cell, face, &mut scratch.near);
+        self.predict_candidates(&me, &mut scratch, &mut prediction);
         self.predict_bounds(&me, cells, &mut prediction);
         self.scratch = Some(scratch);
         self.schedule.predictions[particle as usize] = prediction;

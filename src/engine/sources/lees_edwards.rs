@@ -117,9 +117,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first meeting with those beyond the sides that slide.
     pub(in crate::engine) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
         self.for_each_across(me.id, |other| {
-            let is_known = TABLE && self.pairs.memory.get(me.id, other).is_some();
-            if !is_known {
-                self.predict_stranger(me, other, prediction);
+            let is_captured = TABLE && self.pairs.states.get(me.id, other).is_some();
+            if !is_captured {
+                self.predict_uncaptured_pair(me, other, prediction);
             }
         });
     }

@@ -125,7 +125,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if surface != 0.0 {
             self.counts.totals.supplied.add(impulse * surface * squared.sqrt());
         }
-        self.remember_outcome(i, j, response.outcome, state, interaction)?;
+        self.set_state_after(i, j, response.outcome, state, interaction)?;
         let positions = [i, j].map(|particle| self.state.bodies[particle as usize].position);
         let length = squared.sqrt();
         Ok(Event {
@@ -262,7 +262,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     #[inline]
-    fn remember_outcome(
+    fn set_state_after(
         &mut self,
         i: u32,
         j: u32,
@@ -272,8 +272,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Result<(), InvariantBroken> {
         if TABLE {
             match outcome {
-                Outcome::Capture => self.know(i, j, state + 1, interaction),
-                Outcome::Release if state > 1 => self.know(i, j, state - 1, interaction),
+                Outcome::Capture => self.set_pair_state(i, j, state + 1, interaction),
+                Outcome::Release if state > 1 => self.set_pair_state(i, j, state - 1, interaction),
                 Outcome::Release => self.release(i, j, interaction)?,
                 Outcome::Core | Outcome::Bounce => {}
             }
@@ -338,13 +338,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.pair_state(self.number(a), self.number(b)).0
     }
 
-    /// State and interaction of a pair: what the moving one of them remembers, or a stranger's.
+    /// State and interaction of a pair: as the moving one of them keeps it, or that of an uncaptured pair.
     pub(in crate::engine) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
         if !TABLE {
             return (0, 0);
         }
         let (keeper, other) = if self.is_static(i) { (j, i) } else { (i, j) };
-        self.pairs.memory.get(keeper, other).map_or_else(
+        self.pairs.states.get(keeper, other).map_or_else(
             || {
                 (
                     0,
@@ -354,7 +354,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                         .interaction,
                 )
             },
-            |known| (known.state, known.interaction),
+            |captured| (captured.state, captured.interaction),
         )
     }
 
@@ -373,13 +373,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some((seen, steps.restitution, surface))
     }
 
-    /// A pair in state 0 again: strangers, unless a bond of its own keeps its interaction.
+    /// A pair in state 0 again: uncaptured, unless a bond of its own keeps its interaction.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
         let meeting = self.pairs.rules.meeting(self.state.species[i as usize], self.state.species[j as usize]);
         if meeting.exists && meeting.interaction == interaction {
-            return self.forget(i, j);
+            return self.remove_pair_state(i, j);
         }
-        self.know(i, j, 0, interaction);
+        self.set_pair_state(i, j, 0, interaction);
         Ok(())
     }
 
