@@ -77,7 +77,7 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     let (scene, before) = system(arguments)?;
     let particles = scene.particles().len() as f64;
     let start = Instant::now();
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::events(1))?;
     let start = start.elapsed().as_secs_f64();
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]

@@ -20,7 +20,7 @@ pub fn statistics(events: u64) -> Result<Statistics, Box<dyn Error>> {
         .fill(Lattice::FaceCentredCubic, "sphere", 500, Amount::NumberDensity(0.5))
         .temperature(2.0)
         .build()?;
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::new(scene)?;
     let mut statistics = Statistics::new();
     simulation.advance_with(Until::events(events), |event| {
         let name = match event.kind {

@@ -39,7 +39,7 @@ pub fn simulated(events: u64) -> Result<(Simulation, f64), Box<dyn Error>> {
         .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::NumberDensity(0.4))
         .temperature(1.0)
         .build()?;
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::new(scene)?;
     let start = simulation.energy();
     simulation.advance(Until::events(events))?;
     Ok((simulation, start.kinetic + start.potential))

@@ -16,7 +16,7 @@ fn contact_rate(seed: u64) -> Result<f64, Box<dyn Error + Send + Sync>> {
         .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.2))
         .temperature(1.0)
         .build()?;
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::new(scene)?;
     simulation.advance(Until::events(10_000))?;
     let (start, contacts) = (simulation.time(), simulation.tally().core_contacts());
     simulation.advance(Until::events(40_000))?;

@@ -15,7 +15,7 @@ pub fn cooled() -> Result<(Simulation, [f64; 2], Reason), Box<dyn Error>> {
         .fill(Lattice::FaceCentredCubic, "grain", 500, Amount::PackingFraction(0.1))
         .temperature(1.0)
         .build()?;
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::new(scene)?;
     let start = simulation.energy().kinetic;
     let mut left = start;
     let reason = simulation.advance_with(Until::events(10_000_000), |event| {

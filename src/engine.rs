@@ -33,8 +33,10 @@ pub(crate) mod pairs;
 mod predict;
 mod prediction;
 mod schedule;
+mod set_state;
 mod snapshot;
 mod sources;
+mod start;
 mod state;
 mod states;
 
@@ -50,7 +52,9 @@ pub use audit::Overlap;
 pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
 pub use neighbours::Search;
 pub use observe::Flow;
+pub use set_state::{PairStates, SetStateError};
 pub use snapshot::{Energy, Snapshot};
+pub use start::NeedsRun;
 pub use states::{Elapsed, States};
 
 /// How far to go: whichever comes first.
@@ -78,6 +82,7 @@ impl Until {
 
 /// Why a stretch of a simulation ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Reason {
     /// The simulated time was reached.
     Time,
@@ -92,6 +97,7 @@ pub enum Reason {
 
 /// The engine that was chosen for a scene, once and at the start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct EngineChoice {
     /// Whether particles accelerate, so that flights are parabolas.
     pub is_falling: bool,
@@ -145,19 +151,6 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// Chooses the engine and predicts the first events.
-    #[must_use]
-    pub fn new(scene: Scene) -> Self {
-        let choice = EngineChoice::new(&scene);
-        let engine = match (choice.is_falling, choice.has_table) {
-            (false, false) => Chosen::FreeHard(Engine::new(&scene)),
-            (false, true) => Chosen::FreeTable(Engine::new(&scene)),
-            (true, false) => Chosen::FallingHard(Engine::new(&scene)),
-            (true, true) => Chosen::FallingTable(Engine::new(&scene)),
-        };
-        Self { scene, choice, engine, scale: 1.0 }
-    }
-
     /// The scene that it started from; after a growth with the diameters and the state at its end.
     #[must_use]
     pub fn scene(&self) -> &Scene {

@@ -20,7 +20,7 @@
 //!     .temperature(1.0)
 //!     .build()?;
 //!
-//! let mut simulation = Simulation::new(scene);
+//! let mut simulation = Simulation::new(scene)?;
 //! let before = simulation.energy().kinetic;
 //! simulation.advance(Until::events(20_000))?;
 //!
@@ -28,6 +28,77 @@
 //! // Every event rounds the velocities of two particles once or twice; the energy drifts no further.
 //! assert!((simulation.energy().kinetic / before - 1.0).abs() < 20_000.0 * f64::EPSILON);
 //! assert!(simulation.tally().deepest_overlap < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # What to start from
+//!
+//! | to | use | example |
+//! |---|---|---|
+//! | simulate, and look at every event | [`engine::Simulation`] | `event_statistics`, `replicas_in_threads` |
+//! | stop at an event, change velocities or positions | [`engine::Simulation`] | `stop_on_condition` |
+//! | equilibrate, measure with standard errors, write files | [`run::Run`] | `fluid` |
+//! | measure something new | [`analysis::instruments::Instrument`] | `own_instrument` |
+//! | simulate another potential | [`model::Potential::new`] | `own_potential` |
+//!
+//! The programs are in the folder `examples`.
+//!
+//! # An instrument of one's own
+//!
+//! A type with the trait [`Instrument`](analysis::instruments::Instrument) says when it wants its next sample, takes it, and reports numbers
+//! and curves. A [`Run`](run::Run) with which it is registered measures with it, writes what it reports into the files of the run and onto its
+//! page, and keeps its fields in checkpoints.
+//!
+//! ```
+//! use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
+//! use carom::analysis::{SamplingTimes, statistics::BlockAverage};
+//! use carom::model::{Limit, Potential, RunPlan};
+//! use carom::run::Run;
+//! use carom::scene::{Amount, Lattice, SceneBuilder};
+//! use serde::{Deserialize, Serialize};
+//!
+//! /// The mean of `|v|^4 / (15 T^2)`, which is 1 in Maxwell's distribution.
+//! #[derive(Clone, Serialize, Deserialize)]
+//! struct Kurtosis {
+//!     times: SamplingTimes,
+//!     mean: BlockAverage,
+//! }
+//!
+//! impl Instrument for Kurtosis {
+//!     fn next_sample(&self) -> f64 {
+//!         self.times.next()
+//!     }
+//!
+//!     fn sample(&mut self, sample: &Sample<'_>, _system: &SystemDescription) {
+//!         let count = sample.velocities.len() as f64;
+//!         let mean = |power: i32| sample.velocities.iter().map(|v| v.norm().powi(power)).sum::<f64>() / count;
+//!         self.mean.add(mean(4) / mean(2).powi(2) * 9.0 / 15.0, 1.0);
+//!         self.times.pass(sample.time);
+//!     }
+//!
+//!     fn report(&self, _system: &SystemDescription, measured: &mut Measured) {
+//!         let method = "<|v|^4> / (15 T^2), with the temperature T = <|v|^2> / 3 of each sample";
+//!         let estimate = self.mean.estimate();
+//!         measured.numbers.push(Number::estimated("kurtosis", "Kurtosis", "1", estimate, method));
+//!     }
+//! }
+//!
+//! let scene = SceneBuilder::new("fluid")
+//!     .species("sphere", 1.0, 1.0)
+//!     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+//!     .fill(Lattice::FaceCentredCubic, "sphere", 256, Amount::PackingFraction(0.3))
+//!     .temperature(1.0)
+//!     .run(RunPlan { equilibration: Limit::time(2.0), limit: Limit::time(20.0), ..RunPlan::default() })
+//!     .build()?;
+//! let finished = Run::new(scene)
+//!     .instrument("kurtosis", |setup| Kurtosis {
+//!         times: SamplingTimes::given(setup.sample.time, 0.1),
+//!         mean: BlockAverage::new(1.0),
+//!     })
+//!     .finish()?;
+//! let kurtosis = finished.measured.numbers[0].mean.unwrap_or_default();
+//! // At constant energy it is N / (N + 2/3) of that.
+//! assert!((kurtosis - 1.0).abs() < 0.03);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
@@ -46,7 +117,7 @@
 //! | Which particles are close, and in which pair state? | [`engine::neighbours`], [`engine::pairs`] | |
 //! | Which event is next? | [`engine::schedule`] | |
 //! | What is measured, and how well is it known? | [`analysis::instruments`], [`analysis::observables`], [`analysis::statistics`] | |
-//! | What is known from theory and other simulations? | [`analysis::published`] | |
+//! | What have theory and other simulations found? | [`analysis::published`] | |
 //! | Frames and their file | [`trajectory`] | |
 //! | How is a scene made, from a file or in code? | [`scene`] | |
 //! | A whole run, its audit, its checkpoint | [`run`], [`run::audit`], [`run::checkpoint`] | |
@@ -85,6 +156,9 @@ pub mod scene;
 pub mod trajectory;
 #[cfg(feature = "view")]
 pub mod view;
+
+/// The crate of [`Vector`], so that a program uses the version that this one does.
+pub use nalgebra;
 
 /// A vector in space; the components along flat axes are exactly zero.
 pub type Vector = nalgebra::Vector3<f64>;

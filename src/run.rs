@@ -140,6 +140,7 @@ impl From<EngineError> for Ending {
     "growing spheres jam: {packing_fraction:.4} of the space is filled at time {time}, where the compressibility factor is \
      {compressibility_factor:.0}, and {target:.4} cannot be reached"
 )]
+#[non_exhaustive]
 pub struct Jam {
     /// The part of the space that they fill.
     pub packing_fraction: f64,
@@ -159,6 +160,7 @@ impl Jam {
 
 /// The measurement of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct MeasurementPeriod {
     /// Simulated time at its start `[time]`.
     pub start: f64,
@@ -174,6 +176,7 @@ pub struct MeasurementPeriod {
 ///
 /// Counts, observables and speed are those of the measurement. The audit spans the equilibration, too.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Finished {
     /// The simulation as it stands.
     pub simulation: Simulation,

@@ -136,7 +136,7 @@ fn pair(event: &Event) -> (u32, Option<u32>) {
 
 fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     let mut events = Vec::new();
-    let mut simulation = Simulation::new(scene.clone());
+    let mut simulation = Simulation::without_plan(scene.clone());
     // An arrest ends the list as the absence of events does.
     let until = Until { time: LONGEST, events: count as u64 };
     let _ = simulation.advance_with(until, |event| events.push(*event));
@@ -191,7 +191,10 @@ fn a_hard_sphere_fluid_agrees_for_its_first_events() {
         .seed(3)
         .build()
         .expect("a valid scene");
-    assert_eq!(Simulation::new(scene.clone()).engine().to_string().split(',').nth(1), Some(" one hard-sphere species"));
+    assert_eq!(
+        Simulation::without_plan(scene.clone()).engine().to_string().split(',').nth(1),
+        Some(" one hard-sphere species")
+    );
     let compared = compare(&scene).expect("the engines agree");
     assert!(compared > 20, "{compared}");
 }

@@ -276,7 +276,7 @@ fn species_that_have_no_particles_take_no_memory() {
     }
     text.push_str("[run]\nuntil_events = 3\n");
     let scene = Scene::from_toml(text, "many").unwrap();
-    let mut simulation = carom::engine::Simulation::new(scene);
+    let mut simulation = carom::engine::Simulation::without_plan(scene);
     let mut pairs = Vec::new();
     let until = carom::engine::Until::events(3);
     simulation.advance_with(until, |event| pairs.push([event.particle.0, event.partner.unwrap().0])).unwrap();

@@ -60,7 +60,7 @@ fn configured(name: &str) -> Simulation {
 }
 
 fn advanced(scene: Scene, events: u64) -> Simulation {
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::events(events)).expect("the TC model prevents an arrest");
     simulation
 }

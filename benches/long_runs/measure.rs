@@ -16,7 +16,7 @@ pub fn run(name: &str, scene: &str, most: u64) -> Result<(), Box<dyn Error>> {
     fs::create_dir_all(super::FOLDER)?;
     let mut file = fs::File::create(row::file(name))?;
     writeln!(file, "{HEADER}")?;
-    let mut simulation = Simulation::new(Scene::from_file(scene)?);
+    let mut simulation = Simulation::without_plan(Scene::from_file(scene)?);
     let start = Start::of(&simulation);
     let started = Instant::now();
     for step in 0.. {

@@ -46,7 +46,7 @@ fn run(sheet: &mut Sheet, name: &str, potential: Potential, amount: Amount) -> O
         .fill(Lattice::FaceCentredCubic, "A", PARTICLES, amount)
         .temperature(2.0)
         .build()?;
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     let start = Start::of(&simulation);
     let stopwatch = Stopwatch::start();
     let mut events: f64 = 1e3;

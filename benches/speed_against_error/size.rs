@@ -83,7 +83,7 @@ pub fn measure_one(arguments: &[String]) -> Outcome {
     }
     let scene = Scene::new(parts)?;
     let stopwatch = Stopwatch::start();
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::events(1))?;
     let start_up = placed + stopwatch.seconds();
     let before = (20 * size).min(MOST_EVENTS_BEFORE);

@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// What means nothing for the scene, or cannot be known yet, is `None`.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Row {
     /// Simulated time `[time]`.
     pub time: f64,

@@ -32,6 +32,7 @@ pub use state_point::{StatePointError, Watch};
 
 /// How much is run for a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Effort {
     /// Seconds in all: fewer events at fewer points.
     Brief,

@@ -94,7 +94,7 @@ fn per_second(scene: &Scene) -> Option<f64> {
     let scene = scene.clone();
     // A thread that is left behind ends with the program.
     std::thread::spawn(move || {
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let begun = Instant::now();
         while begun.elapsed() < TRY {
             let until = Until::events(simulation.tally().physical() + 1000);

@@ -13,7 +13,7 @@ use crate::engine::hardware::pages::enlarge;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::neighbours::{Neighbours, Search};
-use crate::engine::pairs::states::{PairState, PairStates};
+use crate::engine::pairs::states::{CapturedPairs, PairState};
 
 /// The order in memory is made anew after this many transitions per particle.
 const WANDERED: u64 = 64;
@@ -50,7 +50,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Numbers the particles along the curve.
-    fn reorder(&mut self) {
+    pub(super) fn reorder(&mut self) {
         self.counts.transitions_at_order = self.counts.totals.transition;
         // By name among those in the same cell of the curve, so that the order depends on where particles are only.
         let names = {
@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             times.permute(&old);
         }
         if TABLE {
-            let mut states = PairStates::new(old.len());
+            let mut states = CapturedPairs::new(old.len());
             for (&old, particle) in old.iter().zip(0..) {
                 for captured in self.pairs.states.of(old) {
                     states.set(particle, PairState { partner: new[captured.partner as usize], ..*captured });

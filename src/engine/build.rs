@@ -67,8 +67,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         engine
     }
 
-    /// Sets the states of all pairs from their distances at the start, the one time that distances decide them.
-    fn set_pair_states(&mut self, scene: &Scene) {
+    /// Sets the states of all pairs from their distances at the start, or where they are put: the times that distances decide them.
+    pub(super) fn set_pair_states(&mut self, scene: &Scene) {
         for bond in &scene.bonds {
             let [a, b] = bond.pair.map(|id| self.number(id));
             self.remember(scene, a, b, bond.interaction.narrow(), true);
@@ -97,7 +97,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Sets one pair's state; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
         let [one, other] = [a, b].map(|particle| &self.state.bodies[particle as usize]);
-        let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, 0.0).0;
+        let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.clock.now).0;
         let rounding = rounding_of_distances(one.position.amax().max(other.position.amax()), &self.state.periods);
         let potential = &scene.interactions[usize::from(interaction)].potential;
         let state = state_at_start(potential, &apart, rounding);
@@ -153,7 +153,7 @@ mod tests {
             let fluid = wells().seed(seed).fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2));
             let scene = fluid.temperature(1.5).build().unwrap();
             let space = scene.space.clone();
-            let mut simulation = Simulation::new(scene);
+            let mut simulation = Simulation::without_plan(scene);
             assert_eq!(simulation.advance(Until::events(1_500)), Ok(Reason::Events));
             let snapshot = simulation.snapshot();
             let mut next = wells().space(space);
@@ -161,7 +161,7 @@ mod tests {
                 next = next.particle("A", *position, *velocity);
             }
             let next = next.build().unwrap();
-            let mut again = Simulation::new(next.clone());
+            let mut again = Simulation::without_plan(next.clone());
             assert_eq!(again.energy().potential, simulation.energy().potential, "seed {seed}");
             assert_eq!(again.captured_pairs(), simulation.captured_pairs(), "seed {seed}");
             // The reference engine and the verifier begin alike.

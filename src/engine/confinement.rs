@@ -135,7 +135,7 @@ mod tests {
                 Vector::zeros(),
             );
         }
-        let mut simulation = Simulation::new(scene.build().unwrap());
+        let mut simulation = Simulation::without_plan(scene.build().unwrap());
         let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
         simulation.set_thermostat(Some(&bath), 0);
         simulation.advance(Until::events(500)).unwrap();

@@ -30,6 +30,7 @@ impl EngineError {
 
 /// How the dynamics arrests.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Standstill {
     /// Events go on, but time does not: a contact at rest, or infinitely many contacts in a finite time.
     Time {
@@ -65,6 +66,7 @@ impl fmt::Display for Standstill {
     particle.0,
     partner.map_or("a wall".to_owned(), |id| format!("particle {}", id.0))
 )]
+#[non_exhaustive]
 pub struct Arrest {
     /// A particle that is part of it.
     pub particle: ParticleId,
@@ -93,6 +95,7 @@ impl Arrest {
     particle.0,
     partner.map_or(String::new(), |id| format!(" and particle {}", id.0))
 )]
+#[non_exhaustive]
 pub struct InvariantBroken {
     /// The particle whose event or cell transition was due.
     pub particle: ParticleId,

@@ -13,6 +13,7 @@ pub use crate::physics::response::Outcome;
 
 /// What kind of physical event took place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum EventKind {
     /// Two particles at a discontinuity of their potential.
     Pair(Outcome),
@@ -29,6 +30,7 @@ pub enum EventKind {
 
 /// A physical event, as it happened.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Event {
     /// Simulated time `[time]`.
     pub time: f64,
@@ -59,6 +61,7 @@ pub struct Event {
 
 /// How often what has happened since the start, and the sums that pressure and the audit need.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Tally {
     /// Core events.
     pub core: u64,

@@ -167,7 +167,7 @@ mod tests {
             .particle("ball", Vector::new(20.0, 25.0, 20.0), Vector::from(velocity))
             .build()
             .unwrap();
-        Simulation::new(scene)
+        Simulation::without_plan(scene)
     }
 
     const PERIODIC: Boundary = Boundary::Periodic;
@@ -217,14 +217,14 @@ mod tests {
             Vector::from(position),
             Vector::from(velocity),
         );
-        assert!(!Simulation::new(far.build().unwrap()).is_over());
+        assert!(!Simulation::without_plan(far.build().unwrap()).is_over());
         // It falls back after 10^9 of a climb.
         let thrown = hard(1e-9).particle("A", Vector::new(5.0, 5.0, 8.0), Vector::new(0.0, 0.0, 1.0)).particle(
             "B",
             Vector::new(5.0, 5.0, 2.0),
             Vector::zeros(),
         );
-        let mut thrown = Simulation::new(thrown.build().unwrap());
+        let mut thrown = Simulation::without_plan(thrown.build().unwrap());
         thrown.advance(Until::time(20.0)).unwrap();
         assert!(!thrown.is_over());
     }

@@ -53,7 +53,7 @@ mod tests {
             .temperature(1.0)
             .build()
             .unwrap();
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let bath = Thermostat::Andersen { temperature: 1.0, rate: 0.5, axes: [true; 3] };
         simulation.set_thermostat(Some(&bath), 0);
         simulation

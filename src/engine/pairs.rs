@@ -9,7 +9,7 @@ use crate::model::Scene;
 use contacts::ContactTimes;
 use rules::Rules;
 use serde::{Deserialize, Serialize};
-use states::PairStates;
+use states::CapturedPairs;
 
 /// Everything about pairs.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct Pairs {
     /// The table of interactions.
     pub rules: Rules,
     /// The states of captured pairs.
-    pub states: PairStates,
+    pub states: CapturedPairs,
     /// When each particle last had a contact, for the TC model.
     pub contact_times: Option<ContactTimes>,
     /// Whether some pairs have interactions of their own that do not hold them together.
@@ -32,7 +32,7 @@ impl Pairs {
         let holds = |id: crate::model::InteractionId| scene.interactions()[id.0 as usize].potential.is_bond();
         Self {
             rules: Rules::new(scene),
-            states: PairStates::new(if has_states { count } else { 0 }),
+            states: CapturedPairs::new(if has_states { count } else { 0 }),
             contact_times: scene.contact_time().map(|contact_time| ContactTimes::new(contact_time, count)),
             has_own_interactions: scene.bonds().iter().any(|bond| !holds(bond.interaction)),
         }

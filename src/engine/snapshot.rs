@@ -7,6 +7,7 @@ use crate::base::sum::Sum;
 
 /// All particles at one time, in the order of their ids.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Snapshot {
     /// Simulated time `[time]`.
     pub time: f64,
@@ -25,6 +26,7 @@ pub struct Snapshot {
 
 /// Energies of all particles at one time `[energy]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Energy {
     /// `sum m/2 |v|^2`.
     pub kinetic: f64,

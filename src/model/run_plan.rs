@@ -83,6 +83,7 @@ pub struct StagePlan {
 
 /// What holds the temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Thermostat {
     /// Particles get velocities from the Maxwell distribution, each at random times: H. C. Andersen, J. Chem. Phys. 72, 2384 (1980),
     /// [doi:10.1063/1.439486](https://doi.org/10.1063/1.439486).
@@ -117,6 +118,7 @@ pub struct Growth {
 
 /// How far diameters grow.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum GrowthTarget {
     /// The fraction of the box that the particles fill.
     PackingFraction(f64),

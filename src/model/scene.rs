@@ -31,6 +31,7 @@ pub struct ParticleId(pub u32);
 
 /// What particles of one kind have in common.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Species {
     /// Name, unique in the scene.
     pub name: String,

@@ -8,6 +8,7 @@ use super::{ParticleId, SpeciesId};
 
 /// A static-sphere surface: spheres that cover a shape and do not move.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StaticSurface {
     /// Its name, or its number among the static surfaces.
     pub name: String,

@@ -50,6 +50,7 @@ impl Limits {
 
 /// What became of the overlaps that a scene started with.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Initial {
     /// How many there were, deeper than round-off.
     pub overlaps: usize,
@@ -265,7 +266,7 @@ mod tests {
             .temperature(1.0)
             .build()
             .unwrap();
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let ledger = Ledger::open(&simulation, true);
         simulation.advance(Until::events(1000)).unwrap();
         ledger.close(&simulation)
@@ -327,7 +328,7 @@ mod tests {
             .allow_invalid_start(true)
             .build()
             .unwrap();
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let mut ledger = Ledger::open(&simulation, true);
         simulation.advance(Until::time(0.2)).unwrap();
         ledger.see_overlaps(&simulation);

@@ -73,7 +73,7 @@ pub struct Run {
 impl Run {
     /// From the start of a scene.
     pub fn new(scene: Scene) -> Self {
-        let simulation = Simulation::new(scene);
+        let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
         Self { simulation, state, registry: Registry::default(), is_new: true }
     }

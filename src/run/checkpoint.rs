@@ -211,7 +211,7 @@ mod tests {
             .run(crate::model::RunPlan { limit: Limit::events(1), ..Default::default() })
             .build()
             .unwrap();
-        let simulation = Simulation::new(scene);
+        let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
         let full = File::options().write(true).open("/dev/full").unwrap();
         let error = write(&full, &simulation, &state, &Manifest { scene: None, files: Vec::new() }).unwrap_err();

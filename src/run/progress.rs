@@ -35,6 +35,7 @@ impl Stage {
 
 /// How far a stage of a run has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Progress {
     /// Which stage.
     pub stage: Stage,

@@ -31,7 +31,7 @@ pub fn expected_rate(scene: &Scene) -> Option<f64> {
 
 /// The rate of the second half of a try, or of all of it where it has come to an end before.
 fn tried(scene: &Scene, moving: u64) -> Option<f64> {
-    let mut simulation = Simulation::new(scene.clone());
+    let mut simulation = Simulation::without_plan(scene.clone());
     let target = LEAST.max(EACH * moving);
     let mut begin = (simulation.time(), 0);
     if let Ok(Some(Reason::Events)) = simulation.advance_for(STEPS, Until::events(target / 2), |_| {}) {
@@ -65,7 +65,7 @@ mod tests {
 
     /// Events by time, once the lattice has melted.
     fn measured(scene: Scene) -> f64 {
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         simulation.advance(Until::events(20_000)).unwrap();
         let start = simulation.time();
         simulation.advance(Until::events(40_000)).unwrap();

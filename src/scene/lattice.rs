@@ -7,6 +7,7 @@ use crate::model::space::{Boundary, Space};
 
 /// A regular arrangement of sites.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Lattice {
     /// One site per cubic cell.
     #[doc(alias = "sc")]

@@ -11,6 +11,7 @@ pub use crate::scene::surface::Surface;
 
 /// How many particles there are in a volume.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Amount {
     /// Number of particles per volume `[length^-D]`, `D` the number of axes that are not flat.
     NumberDensity(f64),
@@ -20,6 +21,7 @@ pub enum Amount {
 
 /// Where the particles of a [`Fill`] go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Arrangement {
     /// On the sites of a lattice that is stretched to fit the region.
     Lattice(Lattice),

@@ -47,6 +47,7 @@ const MOST_PIXELS: u32 = 1 << 23;
 
 /// What the colour of a particle shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum ColourBy {
     /// Its species, in the colours of [`Style::palette`]; static species are pale grey.
     #[default]
@@ -57,6 +58,7 @@ pub enum ColourBy {
 
 /// What the image is filled with. Particles outside of it are drawn as far as they are in view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Framing {
     /// The box, and the spheres whose centres are in it.
     #[default]

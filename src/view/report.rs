@@ -46,6 +46,7 @@ const STYLE: &str = include_str!("report/page.css");
 
 /// The page of a run.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Page {
     /// The whole document.
     pub html: String,

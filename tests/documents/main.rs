@@ -1,5 +1,6 @@
 //! The documents agree with the program: keys, links, commands, scenes and names of files.
 
+mod examples;
 mod keys;
 mod markdown;
 mod scenes;
@@ -188,6 +189,16 @@ fn the_readme_says_what_every_dependency_is_for() {
     let names = tables.iter().flat_map(|table| table.as_table().unwrap().keys());
     let missing: Vec<&String> = names.filter(|name| !readme.contains(&format!("`{name}`"))).collect();
     assert!(missing.is_empty(), "README.md does not say why these are there: {missing:?}");
+}
+
+#[test]
+fn every_example_is_in_the_documents() {
+    let page = Page::of("docs/library.md").text;
+    for entry in fs::read_dir(root().join("examples")).unwrap() {
+        let name = entry.unwrap().file_name();
+        let link = format!("(../examples/{})", name.to_str().unwrap());
+        assert!(page.contains(&link), "docs/library.md has no link {link}");
+    }
 }
 
 #[test]

@@ -25,7 +25,7 @@ fn pendulum(restitution: f64) -> Simulation {
     let value = restitution.to_string();
     let keys: Vec<String> = (0..5).map(|k| format!("interaction.{k}.restitution")).collect();
     let overrides: Vec<(&str, &str)> = keys.iter().map(|key| (key.as_str(), value.as_str())).collect();
-    Simulation::new(Scene::from_file_with("configs/pendulum.toml", &overrides).unwrap())
+    Simulation::without_plan(Scene::from_file_with("configs/pendulum.toml", &overrides).unwrap())
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn an_inelastic_pendulum_comes_to_hang() {
 
 #[test]
 fn polymers_stay_whole() {
-    let mut simulation = Simulation::new(Scene::from_file("configs/polymer.toml").unwrap());
+    let mut simulation = Simulation::without_plan(Scene::from_file("configs/polymer.toml").unwrap());
     let start = simulation.energy();
     for part in 1..=10 {
         simulation.advance(Until::events(30_000 * part)).unwrap();

@@ -41,14 +41,14 @@ fn hard_spheres_conserve_energy_and_momentum() {
         .temperature(1.0)
         .build()
         .unwrap();
-    assert_conserved(Simulation::new(scene), 500_000);
+    assert_conserved(Simulation::without_plan(scene), 500_000);
 }
 
 #[test]
 fn stepped_lennard_jones_conserves_energy_and_momentum() {
     let overrides = [("fill.0.count", "500")];
     let scene = Scene::from_file_with("configs/stepped_lennard_jones.toml", &overrides).unwrap();
-    assert_conserved(Simulation::new(scene), 100_000);
+    assert_conserved(Simulation::without_plan(scene), 100_000);
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn mixtures_of_masses_and_potentials_conserve_energy_and_momentum() {
         .temperature(1.0)
         .build()
         .unwrap();
-    assert_conserved(Simulation::new(scene), 500_000);
+    assert_conserved(Simulation::without_plan(scene), 500_000);
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn species_of_unequal_mass_share_the_energy_evenly() {
     for (a, b) in [("light", "light"), ("light", "heavy"), ("heavy", "heavy")] {
         builder = builder.interaction(a, b, Potential::hard_sphere(1.0).unwrap(), 1.0);
     }
-    let mut simulation = Simulation::new(builder.add_fill(fill).temperature(1.0).build().unwrap());
+    let mut simulation = Simulation::without_plan(builder.add_fill(fill).temperature(1.0).build().unwrap());
     simulation.advance(Until::events(20_000)).unwrap();
     let shares = crate::measure::Mean::of((1..=100).map(|block| {
         simulation.advance(Until::events(20_000 + block * 4_000)).unwrap();
@@ -97,7 +97,7 @@ fn species_of_unequal_mass_share_the_energy_evenly() {
 #[test]
 fn the_formal_example_is_exact() {
     let scene = Scene::from_file("configs/elastic_spheres_1d.toml").unwrap();
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     let mut events: Vec<Event> = Vec::new();
     assert_eq!(simulation.advance_with(Until::time(10.0), |event| events.push(*event)), Ok(Reason::Time));
     let pairs: Vec<_> = events.iter().map(|e| (e.particle.0.min(e.partner.unwrap().0), e.kind)).collect();
@@ -130,7 +130,7 @@ fn elastic_spheres_that_fall_between_elastic_walls_keep_their_energy() {
         .temperature(1.0)
         .build()
         .unwrap();
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     let start = simulation.energy();
     simulation.advance(Until::events(200_000)).unwrap();
     let end = simulation.energy();

@@ -53,7 +53,7 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
 
 #[test]
 fn andersen_collisions_change_only_the_chosen_axes_of_one_particle() {
-    let mut simulation = Simulation::new(fluid("kicks", 108, 0.2).build().unwrap());
+    let mut simulation = Simulation::without_plan(fluid("kicks", 108, 0.2).build().unwrap());
     let bath = Thermostat::Andersen { temperature: 4.0, rate: 2.0, axes: [false, true, false] };
     simulation.set_thermostat(Some(&bath), 0);
     let (mut collisions, mut squares) = (0, 0.0);
@@ -194,7 +194,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
 fn in_a_sheared_box_nothing_is_ever_missed() {
     // Slow, and so fast that images slide by a diameter between two contacts.
     for rate in [0.1, 3.0] {
-        let mut simulation = Simulation::new(fluid("shear", 256, 0.35).shear(rate).build().unwrap());
+        let mut simulation = Simulation::without_plan(fluid("shear", 256, 0.35).shear(rate).build().unwrap());
         let scene = simulation.scene().clone();
         for part in 1..=40 {
             simulation.advance(Until::time(0.1 * f64::from(part))).unwrap();

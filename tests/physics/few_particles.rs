@@ -190,7 +190,7 @@ fn the_temperature_that_is_asked_for_is_the_one_that_is_measured() {
     let (periodic, walls) = (Boundary::Periodic, Boundary::walls(1.0));
     for boundary in [[periodic; 2], [walls, periodic], [periodic, walls], [walls; 2]] {
         let scene = disks(boundary, None);
-        let first = Observer::new(&scene).row(&Simulation::new(scene.clone())).temperature.unwrap();
+        let first = Observer::new(&scene).row(&Simulation::without_plan(scene.clone())).temperature.unwrap();
         let temperature = observed(scene, "temperature");
         // Some thousand roundings of a sum of 40 terms, with random signs.
         let is_one = |value: f64| (value - 1.0).abs() < 1e-13;
@@ -199,7 +199,7 @@ fn the_temperature_that_is_asked_for_is_the_one_that_is_measured() {
     // A heat bath along one axis leaves the momentum along the other.
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true, false, false] };
     let scene = disks([periodic; 2], Some(bath));
-    let first = Observer::new(&scene).row(&Simulation::new(scene)).temperature.unwrap();
+    let first = Observer::new(&scene).row(&Simulation::without_plan(scene)).temperature.unwrap();
     assert!((first - 1.0).abs() < 1e-13, "{first}");
     // Velocities are scaled to it as well.
     let scaled = Thermostat::Rescaling { temperature: 2.0, interval: 0.1 };

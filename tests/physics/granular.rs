@@ -18,7 +18,7 @@ fn gas(restitution: f64, contact_time: Option<f64>) -> Simulation {
     if let Some(time) = contact_time {
         builder = builder.contact_time(time);
     }
-    Simulation::new(builder.build().unwrap())
+    Simulation::without_plan(builder.build().unwrap())
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn drifting_line(restitution: f64, contact_time: Option<f64>, drift: f64) -> Sim
     if let Some(time) = contact_time {
         builder = builder.contact_time(time);
     }
-    Simulation::new(builder.build().unwrap())
+    Simulation::without_plan(builder.build().unwrap())
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn column(restitution: f64, contact_time: Option<f64>) -> Simulation {
     if let Some(time) = contact_time {
         builder = builder.contact_time(time);
     }
-    Simulation::new(builder.build().unwrap())
+    Simulation::without_plan(builder.build().unwrap())
 }
 
 #[test]
@@ -179,12 +179,15 @@ fn a_ball_that_comes_to_rest_arrests_unless_the_tc_model_holds_it() {
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
         .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
-    let arrest =
-        Simulation::new(ball.clone().build().unwrap()).advance(Until::time(5.0)).unwrap_err().arrest().unwrap();
+    let arrest = Simulation::without_plan(ball.clone().build().unwrap())
+        .advance(Until::time(5.0))
+        .unwrap_err()
+        .arrest()
+        .unwrap();
     // sqrt(2) (1 + e) / (1 - e)
     assert!((arrest.time - 3.0 * 2.0_f64.sqrt()).abs() < 1e-9, "{arrest}");
     assert_eq!((arrest.particle.0, arrest.partner), (0, None));
-    let mut held = Simulation::new(ball.contact_time(1e-3).build().unwrap());
+    let mut held = Simulation::without_plan(ball.contact_time(1e-3).build().unwrap());
     assert_eq!(held.advance(Until::time(5.0)), Ok(Reason::Time));
     assert!((held.snapshot().positions[0].z - 0.5).abs() < 1e-6);
 }
@@ -236,7 +239,7 @@ fn contact_times_longer_than_the_run_leave_each_particle_one_inelastic_contact()
 #[test]
 fn the_scene_of_the_cooling_gas_follows_haffs_law_early() {
     let scene = Scene::from_file("configs/granular_cooling.toml").unwrap();
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     let start = simulation.energy().kinetic;
     // 5 contacts per particle, and a relative error of the loss of one contact over the square root of their number.
     simulation.advance(Until::events(10_000)).unwrap();

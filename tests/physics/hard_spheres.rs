@@ -20,7 +20,7 @@ fn hard_spheres(boundary: [Boundary; 3], lattice: Lattice, count: u64, amount: A
         .temperature(1.0)
         .build()
         .unwrap();
-    Simulation::new(scene)
+    Simulation::without_plan(scene)
 }
 
 /// The mKLM equation of state (Pieprzyk et al., Phys. Chem. Chem. Phys. 21, 6886, 2019).

@@ -14,7 +14,7 @@ fn ledger_error(simulation: &Simulation, start: f64) -> f64 {
 
 #[test]
 fn every_grain_ends_in_the_container() {
-    let mut simulation = Simulation::new(Scene::from_file("configs/hopper.toml").unwrap());
+    let mut simulation = Simulation::without_plan(Scene::from_file("configs/hopper.toml").unwrap());
     let start = simulation.energy();
     let grains = simulation.moving();
     assert_eq!(simulation.advance(Until::time(76.0)), Ok(Reason::Time));
@@ -43,7 +43,7 @@ fn grains_of_any_restitution_flow_without_an_error() {
             .map(|key| key.to_owned() + ".restitution");
         let overrides: Vec<(&str, &str)> = keys.iter().map(|key| (key.as_str(), restitution)).collect();
         let scene = Scene::from_file_with("configs/hopper.toml", &overrides).unwrap();
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let start = simulation.energy();
         assert_eq!(simulation.advance(Until::events(50_000)), Ok(Reason::Events), "{restitution}");
         let bound = 50_000.0 * 8.0 * 2.0 * 76.0 * f64::EPSILON;

@@ -47,13 +47,13 @@ fn a_scene_has_one_future_however_it_is_cut() {
     let start = lattice(BULK, Lattice::FaceCentredCubic, 256, 0.6);
     let scene = || listed(start.space(), &well(), &particles(&start)).build().unwrap();
     let whole = |until: Until| {
-        let mut simulation = Simulation::new(scene());
+        let mut simulation = Simulation::without_plan(scene());
         simulation.advance(until).unwrap();
         (simulation.snapshot(), *simulation.tally())
     };
     let by_time = whole(Until::time(20.0));
     assert_eq!(by_time, whole(Until::time(20.0)));
-    let mut simulation = Simulation::new(scene());
+    let mut simulation = Simulation::without_plan(scene());
     for part in 1..=1999 {
         simulation.advance(Until::time(0.01 * f64::from(part))).unwrap();
         let _ = (simulation.snapshot(), simulation.energy(), simulation.deepest_overlap());
@@ -62,7 +62,7 @@ fn a_scene_has_one_future_however_it_is_cut() {
     assert_eq!(by_time, (simulation.snapshot(), *simulation.tally()));
 
     let by_events = whole(Until::events(30_000));
-    let mut simulation = Simulation::new(scene());
+    let mut simulation = Simulation::without_plan(scene());
     for part in 1..=30_000 {
         simulation.advance(Until::events(part)).unwrap();
     }
@@ -81,7 +81,7 @@ fn flat_scenes_stay_flat_and_straight_ones_straight() {
             let space = Space { lower: Vector::new(0.1, 0.2, 0.3), ..scene.space().clone() };
             let moved: Vec<_> = particles(&scene).iter().map(|(r, v)| (r + space.lower, *v)).collect();
             let scene = listed(&space, &potential, &moved).build().unwrap();
-            let mut simulation = Simulation::new(scene);
+            let mut simulation = Simulation::without_plan(scene);
             simulation.advance(Until::events(100_000)).unwrap();
             let end = simulation.snapshot();
             for (position, velocity) in end.positions.iter().zip(&end.velocities) {

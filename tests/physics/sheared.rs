@@ -49,7 +49,7 @@ fn fluid(space: &Space, potential: Potential, rate: f64) -> Simulation {
         .add_fill(fill)
         .temperature(1.0)
         .shear(rate);
-    Simulation::new(scene.build().unwrap())
+    Simulation::without_plan(scene.build().unwrap())
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn pair_at_the_sides(rate: f64, positions: [Vector; 2], velocities: [Vector; 2])
         let [x, y, z] = [k % 12, k / 12 % 4, k / 48].map(f64::from);
         scene = scene.particle("A", Vector::new(2.0 * x + 1.0, 2.0 * y + 9.0, 2.0 * z + 1.0), Vector::zeros());
     }
-    Simulation::new(scene.build().unwrap())
+    Simulation::without_plan(scene.build().unwrap())
 }
 
 #[test]

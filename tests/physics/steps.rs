@@ -20,7 +20,7 @@ fn fluid(potential: &Potential, count: u64, density: f64, temperature: f64) -> S
         .temperature(temperature)
         .build()
         .unwrap();
-    Simulation::new(scene)
+    Simulation::without_plan(scene)
 }
 
 /// How often pairs met one radius of a potential in one block.

@@ -80,10 +80,10 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
             .shear(rate)
             .build()
             .unwrap();
-        let start = Simulation::new(scene.clone()).snapshot();
+        let start = Simulation::without_plan(scene.clone()).snapshot();
         let (positions, velocities) = (start.positions, start.velocities);
         let mut unbounded = Unbounded { size: space.size, rate, time: 0.0, positions, velocities };
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let (mut contacts, mut across) = (0, 0);
         while contacts < 40 {
             // No path is longer than a period in so short a time.

@@ -29,7 +29,8 @@ fn scenes() -> impl Iterator<Item = (u64, String, Scene)> {
 fn events(scene: &Scene, most: u64) -> Vec<Event> {
     let mut events = Vec::new();
     let time = scene.run().limit.time.unwrap_or(f64::INFINITY);
-    let _ = Simulation::new(scene.clone()).advance_with(Until { time, events: most }, |event| events.push(*event));
+    let _ =
+        Simulation::without_plan(scene.clone()).advance_with(Until { time, events: most }, |event| events.push(*event));
     events
 }
 
@@ -213,7 +214,7 @@ fn units_of_powers_of_two_change_no_bit() {
 
 /// All events of some stretches, one after the other.
 fn events_of(scene: &Scene, stretches: impl IntoIterator<Item = Until>) -> Vec<Event> {
-    let mut simulation = Simulation::new(scene.clone());
+    let mut simulation = Simulation::without_plan(scene.clone());
     let mut events = Vec::new();
     for until in stretches {
         if simulation.advance_with(until, |event| events.push(*event)).is_err() {

@@ -92,7 +92,7 @@ fn they_meet_in_the_first_image_that_comes_by() {
             let expected = first_meeting(&size, rate.unwrap_or(0.0), &(a - b), &(2.0 * velocity), until);
             // Few have lists, many have cells.
             let others = if case % 2 == 0 { 0 } else { 60 };
-            let mut simulation = Simulation::new(scene(&space, rate, [(a, velocity), (b, -velocity)], others));
+            let mut simulation = Simulation::without_plan(scene(&space, rate, [(a, velocity), (b, -velocity)], others));
             let mut found = None;
             simulation
                 .advance_with(Until { time: until, events: 1 }, |event| found = found.or(Some(event.time)))

@@ -107,7 +107,7 @@ fn everything() -> Scene {
 fn fingerprints_of_runs_are_the_same_in_every_build() {
     let mut found = Vec::new();
     for (name, events, _) in FINGERPRINTS {
-        let mut simulation = Simulation::new(named(name));
+        let mut simulation = Simulation::without_plan(named(name));
         simulation.advance(Until::events(events)).unwrap();
         found.push((name, events, fingerprint(&simulation.snapshot())));
     }
@@ -119,9 +119,9 @@ fn fingerprints_of_runs_are_the_same_in_every_build() {
 fn where_a_simulation_pauses_changes_nothing() {
     for name in ["everything", "granular_cooling", "pendulum"] {
         let until = Until::events(10_000);
-        let mut whole = Simulation::new(named(name));
+        let mut whole = Simulation::without_plan(named(name));
         whole.advance(until).unwrap();
-        let (mut paused, mut seen, mut pauses) = (Simulation::new(named(name)), 0_u64, 0_u64);
+        let (mut paused, mut seen, mut pauses) = (Simulation::without_plan(named(name)), 0_u64, 0_u64);
         while paused.advance_for(7, until, |_| seen += 1).unwrap().is_none() {
             assert!(paused.tally().physical() + paused.tally().transition <= 7 * (pauses + 1));
             let _ = (paused.snapshot(), paused.energy());
@@ -137,12 +137,12 @@ fn where_a_simulation_pauses_changes_nothing() {
 fn who_looks_on_changes_nothing() {
     for name in ["everything", "granular_cooling", "pendulum"] {
         let plain = |until| {
-            let mut simulation = Simulation::new(named(name));
+            let mut simulation = Simulation::without_plan(named(name));
             simulation.advance(until).unwrap();
             simulation.snapshot()
         };
         let expected = plain(Until::events(10_000));
-        let mut watched = Simulation::new(named(name));
+        let mut watched = Simulation::without_plan(named(name));
         let mut seen = 0_u64;
         for until in (1..=100).map(|part| Until::events(100 * part)) {
             watched.advance_with(until, |_| seen += 1).unwrap();
@@ -186,7 +186,7 @@ fn numbers_are_only_names() {
         [(0..256).collect(), (0..256).rev().collect(), (0..256).map(|k| k * 101 % 256).collect()];
     for (potential, gravity) in [(hard_sphere(), 0.0), (well(), 0.0), (hard_sphere(), -1.0), (well(), -1.0)] {
         let ends = orders.each_ref().map(|order| {
-            let mut simulation = Simulation::new(start(&potential, gravity, order, 0.0));
+            let mut simulation = Simulation::without_plan(start(&potential, gravity, order, 0.0));
             simulation.advance(Until::time(10.0)).unwrap();
             let now = simulation.snapshot();
             let mut sorted = vec![(Vector::zeros(), Vector::zeros()); 256];
@@ -221,7 +221,7 @@ fn the_start_of_time_changes_nothing() {
     };
     for which in 0..3 {
         let run = |start_time: f64| {
-            let mut simulation = Simulation::new(scene(which, start_time));
+            let mut simulation = Simulation::without_plan(scene(which, start_time));
             let mut events = Vec::new();
             simulation.advance_with(Until::events(20_000), |event| events.push(*event)).unwrap();
             (events, simulation.snapshot())

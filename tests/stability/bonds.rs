@@ -119,14 +119,14 @@ fn a_bead_swings_on_a_bond_between_two_ends() {
 #[test]
 fn a_bead_of_a_lossy_bond_hangs_at_its_end_with_the_tc_model_and_arrests_without() {
     for angle in [0.0_f64, 1e-3, 1.0] {
-        let mut held = Simulation::new(pendulum(1e-9, angle, 0.5, Some(1e-4)).build().unwrap());
+        let mut held = Simulation::without_plan(pendulum(1e-9, angle, 0.5, Some(1e-4)).build().unwrap());
         let reason = held.advance(Until::time(5.0));
         let now = held.snapshot().positions[1];
         println!("angle {angle}: {} events, {now:?}", held.tally().physical());
         assert!(now.norm() > 1.0 - 1e-14 && now.norm() < 1.0 + 1e-9 + 1e-14, "{now}");
         assert_eq!(reason, Ok(Reason::Time));
         assert_eq!(held.tally().in_invalid_state, 0);
-        let mut free = Simulation::new(pendulum(1e-9, angle, 0.5, None).build().unwrap());
+        let mut free = Simulation::without_plan(pendulum(1e-9, angle, 0.5, None).build().unwrap());
         let arrest = free.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
         println!("angle {angle}: {} events, {arrest}", free.tally().physical());
         assert!(free.tally().physical() < 100_000);
@@ -140,7 +140,7 @@ fn a_bead_that_hangs_at_the_end_of_its_bond_needs_room_to_bounce() {
         if let Some(time) = contact_time {
             builder = builder.contact_time(time);
         }
-        let mut simulation = Simulation::new(builder.build().unwrap());
+        let mut simulation = Simulation::without_plan(builder.build().unwrap());
         let reason = simulation.advance(Until::events(10_000));
         println!("{short_by:e} {contact_time:?}: {reason:?}, {} events", simulation.tally().physical());
         assert!((simulation.snapshot().positions[1].z + 1.5).abs() < 1e-6);

@@ -92,7 +92,7 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
 fn without_the_tc_model_the_ball_arrests_in_the_corner() {
     for restitution in [0.0, 0.1, 0.5, 0.9] {
         let scene = corner(restitution, None, aside(0.86), Vector::zeros()).build().unwrap();
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let arrest: Arrest = simulation.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
         let events = simulation.tally().physical();
         println!("e = {restitution}: {events} events, {arrest} at {:?}", simulation.snapshot().positions[3] - bottom());

@@ -31,7 +31,7 @@ fn cradle(diameter: f64, boundary: Boundary, particles: &[State]) -> Simulation 
     for (position, velocity) in particles {
         builder = builder.particle("A", *position, *velocity);
     }
-    Simulation::new(builder.build().unwrap())
+    Simulation::without_plan(builder.build().unwrap())
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn a_long_row_hands_a_blow_through() {
     let mut start: Vec<State> = (0..count).map(|k| (along(k as f64), along(0.0))).collect();
     start[0] = (along(-1.0), along(1.0));
     let space = line(4096.0, Boundary::OPEN);
-    let mut simulation = Simulation::new(listed(&space, &hard_sphere(), 1.0, &start).build().unwrap());
+    let mut simulation = Simulation::without_plan(listed(&space, &hard_sphere(), 1.0, &start).build().unwrap());
     assert_eq!(simulation.advance(Until::time(2.0)), Ok(Reason::Time));
     assert_eq!(simulation.tally().core, count as u64 - 1);
     let end = simulation.snapshot();
@@ -186,7 +186,8 @@ fn pairs_whose_speeds_differ_by_a_float_part_at_once() {
         let start = [(Vector::zeros(), velocity), (normal, slower)];
         // The unit vector may be short by a float.
         let builder = listed(&open_box(64.0), &hard_sphere(), [1.0, 0.9, 0.5][usize::from(index) % 3], &start);
-        let mut simulation = Simulation::new(builder.allow_invalid_start(true).contact_time(1e-30).build().unwrap());
+        let mut simulation =
+            Simulation::without_plan(builder.allow_invalid_start(true).contact_time(1e-30).build().unwrap());
         assert_eq!(simulation.advance(Until::time(1.0)), Ok(Reason::Time));
         let events = simulation.tally().physical();
         pairs += u64::from(events > 0);

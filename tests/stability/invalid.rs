@@ -171,7 +171,7 @@ fn deepening(length: f64) -> f64 {
 fn resolve(recipe: &Recipe) {
     let scene = random_start(recipe, 7);
     let (length, mut cores) = (scene.space().size.x, Cores::new(&scene));
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     let (start, _) = cores.look(&simulation.snapshot());
     assert!(start > 100, "{start} overlaps are no test");
     let (mut worst, mut gone) = (0.0_f64, None);
@@ -215,7 +215,7 @@ fn overlaps_of_a_random_start_only_improve_until_all_are_gone() {
 fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
     // Weight turns a ball back that is about to leave a static one: at its turning point no impulse helps.
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
-    let mut simulation = Simulation::new(random_start(&recipe, 7));
+    let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
     println!("{} events, {arrest}", simulation.tally().physical());
     // As many events in no time as simultaneous ones of a lattice are allowed for.
@@ -234,7 +234,7 @@ fn two_particles_at_the_same_point_part_if_they_move_and_stay_if_not() {
             .interaction("A", "A", hard_sphere(), 1.0)
             .particle("A", Vector::zeros(), Vector::zeros())
             .particle("A", Vector::zeros(), Vector::new(velocity, 0.0, 0.0));
-        let mut simulation = Simulation::new(scene.build().unwrap());
+        let mut simulation = Simulation::without_plan(scene.build().unwrap());
         assert_eq!(simulation.advance(Until::time(2000.0)), Ok(Reason::Time));
         // An overlap that improves is left alone, and so is one at relative rest, which does not get worse.
         assert_eq!(simulation.tally().physical(), 0);

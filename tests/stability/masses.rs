@@ -10,7 +10,7 @@ use carom::scene::SceneBuilder;
 
 /// The relative change of the energy over a number of events.
 fn drift(scene: Scene, events: u64) -> f64 {
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     let total = |simulation: &Simulation| {
         let energy = simulation.energy();
         energy.kinetic + energy.potential

@@ -15,7 +15,7 @@ struct Fluid {
 
 impl Fluid {
     fn run(&self, start: &[State], until: Until) -> Simulation {
-        let mut simulation = Simulation::new(
+        let mut simulation = Simulation::without_plan(
             listed(&self.space, &self.potential, 1.0, start)
                 // Round-off puts pairs at a core on either side of it.
                 .allow_invalid_start(true)

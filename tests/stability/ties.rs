@@ -34,7 +34,7 @@ fn sheets() -> (Space, Vec<State>) {
 }
 
 fn run(space: &Space, potential: &Potential, particles: &[State], time: f64) -> (Simulation, Vec<Event>) {
-    let mut simulation = Simulation::new(listed(space, potential, 1.0, particles).build().unwrap());
+    let mut simulation = Simulation::without_plan(listed(space, potential, 1.0, particles).build().unwrap());
     let mut events = Vec::new();
     assert_eq!(simulation.advance_with(Until::time(time), |event| events.push(*event)), Ok(Reason::Time));
     (simulation, events)

@@ -16,7 +16,7 @@ pub struct Watched {
 
 impl Watched {
     pub fn new(scene: Scene) -> Self {
-        let simulation = Simulation::new(scene);
+        let simulation = Simulation::without_plan(scene);
         let energy = simulation.energy();
         let start = energy.kinetic + energy.potential;
         let mut watched = Self { simulation, start, scale: 0.0 };

@@ -34,7 +34,7 @@ struct Recording {
 
 impl Recording {
     fn of(scene: Scene, count: usize) -> Self {
-        let mut simulation = Simulation::new(scene.clone());
+        let mut simulation = Simulation::without_plan(scene.clone());
         let mut start = States::default();
         simulation.states(&mut start);
         let mut events = Vec::new();

@@ -204,7 +204,7 @@ fn everything_at_once_is_proven() {
 #[test]
 fn pair_states_of_both_agree_after_a_stretch() {
     let recording = Recording::of(scene(WELL), 3000);
-    let mut simulation = carom::engine::Simulation::new(recording.scene.clone());
+    let mut simulation = carom::engine::Simulation::without_plan(recording.scene.clone());
     simulation.advance(carom::engine::Until::events(3000)).unwrap();
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);

@@ -191,7 +191,7 @@ fn bystanders_fly_on_and_nobody_jumps() {
 
 #[test]
 fn a_wrong_pair_state_shows() {
-    let mut simulation = Simulation::new(scene(WELL));
+    let mut simulation = Simulation::without_plan(scene(WELL));
     simulation.advance(Until::events(1000)).unwrap();
     let captured = simulation.captured_pairs();
     let mut recording = Recording::of(scene(WELL), 4000);
@@ -217,7 +217,7 @@ fn a_wrong_pair_state_shows() {
 #[test]
 fn an_engine_that_remembers_another_state_is_told() {
     let recording = well();
-    let mut simulation = Simulation::new(recording.scene.clone());
+    let mut simulation = Simulation::without_plan(recording.scene.clone());
     simulation.advance(Until::events(recording.events.len() as u64)).unwrap();
     let mut captured = simulation.captured_pairs();
     let mut verifier = Verifier::new(&recording.scene, &recording.start).unwrap();

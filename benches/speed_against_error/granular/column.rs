@@ -74,7 +74,7 @@ fn scene(contact_time: f64) -> Outcome<Scene> {
 fn carom(contact_time: f64) -> Outcome<[f64; 4]> {
     let scene = scene(contact_time)?;
     let (cost, simulation) = timed(|| {
-        let mut simulation = Simulation::new(scene.clone());
+        let mut simulation = Simulation::without_plan(scene.clone());
         simulation.advance(Until::time(TIME)).map(|_| simulation)
     });
     let simulation = simulation?;

@@ -73,7 +73,7 @@ fn start(seed: u64) -> Outcome<Start> {
         .fill(Lattice::FaceCentredCubic, "grain", GRAINS, Amount::PackingFraction(PACKING_FRACTION))
         .temperature(1.0)
         .build()?;
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::events(10 * GRAINS))?;
     let snapshot = simulation.snapshot();
     Ok(Start {
@@ -99,7 +99,7 @@ fn carom(start: &Start) -> Outcome<Run> {
     for (position, velocity) in start.positions.iter().zip(&start.velocities) {
         builder = builder.particle("grain", *position, *velocity);
     }
-    let mut simulation = Simulation::new(builder.build()?);
+    let mut simulation = Simulation::without_plan(builder.build()?);
     let before = simulation.energy().kinetic;
     let stopwatch = Stopwatch::start();
     simulation.advance(Until::time(TIME))?;

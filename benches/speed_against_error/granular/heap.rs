@@ -77,7 +77,7 @@ fn simulation(seed: u64, contact_time: f64) -> Outcome<Simulation> {
         .add_fill(Fill::new(Arrangement::Random, "grain").count(GRAINS).region(region.0, region.1))
         .temperature(0.1)
         .build()?;
-    Ok(Simulation::new(scene))
+    Ok(Simulation::without_plan(scene))
 }
 
 fn height(positions: &[Vector]) -> f64 {

@@ -80,7 +80,7 @@ fn scene(middle: f64) -> Outcome<Scene> {
 fn carom(middle: f64, exact: [f64; 3]) -> Outcome<[f64; 4]> {
     let scene = scene(middle)?;
     let run = || {
-        let mut simulation = Simulation::new(scene.clone());
+        let mut simulation = Simulation::without_plan(scene.clone());
         simulation.advance(Until::time(TIME)).map(|_| simulation)
     };
     let (cost, simulation) = timed(run);

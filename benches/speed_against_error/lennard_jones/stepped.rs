@@ -24,12 +24,12 @@ impl Stepped {
     /// `None` if the steps are so coarse that the potential energy alone is larger.
     pub fn new(state: &State, steps: usize) -> Outcome<Option<Self>> {
         let potential = potential(steps)?;
-        let energy = Simulation::new(scene(state, &potential, 1.0)?).energy();
+        let energy = Simulation::without_plan(scene(state, &potential, 1.0)?).energy();
         let kinetic = state.energy * state.particles() - energy.pair;
         if kinetic <= 0.0 {
             return Ok(None);
         }
-        let simulation = Simulation::new(scene(state, &potential, (kinetic / energy.kinetic).sqrt())?);
+        let simulation = Simulation::without_plan(scene(state, &potential, (kinetic / energy.kinetic).sqrt())?);
         Ok(Some(Self { simulation, count: state.particles(), volume: state.box_length.powi(3) }))
     }
 }

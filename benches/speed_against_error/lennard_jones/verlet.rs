@@ -133,7 +133,7 @@ pub fn equilibrate(plan: &Plan) -> State {
         .interaction("atom", "atom", Potential::hard_sphere(0.5).expect("a valid potential"), 1.0)
         .fill(Lattice::FaceCentredCubic, "atom", PARTICLES, Amount::NumberDensity(plan.density))
         .temperature(plan.temperature);
-    let simulation = Simulation::new(scene.build().expect("a valid scene"));
+    let simulation = Simulation::without_plan(scene.build().expect("a valid scene"));
     let snapshot = simulation.snapshot();
     let mut state = State {
         box_length: simulation.scene().space().size.x,

@@ -40,63 +40,7 @@ pub struct Setup<'a> {
 /// [`Run::instrument`](crate::run::Run::instrument). The state of such a type is part of every checkpoint, by its implementations of
 /// `serde::Serialize` and `serde::Deserialize`: derive them, and keep in its fields everything that later samples depend on.
 ///
-/// ```
-/// use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
-/// use carom::analysis::{SamplingTimes, statistics::BlockAverage};
-/// use carom::model::{Limit, Potential, RunPlan};
-/// use carom::run::Run;
-/// use carom::scene::{Amount, Lattice, SceneBuilder};
-/// use serde::{Deserialize, Serialize};
-///
-/// /// The mean speed of the particles, every tenth of a unit of time.
-/// #[derive(Clone, Serialize, Deserialize)]
-/// struct MeanSpeed {
-///     times: SamplingTimes,
-///     mean: BlockAverage,
-/// }
-///
-/// impl Instrument for MeanSpeed {
-///     fn next_sample(&self) -> f64 {
-///         self.times.next()
-///     }
-///
-///     fn sample(&mut self, sample: &Sample<'_>, _system: &SystemDescription) {
-///         let speeds: f64 = sample.velocities.iter().map(|velocity| velocity.norm()).sum();
-///         self.mean.add(speeds / sample.velocities.len() as f64, 1.0);
-///         self.times.pass(sample.time);
-///     }
-///
-///     fn report(&self, _system: &SystemDescription, measured: &mut Measured) {
-///         let method = "mean of |v| over all particles, every 0.1";
-///         measured.numbers.push(Number::estimated(
-///             "mean_speed",
-///             "Mean speed",
-///             "length / time",
-///             self.mean.estimate(),
-///             method,
-///         ));
-///     }
-/// }
-///
-/// let scene = SceneBuilder::new("fluid")
-///     .species("A", 1.0, 1.0)
-///     .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
-///     .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.3))
-///     .temperature(1.0)
-///     .run(RunPlan { equilibration: Limit::time(2.0), limit: Limit::time(10.0), ..RunPlan::default() })
-///     .build()?;
-/// let finished = Run::new(scene)
-///     .instrument("mean_speed", |setup| MeanSpeed {
-///         times: SamplingTimes::given(setup.sample.time, 0.1),
-///         mean: BlockAverage::new(1.0),
-///     })
-///     .finish()?;
-/// let mean = finished.measured.numbers[0].mean.unwrap();
-/// // The mean of the Maxwell distribution, sqrt(8 k T / (pi m)), of a fluid at rest: its temperature is that of 255 particles.
-/// let expected = (8.0 / std::f64::consts::PI * 255.0 / 256.0_f64).sqrt();
-/// assert!((mean - expected).abs() < 0.01);
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
+/// [The guide of the crate](crate#an-instrument-of-ones-own) has one in full, and so has `examples/own_instrument.rs`.
 #[doc(alias = "compute")]
 #[doc(alias = "fix")]
 #[doc(alias = "observable")]

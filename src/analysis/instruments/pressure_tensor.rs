@@ -325,7 +325,7 @@ mod tests {
             .build()
             .unwrap();
         let system = SystemDescription::of(&scene);
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let mut instrument = tensor(&simulation, &system, 1.0);
         measure(&mut simulation, &system, &mut instrument, 1.0);
         let pressure = number(&report(&instrument, &system), "pressure_yy").mean.unwrap();

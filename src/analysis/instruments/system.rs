@@ -9,6 +9,7 @@ use crate::model::{Bond, InteractionId, Scene, SpeciesPairs};
 ///
 /// Lists over particles are in the order of their ids.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct SystemDescription {
     /// The box.
     pub space: Space,

@@ -28,7 +28,7 @@ pub(super) fn hard_spheres(count: u64, packing_fraction: f64) -> (SystemDescript
 
 /// A scene and its constants.
 pub(super) fn start(scene: Scene) -> (SystemDescription, Simulation) {
-    (SystemDescription::of(&scene), Simulation::new(scene))
+    (SystemDescription::of(&scene), Simulation::without_plan(scene))
 }
 
 /// Goes on without measuring.

@@ -267,7 +267,7 @@ mod tests {
             .build()
             .unwrap();
         let mut observer = super::super::Observer::new(&scene);
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         for row in 0..100 {
             simulation.advance(Until::time(f64::from(row))).unwrap();
             observer.row(&simulation);
@@ -286,7 +286,7 @@ mod tests {
             .build()
             .unwrap();
         let mut observer = super::super::Observer::new(&scene);
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         simulation.advance(Until::events(5_000)).unwrap();
         let first = observer.row(&simulation);
         assert_eq!((first.pressure, first.collision_rate), (None, None), "no interval yet");
@@ -319,7 +319,7 @@ mod tests {
             .particle("A", Vector::new(7.0, 5.0, 7.0), Vector::new(0.0, 2.0, 0.0));
         let scene = scene.build().unwrap();
         let mut observer = super::super::Observer::new(&scene);
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         for time in [0.0, 5.0, 18.0, 90.0] {
             simulation.advance(Until::time(time)).unwrap();
             let row = observer.row(&simulation);
@@ -344,7 +344,7 @@ mod tests {
             .build()
             .unwrap();
         let mut observer = super::super::Observer::new(&scene);
-        let mut simulation = Simulation::new(scene);
+        let mut simulation = Simulation::without_plan(scene);
         let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, true, false] };
         simulation.set_thermostat(Some(&bath), 0);
         // sum x m v / V, whose change is all that the two pressures differ by in a finite time.

@@ -41,7 +41,7 @@ pub(super) fn ball(restitution: f64) -> Compared {
         .species("A", 1.0, 1.0)
         .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
         .particle("A", Vector::new(2.0, 2.0, 1.5), Vector::zeros());
-    let mut simulation = Simulation::new(build(&scene)?);
+    let mut simulation = Simulation::without_plan(build(&scene)?);
     let expected = SQRT_2 * (1.0 + restitution) / (1.0 - restitution);
     // The first contact after which the next flight would be shorter than the contact time.
     let (mut last, mut rest, mut bounces) = (f64::NEG_INFINITY, None, 0.0);
@@ -76,7 +76,7 @@ pub(super) fn three_spheres() -> Compared {
     for (x, v) in [(0.0, 2.0), (0.49, -1.0), (2.0, 1.0)] {
         builder = builder.particle("A", Vector::new(x, 0.0, 0.0), Vector::new(v, 0.0, 0.0));
     }
-    let mut simulation = Simulation::new(build(&builder)?);
+    let mut simulation = Simulation::without_plan(build(&builder)?);
     let mut times = Vec::new();
     simulation.advance_with(Until::time(10.0), |event| times.push(event.time))?;
     let end = simulation.snapshot().positions;
@@ -113,7 +113,7 @@ pub(super) fn pendulum(watch: Watch<'_>) -> Compared {
         .particle("pivot", Vector::zeros(), Vector::zeros())
         .particle("bob", Vector::new(1.0 - 0.5 * SLACK, 0.0, 0.0), Vector::zeros())
         .bond(0, 1, "string");
-    let passages = passages(Simulation::new(build(&scene)?), watch)?;
+    let passages = passages(Simulation::without_plan(build(&scene)?), watch)?;
     let period = passages.get(2 * PERIODS).zip(passages.first()).map(|(last, first)| (last - first) / PERIODS as f64);
     let expected = 4.0 * elliptic_integral(FRAC_1_SQRT_2);
     // The length is between 1 - slack and 1 and the period goes as its square root; a start in the middle of the slack leaves the bob

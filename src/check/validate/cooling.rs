@@ -46,7 +46,7 @@ fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super
         .interaction("A", "A", Potential::hard_sphere(1.0)?, restitution)
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))
         .temperature(1.0);
-    let mut simulation = Simulation::new(build(&scene)?);
+    let mut simulation = Simulation::without_plan(build(&scene)?);
     let block = COUNT / 2;
     for _ in 0..CONTACTS[0] {
         advance(&mut simulation, block, watch, |_| {})?;

@@ -38,7 +38,7 @@ pub(super) fn compare(number_density: f64, seed: u64, watch: Watch<'_>) -> Compa
         .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
         .fill(Lattice::Line, "A", COUNT, Amount::NumberDensity(number_density))
         .temperature(1.0);
-    let mut simulation = Simulation::new(build(&scene)?);
+    let mut simulation = Simulation::without_plan(build(&scene)?);
     let scene = simulation.scene();
     let free = scene.space.size.x - COUNT as f64;
     let velocities: Vec<f64> = scene.particles.iter().map(|particle| particle.velocity.x).collect();

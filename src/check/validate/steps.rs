@@ -39,7 +39,7 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
         .interaction("A", "A", Potential::square_well(1.0, 1.5, DEPTH)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(0.5))
         .temperature(temperature);
-    let mut simulation = Simulation::new(build(&scene)?);
+    let mut simulation = Simulation::without_plan(build(&scene)?);
     let freedom = 3.0 * (simulation.moving() as f64 - 1.0);
     advance(&mut simulation, 2 * equilibration(effort), watch, |_| {})?;
     let mut blocks = Vec::new();

@@ -7,6 +7,7 @@ use std::fmt;
 
 /// Two particles, or a particle and a wall of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Contact {
     /// Two particles, the lower id first.
     Pair([ParticleId; 2]),

@@ -101,8 +101,13 @@ fn certify(
         return Certificate { end: End::Driven, ..Certificate::blank(1, scene.start_time) };
     }
     let plan = scene.run.clone();
-    let mut replay =
-        Replay { simulation: Simulation::new(scene), stages: stages(&plan), ends: None, recorded, has_run_out: false };
+    let mut replay = Replay {
+        simulation: Simulation::without_plan(scene),
+        stages: stages(&plan),
+        ends: None,
+        recorded,
+        has_run_out: false,
+    };
     let skipped = replay.skip(range, watch);
     let mut states = States::default();
     replay.simulation.states(&mut states);

@@ -203,6 +203,7 @@ pub enum Fault {
 /// A fault, and the event at which it was found.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("at event {event}, t = {time}: {fault}")]
+#[non_exhaustive]
 pub struct Violation {
     /// Number of the event since the start of the simulation, from 1.
     pub event: u64,

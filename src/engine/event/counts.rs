@@ -10,6 +10,7 @@ use crate::model::SpeciesId;
 
 /// Kinds of events whose numbers are kept apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
 pub enum CountedKind {
     /// Two particles at a hard core.
     Core,

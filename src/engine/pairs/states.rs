@@ -21,13 +21,13 @@ pub struct PairState {
 /// The states of captured pairs, and of pairs with interactions of their own: lists of partners, in one array with the same room for
 /// each particle.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct PairStates {
+pub struct CapturedPairs {
     room: usize,
     lengths: Vec<u32>,
     entries: Vec<PairState>,
 }
 
-impl PairStates {
+impl CapturedPairs {
     /// Empty lists for a number of particles.
     #[must_use]
     pub fn new(particles: usize) -> Self {
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn lists_grow_without_mixing() {
-        let mut states = PairStates::new(3);
+        let mut states = CapturedPairs::new(3);
         for partner in 0..20 {
             for state in 0..3 {
                 states.set(u32::from(state), PairState { partner, state, interaction: 7 });
@@ -119,7 +119,7 @@ mod tests {
     proptest! {
         #[test]
         fn pair_states_are_a_map(steps in prop::collection::vec((0..4_u32, 0..12_u32, 0..4_u16), 1..200)) {
-            let mut states = PairStates::new(4);
+            let mut states = CapturedPairs::new(4);
             let mut map = BTreeMap::new();
             for (particle, partner, state) in steps {
                 if state == 0 {

@@ -17,6 +17,7 @@ use crate::run::Finished;
 
 /// Where the files of a run are when it has ended.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Completed {
     /// The files.
     pub files: Vec<PathBuf>,

@@ -188,7 +188,7 @@ mod tests {
             .run(RunPlan { stages: vec![stage], limit: Limit::events(1), ..RunPlan::default() })
             .build()
             .unwrap();
-        let simulation = Simulation::new(scene);
+        let simulation = Simulation::without_plan(scene);
         let (state, system) = (RunState::new(&simulation), SystemDescription::of(simulation.scene()));
         let watch = &mut |_: &Progress| ControlFlow::Continue(());
         let mut driver = Driver {

@@ -194,7 +194,7 @@ impl Compression<'_> {
 
     /// Lets the spheres of a scene grow to full size. Otherwise, the part of the fraction at which they jam.
     fn grown(&self, start: &Scene, factor: f64, speed: f64) -> Result<Vec<Vector>, f64> {
-        let mut simulation = Simulation::new(start.clone());
+        let mut simulation = Simulation::without_plan(start.clone());
         let half_way = libm::pow(FLUID, 1.0 / self.space.dimensions() as f64);
         self.grow_to(half_way, FAST.max(speed), factor, &mut simulation)?;
         simulation.end_growth();

@@ -23,7 +23,7 @@ fn flown(shear_rate: Option<f64>) -> (Vec<Frame>, Vec<Vec<Vector>>) {
     let gas = if let Some(rate) = shear_rate { gas.shear(rate) } else { gas };
     let scene = gas.build().unwrap();
     let mut frame = Frame::start_of(&scene);
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     let (mut frames, mut followed) = (Vec::new(), Vec::new());
     for step in 0..600 {
         simulation.advance(Until::time(0.1 * f64::from(step))).unwrap();

@@ -180,7 +180,7 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
         .build()
         .unwrap();
     let system = SystemDescription::of(&scene);
-    let mut simulation = Simulation::new(scene);
+    let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::time(10.0)).unwrap();
     let (start, before) = (simulation.snapshot(), *simulation.tally());
     let plan = plan::RadialDistribution { cutoff: Some(2.0), bins: Some(50), interval: Some(0.1) };

@@ -1,0 +1,223 @@
+//! Positions and velocities from outside.
+
+use super::event_loop::Engine;
+use super::{Chosen, Overlap, Simulation};
+use crate::Vector;
+use crate::engine::pairs::states::CapturedPairs;
+use crate::model::space::Boundary;
+use crate::model::{ParticleId, Scene};
+use thiserror::Error;
+
+/// The largest coordinate or component that a scene may have, too.
+const LARGEST: f64 = 1e50;
+
+/// What becomes of the states of captured pairs when particles are put elsewhere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PairStates {
+    /// They stay what they are; positions that do not agree with them are refused as overlaps.
+    Keep,
+    /// They follow from the distances, as at the start of a scene.
+    FromDistances,
+}
+
+/// Why a simulation does not take positions or velocities; it is as it was then.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum SetStateError {
+    /// There are more of them, or fewer, than particles.
+    #[error("{found} vectors, expected one for each of {expected} particles")]
+    Count {
+        /// The number of particles.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A component is not finite, or so large that its powers are not.
+    #[error("a component of particle {} is not a number from -1e50 to 1e50", particle.0)]
+    NotFinite {
+        /// The particle.
+        particle: ParticleId,
+    },
+    /// A component along a flat axis, or of a static particle, is another than it was.
+    #[error("particle {} cannot move along axis {axis}", particle.0)]
+    Fixed {
+        /// The particle.
+        particle: ParticleId,
+        /// The axis: 0, 1 or 2.
+        axis: usize,
+    },
+    /// A position is beyond the sheared box along its gradient, where velocities are others.
+    #[error("particle {} is outside of the sheared box along y", particle.0)]
+    OutsideOfShearedBox {
+        /// The particle.
+        particle: ParticleId,
+    },
+    /// A pair, or a particle and a wall, is in an invalid state.
+    #[error(
+        "particle {} overlaps with {} by {:e} of the distance that it needs",
+        .0.particle.0,
+        .0.partner.map_or("a wall".to_owned(), |partner| format!("particle {}", partner.0)),
+        .0.depth
+    )]
+    Overlap(Overlap),
+    /// The diameters are growing.
+    #[error("the diameters are growing, expected positions when they have grown")]
+    Growing,
+}
+
+impl Simulation {
+    /// Gives all particles new velocities, in the order of their ids, and predicts everything anew.
+    ///
+    /// The kinetic energy that they gain is counted in [`Tally::supplied`](super::event::Tally::supplied), so that the energy balance holds.
+    ///
+    /// # Errors
+    /// [`SetStateError::Count`], [`SetStateError::NotFinite`], and [`SetStateError::Fixed`] for a static particle or a flat axis with a
+    /// velocity.
+    #[doc(alias = "velocity create")]
+    pub fn set_velocities(&mut self, velocities: &[Vector]) -> Result<(), SetStateError> {
+        self.check_vectors(velocities, |_| Vector::zeros(), &Vector::zeros())?;
+        with_engine!(&mut self.engine, engine => engine.set_velocities(velocities));
+        Ok(())
+    }
+
+    /// Puts all particles elsewhere, in the order of their ids, and predicts everything anew.
+    ///
+    /// Positions beyond the sides of periodic axes are wrapped, which counts in the images. The potential energy that the particles gain is
+    /// counted in [`Tally::supplied`](super::event::Tally::supplied), so that the energy balance holds.
+    ///
+    /// # Errors
+    /// [`SetStateError::Count`], [`SetStateError::NotFinite`], [`SetStateError::Fixed`] for a static particle or a flat axis with
+    /// another position, and [`SetStateError::Overlap`] with the deepest overlap beyond round-off, unless the scene allows an invalid start.
+    /// In a sheared box [`SetStateError::OutsideOfShearedBox`], and while diameters grow [`SetStateError::Growing`].
+    pub fn set_positions(&mut self, positions: &[Vector], states: PairStates) -> Result<(), SetStateError> {
+        if with_engine!(&self.engine, engine => engine.is_growing()) {
+            return Err(SetStateError::Growing);
+        }
+        let scene = &self.scene;
+        self.check_vectors(positions, |particle| scene.particles[particle].position, &scene.space.lower)?;
+        if scene.shear_rate.is_some() {
+            let (lower, upper) = (scene.space.lower.y, scene.space.upper().y);
+            if let Some((_, id)) = positions.iter().zip(0..).find(|(position, _)| !(lower..upper).contains(&position.y))
+            {
+                return Err(SetStateError::OutsideOfShearedBox { particle: ParticleId(id) });
+            }
+        }
+        let before = self.engine.clone();
+        let scene = &self.scene;
+        with_engine!(&mut self.engine, engine => engine.set_positions(scene, positions, states));
+        let deepest = self.real_overlaps().into_iter().max_by(|a, b| a.depth.total_cmp(&b.depth));
+        match deepest.filter(|_| !self.scene.allow_invalid_start) {
+            None => Ok(()),
+            Some(overlap) => {
+                self.engine = before;
+                Err(SetStateError::Overlap(overlap))
+            }
+        }
+    }
+
+    /// Refuses vectors that particles cannot have: those that do not move have `fixed`, and all have `flat` along flat axes.
+    fn check_vectors(
+        &self,
+        vectors: &[Vector],
+        fixed: impl Fn(usize) -> Vector,
+        flat: &Vector,
+    ) -> Result<(), SetStateError> {
+        let particles = &self.scene.particles;
+        if vectors.len() != particles.len() {
+            return Err(SetStateError::Count { expected: particles.len(), found: vectors.len() });
+        }
+        for ((index, vector), id) in vectors.iter().enumerate().zip(0..) {
+            let particle = ParticleId(id);
+            if !vector.iter().all(|component| component.abs() <= LARGEST) {
+                return Err(SetStateError::NotFinite { particle });
+            }
+            let is_static = self.scene.species[particles[index].species.0 as usize].is_static();
+            let is_flat = |axis: usize| self.scene.space.boundary[axis] == Boundary::Flat;
+            let is_wrong = |axis: &usize| {
+                (is_flat(*axis) && vector[*axis] != flat[*axis]) || (is_static && vector[*axis] != fixed(index)[*axis])
+            };
+            if let Some(axis) = (0..3).find(is_wrong) {
+                return Err(SetStateError::Fixed { particle, axis });
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Gives all particles that move new velocities, by id.
+    fn set_velocities(&mut self, velocities: &[Vector]) {
+        for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
+            self.stream(particle, self.clock.now);
+            let body = &mut self.state.bodies[particle as usize];
+            let (before, after) = (body.velocity, velocities[body.name as usize]);
+            body.velocity = after;
+            let mass = self.inverse_mass(particle).recip();
+            self.counts.totals.supplied.add(0.5 * mass * (after - before).dot(&(after + before)));
+            self.note_confined_change(particle, &before);
+        }
+        self.move_again();
+    }
+
+    /// Puts all particles that move elsewhere, by id.
+    fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
+        let before = self.energy();
+        for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
+            self.stream(particle, self.clock.now);
+            self.state.bodies[particle as usize].position =
+                positions[self.state.bodies[particle as usize].name as usize];
+            self.bring_in(particle);
+        }
+        let search = self.neighbours.search();
+        self.reorder();
+        self.sort_in(search);
+        if states == PairStates::FromDistances {
+            self.pairs.states = CapturedPairs::new(if TABLE { self.state.bodies.len() } else { 0 });
+            if TABLE {
+                self.set_pair_states(scene);
+            }
+        }
+        self.fill_lists();
+        self.enlarge();
+        self.move_again();
+        let after = self.energy();
+        self.counts.totals.supplied.add(after.potential - before.potential);
+    }
+
+    /// Wraps a particle into the box from any distance.
+    fn bring_in(&mut self, particle: u32) {
+        let position = self.state.bodies[particle as usize].position;
+        for axis in (0..3).filter(|&axis| self.state.periods[axis].is_finite()) {
+            let (lower, period) = (self.state.space.lower[axis], self.state.periods[axis]);
+            let periods = ((position[axis] - lower) / period).floor();
+            if periods != 0.0 {
+                self.state.bodies[particle as usize].position[axis] -= periods * period;
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    reason = "a float that is too large becomes the largest image"
+                )]
+                let images = periods as i32;
+                let image = &mut self.state.images[particle as usize][axis];
+                *image = image.wrapping_add(images);
+            }
+        }
+        // Rounding can leave it one period off.
+        let position = self.state.bodies[particle as usize].position;
+        self.wrap(particle, &position);
+    }
+
+    fn is_growing(&self) -> bool {
+        self.sources.growth.is_some()
+    }
+
+    /// Goes on from a state that was set: whatever stood still does so no more.
+    fn move_again(&mut self) {
+        self.clock.standstill.lost_speed = None;
+        (self.clock.standstill.since, self.clock.standstill.events) = (self.clock.now, 0);
+        self.start_anew();
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,123 @@
+//! A simulation at the start of a scene.
+
+use super::event_loop::Engine;
+use super::{Chosen, EngineChoice, Simulation};
+use crate::model::{Limit, Scene, Thermostat};
+use thiserror::Error;
+
+/// What a scene plans and only a run does.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum NeedsRun {
+    /// A stage of preparation, such as a growth.
+    #[error(
+        "stage `{name}` of the scene is done by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
+    )]
+    Stage {
+        /// Its name.
+        name: String,
+    },
+    /// An equilibration.
+    #[error(
+        "the equilibration of the scene is done by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
+    )]
+    Equilibration,
+    /// A thermostat that scales all velocities.
+    #[error(
+        "velocities of the scene are scaled by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
+    )]
+    Rescaling,
+}
+
+impl Simulation {
+    /// The dynamics of a scene from its start: chooses the engine and predicts the first events.
+    ///
+    /// Gravity, walls, shear and an Andersen thermostat are part of it, with the same bits as in a [`Run`](crate::run::Run). How long the
+    /// scene is to be simulated, what is to be measured and what to be written is not.
+    ///
+    /// # Errors
+    /// [`NeedsRun`] if the scene plans stages, an equilibration or a thermostat that scales velocities.
+    pub fn new(scene: Scene) -> Result<Self, NeedsRun> {
+        let plan = &scene.run;
+        if let Some(stage) = plan.stages.first() {
+            return Err(NeedsRun::Stage { name: stage.name.clone() });
+        }
+        if plan.equilibration != Limit::default() || plan.until_stationary {
+            return Err(NeedsRun::Equilibration);
+        }
+        let thermostat = plan.thermostat;
+        if matches!(thermostat, Some(Thermostat::Rescaling { .. })) {
+            return Err(NeedsRun::Rescaling);
+        }
+        // The number of the measurement among the stages of a run, so that the random numbers are the same.
+        let stage = plan.stages.len() + 1;
+        let mut simulation = Self::without_plan(scene);
+        if thermostat.is_some() {
+            simulation.set_thermostat(thermostat.as_ref(), stage);
+        }
+        Ok(simulation)
+    }
+
+    /// The dynamics of a scene alone, whatever its [`RunPlan`](crate::model::RunPlan) does to it: without its stages, its equilibration and
+    /// its thermostat.
+    #[must_use]
+    pub fn without_plan(scene: Scene) -> Self {
+        let choice = EngineChoice::new(&scene);
+        let engine = match (choice.is_falling, choice.has_table) {
+            (false, false) => Chosen::FreeHard(Engine::new(&scene)),
+            (false, true) => Chosen::FreeTable(Engine::new(&scene)),
+            (true, false) => Chosen::FallingHard(Engine::new(&scene)),
+            (true, true) => Chosen::FallingTable(Engine::new(&scene)),
+        };
+        Self { scene, choice, engine, scale: 1.0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Until;
+    use crate::model::{Growth, GrowthTarget, Potential, RunPlan, StagePlan};
+    use crate::run::Run;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    fn planned(run: RunPlan) -> Scene {
+        SceneBuilder::new("planned")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.2))
+            .temperature(1.0)
+            .run(run)
+            .build()
+            .unwrap()
+    }
+
+    #[test]
+    fn what_only_a_run_does_is_refused() {
+        let growth = Some(Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.3) });
+        let stage = StagePlan { name: "grow".into(), limit: Limit::default(), thermostat: None, growth };
+        let rescaling = Some(Thermostat::Rescaling { temperature: 1.0, interval: 1.0 });
+        let plain = RunPlan { limit: Limit::time(1.0), ..RunPlan::default() };
+        for (plan, refused) in [
+            (RunPlan { stages: vec![stage], ..plain.clone() }, NeedsRun::Stage { name: "grow".into() }),
+            (RunPlan { equilibration: Limit::events(1), ..plain.clone() }, NeedsRun::Equilibration),
+            (RunPlan { until_stationary: true, ..plain.clone() }, NeedsRun::Equilibration),
+            (RunPlan { thermostat: rescaling, ..plain.clone() }, NeedsRun::Rescaling),
+        ] {
+            let scene = planned(plan);
+            assert_eq!(Simulation::new(scene.clone()).err(), Some(refused));
+            assert_eq!(Simulation::without_plan(scene).tally().physical(), 0);
+        }
+        assert!(Simulation::new(planned(plain)).is_ok());
+    }
+
+    #[test]
+    fn a_heat_bath_is_that_of_a_run() {
+        let thermostat = Some(Thermostat::Andersen { temperature: 2.0, rate: 1.0, axes: [true; 3] });
+        let scene = planned(RunPlan { thermostat, limit: Limit::time(2.0), ..RunPlan::default() });
+        let mut simulation = Simulation::new(scene.clone()).unwrap();
+        simulation.advance(Until::time(2.0)).unwrap();
+        assert!(simulation.tally().kick > 100);
+        assert_eq!(simulation.snapshot(), Run::new(scene).finish().unwrap().simulation.snapshot());
+    }
+}
