@@ -114,8 +114,7 @@
 //! | What happens then? | [`physics::response`], [`engine::event`] | section 1 |
 //! | What is simulated, as data? | [`model`] | figure 1 |
 //! | The event loop | [`engine`] | |
-//! | Which particles are close, and in which pair state? | [`engine::neighbours`], [`engine::pairs`] | |
-//! | Which event is next? | [`engine::schedule`] | |
+//! | Which events has a simulation, and what is seen of them? | [`engine::Simulation`], [`engine::event`] | |
 //! | What is measured, and how well is it known? | [`analysis::instruments`], [`analysis::observables`], [`analysis::statistics`] | |
 //! | What have theory and other simulations found? | [`analysis::published`] | |
 //! | Frames and their file | [`trajectory`] | |

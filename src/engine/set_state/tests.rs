@@ -101,7 +101,7 @@ proptest! {
             next_events(&mut simulation, before);
             let snapshot = simulation.snapshot();
             let captured = simulation.captured_pairs();
-            for states in [CapturedPairs::Keep, CapturedPairs::FromDistances] {
+            for states in [PairStates::Keep, PairStates::FromDistances] {
                 let mut again = simulation.clone();
                 again.set_velocities(&snapshot.velocities).unwrap();
                 again.set_positions(&snapshot.positions, states).unwrap();
@@ -120,7 +120,7 @@ proptest! {
                 (particle.position, particle.velocity) = (*position, *velocity);
             }
             let mut fresh = Simulation::new(Scene::new(parts).unwrap()).unwrap();
-            simulation.set_positions(&snapshot.positions, CapturedPairs::FromDistances).unwrap();
+            simulation.set_positions(&snapshot.positions, PairStates::FromDistances).unwrap();
             let name = format!("scene {which}, seed {seed}, fresh");
             assert_same(&next_events(&mut simulation, COMPARED), &next_events(&mut fresh, COMPARED), &name);
         }
@@ -136,7 +136,7 @@ proptest! {
             let faster: Vec<Vector> = snapshot.velocities.iter().map(|velocity| velocity * factor).collect();
             simulation.set_velocities(&faster).unwrap();
             let at_start: Vec<Vector> = simulation.scene().particles().iter().map(|it| it.position).collect();
-            simulation.set_positions(&at_start, CapturedPairs::FromDistances).unwrap();
+            simulation.set_positions(&at_start, PairStates::FromDistances).unwrap();
             if factor > 0.1 {
                 next_events(&mut simulation, 200);
             }
@@ -158,20 +158,20 @@ fn a_pair_that_is_taken_apart_keeps_its_state_only_if_that_is_possible() {
     let apart = |distance: f64| [Vector::new(1.0, 1.0, 1.0), Vector::new(1.0 + distance, 1.0, 1.0)];
     let mut simulation = pair(1.2);
     assert_eq!(simulation.energy().potential, -1.0);
-    let error = simulation.set_positions(&apart(3.0), CapturedPairs::Keep).unwrap_err();
+    let error = simulation.set_positions(&apart(3.0), PairStates::Keep).unwrap_err();
     assert!(matches!(error, SetStateError::Overlap(Overlap { depth, .. }) if (depth - 1.0).abs() < 1e-9), "{error}");
     assert_eq!(simulation.snapshot(), pair(1.2).snapshot(), "it is as it was");
     assert_eq!(next_events(&mut simulation.clone(), 1), next_events(&mut pair(1.2), 1));
-    simulation.set_positions(&apart(1.4), CapturedPairs::Keep).unwrap();
+    simulation.set_positions(&apart(1.4), PairStates::Keep).unwrap();
     assert_eq!((simulation.energy().potential, simulation.tally().supplied.total()), (-1.0, 0.0));
-    simulation.set_positions(&apart(3.0), CapturedPairs::FromDistances).unwrap();
+    simulation.set_positions(&apart(3.0), PairStates::FromDistances).unwrap();
     assert_eq!((simulation.energy().potential, simulation.tally().supplied.total()), (0.0, 1.0));
-    let error = simulation.set_positions(&apart(0.9), CapturedPairs::FromDistances).unwrap_err();
+    let error = simulation.set_positions(&apart(0.9), PairStates::FromDistances).unwrap_err();
     assert!(matches!(error, SetStateError::Overlap(Overlap { depth, .. }) if (depth - 0.1).abs() < 1e-9), "{error}");
     // Three periods away is where it was, with its image.
     let mut far = apart(3.0);
     far[1].x -= 30.0;
-    simulation.set_positions(&far, CapturedPairs::Keep).unwrap();
+    simulation.set_positions(&far, PairStates::Keep).unwrap();
     let snapshot = simulation.snapshot();
     assert!((snapshot.positions[1] - apart(3.0)[1]).norm() < 1e-14);
     assert_eq!(snapshot.images[1], [-3, 0, 0]);
@@ -206,18 +206,18 @@ fn what_particles_cannot_have_is_refused() {
         (1, Vector::new(0.0, 1.0, 0.0), fixed(1, 1)),
     ] {
         let (positions, velocities) = changed(particle, by);
-        assert_eq!(simulation.set_positions(&positions, CapturedPairs::Keep), Err(expected));
+        assert_eq!(simulation.set_positions(&positions, PairStates::Keep), Err(expected));
         assert_eq!(simulation.set_velocities(&velocities), Err(expected));
     }
     let count = SetStateError::Count { expected: 2, found: 1 };
-    assert_eq!(simulation.set_positions(&snapshot.positions[..1], CapturedPairs::Keep), Err(count));
+    assert_eq!(simulation.set_positions(&snapshot.positions[..1], PairStates::Keep), Err(count));
     assert_eq!(simulation.set_velocities(&snapshot.velocities[..1]), Err(count));
     let (in_wall, _) = changed(0, Vector::new(0.0, -4.8, 0.0));
-    let error = simulation.set_positions(&in_wall, CapturedPairs::Keep).unwrap_err();
+    let error = simulation.set_positions(&in_wall, PairStates::Keep).unwrap_err();
     assert!(matches!(error, SetStateError::Overlap(Overlap { partner: None, .. })), "{error}");
     assert_eq!(simulation.snapshot(), snapshot);
     simulation.grow(&Growth { rate: 0.1, until: GrowthTarget::PackingFraction(0.2) }, 1.1);
-    assert_eq!(simulation.set_positions(&snapshot.positions, CapturedPairs::Keep), Err(SetStateError::Growing));
+    assert_eq!(simulation.set_positions(&snapshot.positions, PairStates::Keep), Err(SetStateError::Growing));
 }
 
 #[test]
