@@ -6,7 +6,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 
-/// The allocator of the system, which ends the program where it has nothing left.
+/// The allocator of the system; when memory is exhausted, it ends the program with a message.
 pub struct Reporting;
 
 // SAFETY: every call is the system's, and what it gives is handed on unless it is null.

@@ -114,7 +114,6 @@
 //! | What happens then? | [`physics::response`], [`engine::event`] | section 1 |
 //! | What is simulated, as data? | [`model`] | figure 1 |
 //! | The event loop | [`engine`] | |
-//! | Which events has a simulation, and what is seen of them? | [`engine::Simulation`], [`engine::event`] | |
 //! | What is measured, and how well is it known? | [`analysis::instruments`], [`analysis::observables`], [`analysis::statistics`] | |
 //! | What have theory and other simulations found? | [`analysis::published`] | |
 //! | Frames and their file | [`trajectory`] | |

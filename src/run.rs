@@ -28,7 +28,7 @@ use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
 use crate::run::audit::Audit;
 use thiserror::Error;
 
-/// Where the rows, frames and events of a run go. `()` keeps nothing.
+/// Recorder of a run: receives its rows, frames, events and checkpoints. `()` keeps nothing.
 pub trait Recorder {
     /// Why something could not be kept: ends the run.
     type Error;
@@ -89,7 +89,7 @@ impl Recorder for () {
     }
 }
 
-/// Why a run ended.
+/// Reason for the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Ending {
@@ -158,7 +158,7 @@ impl Jam {
         compressibility_factor, which says when they are close enough to jamming";
 }
 
-/// The measurement of a run.
+/// Time, events and speed of the measurement of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct MeasurementPeriod {
@@ -172,7 +172,7 @@ pub struct MeasurementPeriod {
     pub wall_seconds: f64,
 }
 
-/// A run at its end.
+/// Result of a run.
 ///
 /// Counts, observables and speed are those of the measurement. The audit spans the equilibration, too.
 #[derive(Debug)]

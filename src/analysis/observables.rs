@@ -16,7 +16,7 @@ use crate::engine::{Energy, Simulation};
 use crate::model::Scene;
 use serde::{Deserialize, Serialize};
 
-/// The state of a simulation at one time, and what happened since the row before.
+/// Thermodynamic observables at one time, and averages since the row before: a row of `thermo.csv`.
 ///
 /// What means nothing for the scene, or cannot be known yet, is `None`.
 #[derive(Debug, Clone, PartialEq)]
@@ -63,7 +63,7 @@ pub const OBSERVABLES: [(&str, &str); 11] = [
     ("pressure_on_upper_z_wall", "energy / length^D"),
 ];
 
-/// Measures a simulation between the times at which it is asked for a row.
+/// Averages the thermodynamic observables of a simulation between rows: temperature, pressure, collision rate, energies.
 ///
 /// | quantity | measured as |
 /// |---|---|

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// A sum that keeps what rounding cuts off (Neumaier), so that ledgers measure the dynamics and not the adding up.
+/// Compensated summation (Neumaier): ledgers measure the dynamics and not the adding up.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Sum {
     sum: f64,

@@ -30,7 +30,7 @@ mod steps;
 pub use comparison::{Allowance, Comparison, Source, Verdict};
 pub use state_point::{StatePointError, Watch};
 
-/// How much is run for a comparison.
+/// Length of the runs of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Effort {

@@ -8,7 +8,7 @@ use carom::Vector;
 use carom::analysis::observables::ApplicableObservables;
 use carom::base::text::{digits, plural, size};
 use carom::engine::{EngineChoice, Reason, Simulation, Until};
-use carom::io::estimate::{Estimate, allowance, free_disk};
+use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::model::{Limit, Scene, Species};
 use carom::run::{self, Burden};
 use carom::view::describe::{self};
@@ -30,7 +30,7 @@ impl Check {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
         let per_second = per_second(&scene);
-        let estimate = Estimate::of(&scene, run::expected_rate(&scene));
+        let estimate = SizeEstimate::of(&scene, run::expected_rate(&scene));
         let mut warnings = warnings(&scene);
         let mut text = description(&scene);
         text.push_str(&needs(&estimate, per_second));
@@ -114,7 +114,7 @@ const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What the run will write and need, in two lines.
-fn needs(estimate: &Estimate, per_second: Option<f64>) -> String {
+fn needs(estimate: &SizeEstimate, per_second: Option<f64>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),
         Some(count) => format!("{} {noun}s", about(count)),
@@ -136,7 +136,7 @@ fn about(count: f64) -> String {
 }
 
 /// What a run does only when it is asked to.
-fn too_much(estimate: &Estimate, free: Option<f64>) -> Option<String> {
+fn too_much(estimate: &SizeEstimate, free: Option<f64>) -> Option<String> {
     let most = allowance(free);
     (estimate.bytes > most).then(|| {
         let (bytes, most) = (size(estimate.bytes), size(most));

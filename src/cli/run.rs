@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use carom::base::text::size;
 use carom::engine::{Arrest, InvariantBroken};
-use carom::io::estimate::{Estimate, allowance, free_disk};
+use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::io::{Completed, Folder, refuse_input};
 use carom::model::{Limit, Scene};
 use carom::run::{self, Ending, Finished, Jam, Recorder};
@@ -154,7 +154,7 @@ impl Run {
             return Ok(f64::INFINITY);
         }
         let most = allowance(free_disk(path));
-        let bytes = Estimate::of(scene, run::expected_rate(scene)).bytes;
+        let bytes = SizeEstimate::of(scene, run::expected_rate(scene)).bytes;
         if bytes <= most {
             return Ok(most);
         }

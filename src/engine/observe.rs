@@ -1,6 +1,7 @@
 //! Observers: what is called with each event.
 
 use super::event::Event;
+use super::{EngineError, Reason, Simulation, Until};
 use std::ops::ControlFlow;
 
 /// A callback of the event loop.
@@ -25,6 +26,38 @@ impl Flow for ControlFlow<()> {
     #[inline]
     fn control(self) -> ControlFlow<()> {
         self
+    }
+}
+
+impl Simulation {
+    /// Goes on, and shows every event to `observe` with the simulation as it is at its time: energies, positions, pair states.
+    ///
+    /// What `observe` returns is as in [`Self::advance_with`], which is faster where the event itself says enough. Neither changes a bit of
+    /// what happens.
+    ///
+    /// # Errors
+    /// [`EngineError`] as [`Self::advance_with`].
+    #[doc(alias = "callback")]
+    #[doc(alias = "observer")]
+    pub fn advance_with_state<F: Flow>(
+        &mut self,
+        until: Until,
+        mut observe: impl FnMut(&Event, &Self) -> F,
+    ) -> Result<Reason, EngineError> {
+        loop {
+            let mut executed = None;
+            let reason = self.advance_with(until, |event| {
+                executed = Some(*event);
+                ControlFlow::Break(())
+            });
+            let Some(event) = executed else { return reason };
+            let flow = observe(&event, self).control();
+            // An arrest comes with the event that shows it.
+            reason?;
+            if flow.is_break() {
+                return Ok(Reason::Observer);
+            }
+        }
     }
 }
 
@@ -106,5 +139,36 @@ mod tests {
         assert_eq!((reason, seen, simulation.tally().physical()), (Ok(Reason::Observer), 5, 5));
         assert_eq!(simulation.advance_with(until, |_| seen += 1), Ok(Reason::Events));
         assert_eq!(seen, 5);
+    }
+    #[test]
+    fn an_observer_of_the_state_sees_that_of_the_event_and_changes_nothing() {
+        let until = Until::events(1_000);
+        let (mut plain, mut watched) = (fluid(), fluid());
+        let mut expected = Vec::new();
+        plain.advance_with(until, |event| expected.push(*event)).unwrap();
+        let mut events = Vec::new();
+        let reason = watched.advance_with_state(until, |event, simulation| {
+            events.push(*event);
+            let snapshot = simulation.snapshot();
+            assert_eq!(snapshot.time, event.time);
+            for (k, id) in [Some(event.particle), event.partner].into_iter().flatten().enumerate() {
+                let (position, velocity) = (snapshot.positions[id.0 as usize], snapshot.velocities[id.0 as usize]);
+                assert_eq!((position, velocity), (event.positions[k], event.after[k]));
+            }
+            assert_eq!(
+                simulation.tally().core,
+                events.iter().filter(|it| it.kind != EventKind::Thermostat).count() as u64
+            );
+        });
+        assert_eq!((reason, events), (Ok(Reason::Events), expected));
+        assert_eq!(watched.snapshot(), plain.snapshot());
+
+        let mut stopped = fluid();
+        let limit = 0.9 * stopped.energy().kinetic;
+        let reason = stopped.advance_with_state(Until::events(100_000), |_, simulation| {
+            if simulation.energy().kinetic < limit { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        assert_eq!(reason, Ok(Reason::Observer));
+        assert!(stopped.energy().kinetic < limit);
     }
 }

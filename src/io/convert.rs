@@ -80,7 +80,7 @@ impl Format {
     }
 }
 
-/// Which frames, and what may be replaced.
+/// Options of a conversion: which frames, and what may be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Options {
     /// The first frame; frames count from 0.
@@ -91,7 +91,7 @@ pub struct Options {
     pub replace: bool,
 }
 
-/// What came of a conversion.
+/// Result of a conversion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Converted {
     /// The number of frames written.

@@ -10,7 +10,7 @@ use crate::base::text::size;
 use crate::run::checkpoint::CheckpointError;
 use crate::trajectory::extended_xyz::WriteError;
 
-/// Why the folder of a run could not be written.
+/// Error of the folder of a run.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum OutputError {

@@ -1,7 +1,7 @@
 //! Estimates of what a run will write and need, before it is run.
 //!
 //! ```
-//! use carom::io::estimate::Estimate;
+//! use carom::io::estimate::SizeEstimate;
 //! use carom::model::potential::Potential;
 //! use carom::scene::{Amount, Lattice, SceneBuilder};
 //! use carom::model::{Limit, RunPlan};
@@ -12,7 +12,7 @@
 //!     .fill(Lattice::FaceCentredCubic, "A", 4_000, Amount::PackingFraction(0.3))
 //!     .run(RunPlan { limit: Limit::events(1_000_000), ..RunPlan::default() })
 //!     .build()?;
-//! let estimate = Estimate::of(&scene, None);
+//! let estimate = SizeEstimate::of(&scene, None);
 //! assert!(estimate.is_complete && estimate.bytes < 1e9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -42,9 +42,9 @@ const PARTICLE: f64 = 512.0;
 /// What a run writes without being asked twice `[bytes]`.
 const MOST: f64 = 1e10;
 
-/// Sizes of what a run will leave.
+/// Estimated sizes of the output of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Estimate {
+pub struct SizeEstimate {
     /// Rows of `thermo.csv`; `None` where the scene does not determine it.
     pub rows: Option<f64>,
     /// Frames of `trajectory.xyz`; `None` where the scene does not determine it.
@@ -59,7 +59,7 @@ pub struct Estimate {
     pub memory: f64,
 }
 
-impl Estimate {
+impl SizeEstimate {
     /// For a scene. `rate` is the number of events per simulated time, where it is known `[1/time]`.
     #[must_use]
     pub fn of(scene: &Scene, rate: Option<f64>) -> Self {
@@ -214,8 +214,8 @@ mod tests {
         temperature = 1.0
         ";
 
-    fn estimate(more: &str, rate: Option<f64>) -> Estimate {
-        Estimate::of(&Scene::from_toml(format!("{SCENE}{more}"), "scene.toml").unwrap(), rate)
+    fn estimate(more: &str, rate: Option<f64>) -> SizeEstimate {
+        SizeEstimate::of(&Scene::from_toml(format!("{SCENE}{more}"), "scene.toml").unwrap(), rate)
     }
 
     #[test]

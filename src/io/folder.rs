@@ -50,7 +50,7 @@ pub(super) const PICTURE: &str = "picture.png";
 /// How often a table that is being written can be looked at.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 
-/// Writes a run to its folder.
+/// The folder of a run: a recorder that writes rows, frames, checkpoints and results.
 ///
 /// Files are written beside their final names, as `thermo.csv.partial`, and take those when all are complete, `summary.json` last. A run that
 /// replaces another one is written in the folder `replacement` within the other's, which stays as it is until the new one is complete and

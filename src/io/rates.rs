@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::engine::event::EventCounts;
 use crate::model::Scene;
 
-/// How often one kind of event took place in the measurement, between particles of two species or with those of one.
+/// Event rate: events of one kind per time of the measurement, between particles of two species or with those of one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Rate {
     /// `core`, `capture`, `release`, `bounce` (off a finite step), `bond` (off its far end), `wall` or `thermostat`.

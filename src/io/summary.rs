@@ -10,7 +10,7 @@ use crate::analysis::statistics::Stationarity;
 use crate::model::InputFile;
 use crate::run::Finished;
 
-/// What `summary.json` contains.
+/// Summary of a run: the content of `summary.json`.
 ///
 /// Counts, observables and speed are those of the measurement; energies, momentum and overlaps span the whole run with
 /// its equilibration. What means nothing for the scene is `null` or, of the observables, absent.
@@ -84,7 +84,7 @@ pub struct Energies {
     pub ledger_limit: f64,
 }
 
-/// Momentum.
+/// Conservation of momentum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Momentum {
     /// Relative to the sum of `m |v|`; `None` where momentum is not conserved.
@@ -121,7 +121,7 @@ pub struct Observable {
     pub stationarity: Option<Stationarity>,
 }
 
-/// How fast it was.
+/// Speed of the run on the clock.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
     /// Time on the clock `[seconds]`.
@@ -159,20 +159,7 @@ impl Summary {
             particles: scene.particles.len(),
             time: simulation.time(),
             diameter_factor: simulation.scale(),
-            events: Events {
-                total: tally.physical(),
-                before: Some(simulation.tally().physical() - tally.physical()),
-                core: tally.core,
-                capture: tally.capture,
-                release: tally.release,
-                bounce: tally.bounce,
-                wall: tally.wall,
-                transition: tally.transition,
-                turning_point: tally.turning_point,
-                in_invalid_state: tally.in_invalid_state,
-                tc_contacts: tally.tc_contacts,
-                tc_altered: tally.tc_altered,
-            },
+            events: events(finished),
             energy: Energies {
                 initial: audit.initial_energy,
                 r#final: audit.energy.kinetic + audit.energy.potential,
@@ -203,6 +190,25 @@ impl Summary {
                 peak_memory_bytes: peak_memory_bytes(),
             },
         }
+    }
+}
+
+/// The numbers of events of the measurement, by kind.
+fn events(finished: &Finished) -> Events {
+    let tally = &finished.measurement.tally;
+    Events {
+        total: tally.physical(),
+        before: Some(finished.simulation.tally().physical() - tally.physical()),
+        core: tally.core,
+        capture: tally.capture,
+        release: tally.release,
+        bounce: tally.bounce,
+        wall: tally.wall,
+        transition: tally.transition,
+        turning_point: tally.turning_point,
+        in_invalid_state: tally.in_invalid_state,
+        tc_contacts: tally.tc_contacts,
+        tc_altered: tally.tc_altered,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-/// Why a list of radii and energies is not a potential.
+/// Error of a potential: why a list of radii and energies is none.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum PotentialError {

@@ -20,7 +20,7 @@ pub(crate) const BINS: u64 = 100;
 /// Names that stand in those of files, for the JSON Schema.
 pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 
-/// Everything that is to be measured; nothing by default.
+/// Measurement plan of a scene: its instruments; none by default.
 ///
 /// Where an interval is left open, the run chooses one from its expected duration.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::model::space::{Boundary, Face};
 use crate::model::{InteractionId, Scene, Thermostat};
 
-/// Something outside of the particles that move, which changes their total momentum.
+/// An external influence that changes the total momentum of the moving particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Influence {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Vector;
 
-/// A box, aligned with the axes `[length]`.
+/// An axis-aligned box `[length]`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Region {
     /// Lower corner.
@@ -13,7 +13,7 @@ pub struct Region {
     pub upper: Vector,
 }
 
-/// When the audit of a run fails, where the limits that follow from round-off do not fit. All are relative.
+/// Limits of the audit of a run, in place of those that follow from round-off. All are relative.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct AuditPlan {
     /// Largest error of the energy ledger.
@@ -24,7 +24,7 @@ pub struct AuditPlan {
     pub overlap: Option<f64>,
 }
 
-/// A box in which a run counts particles as time goes on: a container that fills, a half of the space.
+/// A region in which a run counts particles: a container that fills, a half of the space.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CountRegion {
     /// Name of the column, unique in the scene.
@@ -43,7 +43,7 @@ impl CountRegion {
     }
 }
 
-/// What to write, in intervals of simulated time `[time]`.
+/// Output plan of a scene: what to write, at intervals of simulated time `[time]`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct OutputPlan {
     /// Between two rows of `thermo.csv`, in all stages; `None` lets the run choose some 200 rows in each.
@@ -60,7 +60,7 @@ pub struct OutputPlan {
     pub formats: Vec<Format>,
 }
 
-/// What a trajectory can be converted into.
+/// Trajectory formats of other programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Format {

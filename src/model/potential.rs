@@ -3,7 +3,7 @@
 use crate::model::error::PotentialError;
 use serde::{Deserialize, Serialize};
 
-/// A spherically symmetric potential that is constant between discontinuities.
+/// A stepped potential: spherically symmetric, constant between discontinuities.
 ///
 /// Radii `s_1 > s_2 > ... > s_n > 0` `[length]` and energies `U_0, U_1, ..., U_n` `[energy]`, where `U_k` holds for
 /// `s_{k+1} <= r < s_k` and `U_0` outside. One type covers hard spheres, wells, shoulders, bonds and stepped

@@ -8,7 +8,7 @@ pub(crate) const EQUILIBRATION: &str = "equilibration";
 /// and the measured one.
 pub(crate) const MEASUREMENT: &str = "measurement";
 
-/// When to stop: at a time, after a number of physical events, or at whichever comes first.
+/// Limit of a stage: a time, after a number of physical events, or at whichever comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Limit {
     /// Simulated time from the start of the stage `[time]`.
@@ -31,7 +31,7 @@ impl Limit {
     }
 }
 
-/// How long to run, and what to do first.
+/// Run plan of a scene: its stages, equilibration, limit and thermostat.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RunPlan {
     /// What is done first, one after the other.
@@ -75,7 +75,7 @@ pub struct StagePlan {
     pub name: String,
     /// When it ends at the latest.
     pub limit: Limit,
-    /// What holds the temperature.
+    /// A thermostat.
     pub thermostat: Option<Thermostat>,
     /// How the diameters grow.
     pub growth: Option<Growth>,
@@ -104,7 +104,7 @@ pub enum Thermostat {
     },
 }
 
-/// Diameters that grow: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990),
+/// Lubachevsky-Stillinger growth of the diameters: B. D. Lubachevsky and F. H. Stillinger, J. Stat. Phys. 60, 561 (1990),
 /// [doi:10.1007/BF01025983](https://doi.org/10.1007/BF01025983).
 ///
 /// All grow by the same factor, `1 + rate (t - t_0)` of what they were at the start `t_0` of the stage.
@@ -116,7 +116,7 @@ pub struct Growth {
     pub until: GrowthTarget,
 }
 
-/// How far diameters grow.
+/// Target of the growth: a packing fraction or a compressibility factor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum GrowthTarget {

@@ -29,7 +29,7 @@ impl InteractionId {
 #[serde(transparent)]
 pub struct ParticleId(pub u32);
 
-/// What particles of one kind have in common.
+/// A species: mass, diameter and acceleration of particles of one kind.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Species {
@@ -57,7 +57,7 @@ impl Species {
     }
 }
 
-/// What two particles do to each other: a potential, and how much speed its infinite barriers give back.
+/// A pair interaction: a stepped potential, and the coefficient of restitution of its infinite barriers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Interaction {
     /// The steps.
@@ -68,7 +68,7 @@ pub struct Interaction {
     pub name: Option<String>,
 }
 
-/// A pair with an interaction of its own, which replaces the one of its species.
+/// A bond: a pair with an interaction of its own, which replaces that of its species.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bond {
     /// The two particles, in ascending order.
@@ -77,7 +77,7 @@ pub struct Bond {
     pub interaction: InteractionId,
 }
 
-/// One particle at the start.
+/// Initial state of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Particle {
     /// What kind it is.

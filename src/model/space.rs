@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// The names of the axes.
 pub(crate) const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// What one side of a bounded axis does to a particle that reaches it.
+/// Boundary condition at one face of the box: open, or a wall with a coefficient of restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Face {
     /// Nothing: the particle flies on and is still simulated.
@@ -18,7 +18,7 @@ pub enum Face {
     },
 }
 
-/// How space continues along one axis.
+/// Boundary condition along one axis: periodic, bounded or flat.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Boundary {
     /// What leaves on one side enters on the other; pairs use the minimum image.
@@ -46,7 +46,7 @@ impl Boundary {
     }
 }
 
-/// A box, aligned with the axes.
+/// The simulation box, aligned with the axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Space {
     /// Lower corner `[length]`.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Up to so many species every pair has a place of its own; of more, only pairs that have a value take memory.
 const FEW: usize = 256;
 
-/// What each two species have in common, if anything: an interaction, a distance.
+/// A symmetric table over pairs of species: an interaction or a distance for each, or none.
 ///
 /// The memory for it grows with the number of pairs that have a value, not with the square of that of the species.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -9,7 +9,7 @@ use crate::Vector;
 use crate::physics::motion::RelativeState;
 use serde::{Deserialize, Serialize};
 
-/// From which side a pair sees a discontinuity.
+/// Side of a discontinuity on which a pair is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Side {
     /// The pair is valid outside: the overlap function is `f+` (Core, Capture).

@@ -5,7 +5,7 @@
 
 use crate::physics::overlap::Side;
 
-/// What a pair does at a discontinuity.
+/// Outcome of an event at a discontinuity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Outcome {
     /// Reflection off an infinite inner barrier, with restitution.
@@ -18,7 +18,7 @@ pub enum Outcome {
     Bounce,
 }
 
-/// How a pair is when it reaches a discontinuity, as far as the outcome depends on it.
+/// Radial state of a pair at a discontinuity: what the outcome depends on.
 ///
 /// The radial motion is `B = v . r`, as in the overlap function, rather than `vn = B / |r|`. Contacts have `|r|` next to the
 /// discontinuity's distance, often 1, where the square root of a float rounds down more often than up. A unit normal from
@@ -84,7 +84,7 @@ fn reflect(side: Side, radial: f64, restitution: f64) -> f64 {
     if radial * side.sign() < 0.0 { -restitution * radial } else { radial }
 }
 
-/// How a pair leaves an infinite barrier under the TC model.
+/// Contact of a pair with an infinite barrier under the TC model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leaving {
     /// Normal speed away from the barrier `[length / time]`.

@@ -25,7 +25,7 @@ fn round_off(events: u64) -> f64 {
     4.0 * ROUNDINGS * 0.5 * f64::EPSILON * (1.0 + (events as f64).sqrt())
 }
 
-/// When an audit fails: the scene's limits, or those of round-off.
+/// Limits of an audit: the scene's, or those of round-off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Largest relative error of the energy ledger.
@@ -48,7 +48,7 @@ impl Limits {
     }
 }
 
-/// What became of the overlaps that a scene started with.
+/// Overlaps of the initial configuration, and when they were resolved.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Initial {
@@ -58,7 +58,7 @@ pub struct Initial {
     pub resolved_after: Option<f64>,
 }
 
-/// What a run found out about itself, over its whole length.
+/// Audit of a whole run: conservation of energy and momentum, and overlaps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Audit {
     /// Kinetic and potential energy at the start `[energy]`.
@@ -84,7 +84,7 @@ pub struct Audit {
     pub limits: Limits,
 }
 
-/// What an audit objects to.
+/// Fault found by an audit.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum AuditFault {

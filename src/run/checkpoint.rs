@@ -47,7 +47,7 @@ const TAIL: usize = 12;
 /// Of a time: as much is what rounding makes of it.
 const NEAR: f64 = 1e-9;
 
-/// A run to go on with.
+/// Checkpoint of a run: all that it needs to go on with the same bits.
 #[derive(Debug, Deserialize)]
 pub struct Checkpoint {
     /// The simulation as it was.

@@ -1,5 +1,6 @@
 //! The loop of a run.
 
+mod advance;
 mod equilibrate;
 mod finish;
 mod growth;
@@ -12,28 +13,18 @@ pub(super) use equilibrate::Monitor;
 pub(super) use growth::PressureCheck;
 
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use super::progress::{Progress, Stage};
-use super::state::{Aim, RunState};
+use super::progress::Progress;
+use super::state::RunState;
 use super::{Ending, Finished, Recorder};
 use crate::analysis::instruments::{Registry, SystemDescription};
-use crate::engine::{EngineError, Reason, Simulation, Until};
+use crate::engine::Simulation;
 use crate::model::Limit;
-
-/// Physical events between two checks whether the simulation still has events.
-const CHUNK: u64 = 10_000;
-
-/// Times that a typical particle takes to cross the box, in which nothing has happened and no particle has changed its cell: where the end is not
-/// shown then, rounding hides whether there will be any event.
-const LONGEST_WAIT: f64 = 1e12;
 
 /// The engine's steps between two questions whether to go on: the first time, and at most. Steps can be slow, of particles with very many
 /// others near them, so that their number follows the clock. It changes nothing else.
 const STEPS: [u64; 2] = [64, 1 << 16];
-
-/// Time on the clock between two such questions.
-const PAUSE: Duration = Duration::from_millis(20);
 
 /// Goes on with a run from where it is.
 pub(super) fn drive<R: Recorder>(
@@ -157,138 +148,6 @@ impl<R: Recorder> Driver<'_, R> {
         Ok((self.simulation.tally().physical() >= events).then_some(Ending::Events))
     }
 
-    /// Goes on for a while, and says if it came to the time, or what kept it from going on.
-    fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (wait, tally) = (self.state.wait, *self.simulation.tally());
-        let aim = Aim {
-            time: self.simulation.time() + wait,
-            events: tally.physical().saturating_add(CHUNK),
-            transitions: tally.transition,
-            collisions: tally.kick,
-            done: tally.physical(),
-        };
-        let aim = *self.state.aim.get_or_insert(aim);
-        let until = aim.until(time, events);
-        let reason = match self.chunk(until)? {
-            Ok(reason) => reason,
-            Err(ending) => return Ok(Some(ending)),
-        };
-        let ending = self.quiet(&aim, reason);
-        let is_still = self.state.quiet_steps > 0 && self.simulation.tally().transition == aim.transitions;
-        let waited = self.simulation.time() - (aim.time - wait);
-        let state = &mut self.state;
-        state.wait = if is_still { 2.0 * wait } else { state.crossing };
-        if ending.is_some() {
-            return Ok(ending);
-        }
-        if is_still && waited > LONGEST_WAIT * state.crossing && state.stage.limit.time.is_none() {
-            return Ok(Some(Ending::GaveUp));
-        }
-        Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
-    }
-
-    /// Advances to the next check of the overlaps of the start, in small steps, to find when the last one is gone.
-    fn advance_to_overlap_check(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (tally, check) = (*self.simulation.tally(), self.state.overlap_check);
-        let aim = Aim {
-            time: self.simulation.time() + check.time,
-            events: tally.physical().saturating_add(check.events),
-            transitions: tally.transition,
-            collisions: tally.kick,
-            done: tally.physical(),
-        };
-        let aim = *self.state.aim.get_or_insert(aim);
-        let until = aim.until(time, events);
-        let reason = match self.chunk(until)? {
-            Ok(reason) => reason,
-            Err(ending) => return Ok(Some(ending)),
-        };
-        self.state.ledger.see_overlaps(&self.simulation);
-        self.state.overlap_check.grow();
-        let ending = self.quiet(&aim, reason);
-        if ending.is_some() {
-            return Ok(ending);
-        }
-        Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
-    }
-
-    /// Takes note of whether anything has happened since the run set out for `aim`, and says how it ends where nothing will any more.
-    fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
-        let now = self.simulation.tally();
-        let state = &mut self.state;
-        if now.physical() != aim.done || now.kick != aim.collisions {
-            (state.quiet_steps, state.quiet_rows) = (0, 0);
-            return None;
-        }
-        state.quiet_steps += 1;
-        // Asked after 1, 2, 4, ... steps without an event.
-        let is_asked = state.stage.limit.time.is_none() && state.quiet_steps.is_power_of_two();
-        let nothing_is_due = reason == Reason::Idle;
-        if (is_asked || nothing_is_due) && self.simulation.is_over() {
-            return Some(Ending::Idle);
-        }
-        // Spheres at rest that have grown as far as they may are over, too.
-        let nothing = if self.growth().is_some() { Ending::Idle } else { Ending::GaveUp };
-        nothing_is_due.then_some(nothing)
-    }
-
-    /// Goes on to an end that is not put off by pauses, in which it is asked whether to go on at all.
-    fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, R::Error> {
-        loop {
-            let started = Instant::now();
-            let reached = self.steps(until)?;
-            self.steps = steps_after(self.steps, started.elapsed());
-            if self.is_pilot && self.work() > self.patience {
-                return Ok(Err(Ending::Idle));
-            }
-            match reached {
-                Ok(Some(Reason::Observer)) => return Ok(Err(Ending::Condition)),
-                Ok(Some(reason)) => {
-                    self.state.aim = None;
-                    return Ok(Ok(reason));
-                }
-                Ok(None) => {}
-                Err(error) => return Ok(Err(error.into())),
-            }
-            if !self.is_pilot && self.recorder.is_checkpoint_due() {
-                self.keep()?;
-            }
-            if self.is_stopped() {
-                return Ok(Err(Ending::Interrupted));
-            }
-        }
-    }
-
-    /// Advances without a check of anything but events, until the next pause at most.
-    fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, R::Error> {
-        let is_measuring = self.state.stage.stage == Stage::Measurement && !self.is_pilot;
-        let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
-        let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
-        let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
-        if instruments.is_none() && recorder.is_none() {
-            return Ok(self.simulation.advance_for(self.steps, until, |_| {}));
-        }
-        let mut failure = None;
-        let system = &self.system;
-        let reason = self.simulation.advance_for(self.steps, until, |event| {
-            if let Some(instruments) = &mut instruments {
-                instruments.event(event, system);
-            }
-            if let Some(recorder) = &mut recorder {
-                failure = recorder.event(event).err();
-            }
-            let is_done = instruments.as_ref().is_some_and(|instruments| instruments.is_done());
-            if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        failure.map_or(Ok(reason), Err)
-    }
-
-    /// Events, cell transitions and Andersen collisions so far.
-    fn work(&self) -> u64 {
-        let tally = self.simulation.tally();
-        tally.physical().saturating_add(tally.transition).saturating_add(tally.kick)
-    }
-
     /// Hands out what is needed to go on from here later.
     fn keep(&mut self) -> Result<(), R::Error> {
         let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
@@ -316,12 +175,6 @@ impl<R: Recorder> Driver<'_, R> {
     }
 }
 
-/// Steps until the next pause, after some that took so long.
-fn steps_after(steps: u64, took: Duration) -> u64 {
-    let next = if took > PAUSE { steps / 2 } else { steps * 2 };
-    next.clamp(1, STEPS[1])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -329,7 +182,7 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
     use crate::model::{Limit, OutputPlan, RunPlan};
-    use crate::run::{Ending, run};
+    use crate::run::{Ending, Stage, run};
     use crate::scene::SceneBuilder;
 
     #[test]
@@ -405,13 +258,5 @@ mod tests {
         let plan = RunPlan { equilibration: Limit::events(10), limit: Limit::time(10.0), ..RunPlan::default() };
         let finished = finished(scene, plan, Some(1e-3));
         assert_eq!((finished.ending, finished.stage), (Ending::GaveUp, Stage::Equilibration));
-    }
-
-    #[test]
-    fn steps_become_fewer_where_they_are_slow_and_never_too_many() {
-        assert_eq!(steps_after(64, PAUSE), 128);
-        assert_eq!(steps_after(64, 2 * PAUSE), 32);
-        assert_eq!(steps_after(1, 1000 * PAUSE), 1);
-        assert_eq!(steps_after(STEPS[1], Duration::ZERO), STEPS[1]);
     }
 }

@@ -3,7 +3,7 @@
 use crate::model::{Limit, RunPlan};
 use serde::{Deserialize, Serialize};
 
-/// The part of a run.
+/// Stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stage {
     /// One of the stages that the scene lists, by its number.
@@ -33,7 +33,7 @@ impl Stage {
     }
 }
 
-/// How far a stage of a run has come.
+/// Progress of a stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Progress {

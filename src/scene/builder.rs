@@ -12,7 +12,7 @@ use crate::scene::unvalidated::{
     UnvalidatedInteraction, UnvalidatedSpecies,
 };
 
-/// Collects the parts of a scene; [`SceneBuilder::build`] checks them and places the particles.
+/// Builder of a scene: collects its parts; [`SceneBuilder::build`] checks them and places the particles.
 ///
 /// Ids count from 0 in the order in which particles are added.
 ///

@@ -13,7 +13,7 @@ use crate::base::text::printable;
 use crate::model::error::PotentialError;
 use crate::scene::config_path::ConfigPath;
 
-/// The kinds of mistakes in a scene.
+/// Kinds of scene errors.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the fields are the words of the messages")]
@@ -175,7 +175,7 @@ pub(crate) fn nearest<S: AsRef<str>>(word: &str, known: &[S]) -> Option<String> 
         .map(|(_, candidate)| candidate.to_owned())
 }
 
-/// Why a scene cannot be simulated.
+/// Error in a scene, with the config path of the value and its line in the file.
 ///
 /// Displays as one line. As a [`miette::Diagnostic`] it also shows the file, the line with the value underlined, and
 /// what to do about it.

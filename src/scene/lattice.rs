@@ -5,7 +5,7 @@ use crate::base::numbers::trunc_to_usize;
 use crate::model::Region;
 use crate::model::space::{Boundary, Space};
 
-/// A regular arrangement of sites.
+/// A crystal lattice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Lattice {

@@ -47,7 +47,7 @@ impl BoxSide {
     ];
 }
 
-/// The shape of a surface `[length]`.
+/// Shape of a static-sphere surface `[length]`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Surface {

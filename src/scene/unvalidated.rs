@@ -9,7 +9,7 @@ use crate::scene::config_path::ConfigPath;
 pub use crate::scene::lattice::Lattice;
 pub use crate::scene::surface::Surface;
 
-/// How many particles there are in a volume.
+/// Density of a fill: number density or packing fraction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Amount {
@@ -19,7 +19,7 @@ pub enum Amount {
     PackingFraction(f64),
 }
 
-/// Where the particles of a [`Fill`] go.
+/// Arrangement of the particles of a [`Fill`]: on a lattice or at random.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Arrangement {
@@ -35,7 +35,7 @@ impl From<Lattice> for Arrangement {
     }
 }
 
-/// Many particles in a region.
+/// A fill: many particles in a region, on a lattice or at random.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fill {
     /// The species and their shares, which need not add up to one.
@@ -123,7 +123,7 @@ pub struct SurfaceFill {
     pub spacing: Option<f64>,
 }
 
-/// What two particles do to each other, before their diameter is known.
+/// Form of a pair potential, before its diameter is known.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the fields are those of the constructors of `Potential`")]

@@ -52,7 +52,7 @@ use super::Frame;
 /// Longest line that is read `[bytes]`: some five million bonds, and a bound on what a file that is not text costs.
 const LONGEST_LINE: u64 = 1 << 26;
 
-/// A frame picked from a trajectory.
+/// A frame selected from a trajectory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pick {
     /// The frame.

@@ -61,7 +61,7 @@ const TAKEN: [&str; 46] = [
     "zs",
 ];
 
-/// What particles of one kind have in common, as far as an output shows it.
+/// A species in a frame: name and mass.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameSpecies {
     /// Name, unique in the frame.
@@ -72,7 +72,7 @@ pub struct FrameSpecies {
     pub mass: Option<f64>,
 }
 
-/// One particle at the time of its frame.
+/// A particle in a frame: id, species, radius, position and velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameParticle {
     /// Its name in every output.
@@ -87,7 +87,7 @@ pub struct FrameParticle {
     pub radius: f64,
 }
 
-/// All particles at one instant, and the box around them: what a trajectory file repeats and a picture shows.
+/// A frame of a trajectory: all particles at one time, and the box.
 #[doc(alias = "snapshot")]
 #[doc(alias = "configuration")]
 #[derive(Debug, Clone, PartialEq)]

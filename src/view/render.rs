@@ -45,7 +45,7 @@ use shade::Scenery;
 /// The most pixels of an image, enough for 3840 x 2160. Drawing takes some 220 bytes for each, so this is 2 GB.
 const MOST_PIXELS: u32 = 1 << 23;
 
-/// What the colour of a particle shows.
+/// Colouring of the particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum ColourBy {
@@ -56,7 +56,7 @@ pub enum ColourBy {
     Speed,
 }
 
-/// What the image is filled with. Particles outside of it are drawn as far as they are in view.
+/// Framing of the image. Particles outside of it are drawn as far as they are in view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Framing {
@@ -67,7 +67,7 @@ pub enum Framing {
     Particles,
 }
 
-/// How to draw.
+/// Style of a rendered image: size, colours, view direction.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Style {
     /// The most columns of pixels: the image is cut down to what it frames.

@@ -44,7 +44,7 @@ use inputs::Inputs;
 /// How the page looks.
 const STYLE: &str = include_str!("report/page.css");
 
-/// The page of a run.
+/// HTML report of a run.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Page {

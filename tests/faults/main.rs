@@ -14,7 +14,7 @@ use rand_core::{Rng, SeedableRng};
 use place::{Kind, Place};
 use scenarios::SCENARIOS;
 
-/// Faults that are drawn where nobody asks for more: some seconds.
+/// Faults that are drawn by default: some seconds.
 const FEW: usize = 64;
 
 #[test]

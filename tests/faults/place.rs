@@ -1,4 +1,4 @@
-//! A folder with runs and other things that somebody keeps, and commands in it that meet faults.
+//! A folder with runs and other things that a user keeps, and commands in it that meet faults.
 
 use std::collections::BTreeMap;
 use std::fs;

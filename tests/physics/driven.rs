@@ -45,7 +45,7 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     assert_eq!(name, "temperature");
     let error = temperature.standard_error.unwrap();
     assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
-    // Kicks come at random: 256 of them in a unit of time, with the standard deviation of a Poisson process.
+    // Andersen collisions come at random: 256 of them in a unit of time, with the standard deviation of a Poisson process.
     let expected = 256.0 * 100.0;
     let collisions = finished.measurement.tally.kick as f64;
     assert!((collisions - expected).abs() < 4.0 * expected.sqrt(), "{collisions}");

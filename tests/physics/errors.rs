@@ -26,7 +26,7 @@ fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<&'static str, f6
         let claimed = runs.iter().map(|run| run.1 * run.1).sum::<f64>() / count;
         (scatter / claimed).sqrt()
     };
-    // Few of the runs may be too short to tell an error.
+    // Few of the runs may be too short for an error.
     let enough = estimates.into_iter().filter(|(_, runs)| 4 * runs.len() as u64 > 3 * seeds);
     enough.map(|(name, runs)| (name, ratio(runs))).collect()
 }

@@ -238,7 +238,7 @@ fn a_slow_shear_changes_neither_diffusion_nor_structure() {
         assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
     }
     let path = sheared.numbers.iter().find(|number| number.name == "mean_free_path").unwrap();
-    assert_eq!(path.mean, None, "relative to what streams nobody flies straight on");
+    assert_eq!(path.mean, None, "relative to what streams no particle flies straight on");
     let curve = |measured: &carom::analysis::instruments::Measured, name: &str| {
         measured.curves.iter().find(|curve| curve.name == name).unwrap().clone()
     };

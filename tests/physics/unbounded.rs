@@ -1,4 +1,4 @@
-//! A sheared box against a simulation that knows no box: images of a lattice that is sheared, in space that goes on for ever.
+//! A sheared box against a simulation without a box: images of a lattice that is sheared, in space that goes on for ever.
 
 use crate::sheared::boxes;
 use carom::Vector;
@@ -6,7 +6,7 @@ use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::scene::{Fill, Lattice, SceneBuilder};
 
-/// Spheres and their velocities, whose images are those of a sheared lattice; nobody is ever wrapped.
+/// Spheres and their velocities, whose images are those of a sheared lattice; none is ever wrapped.
 struct Unbounded {
     size: Vector,
     rate: f64,

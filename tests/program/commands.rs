@@ -28,7 +28,7 @@ fn a_run_can_be_proven_from_its_folder() {
 
 #[test]
 fn what_is_proven_of_a_folder_is_its_run_and_no_event_more() {
-    // An equilibration that may end by what it measures: only the summary tells where the run has ended.
+    // An equilibration that may end by what it measures: only the summary says where the run has ended.
     let place = Place::with(&FLUID.replace("equilibration_events = 500", "equilibration = \"auto\""));
     let few = ["run", "scene.toml", "--until-events", "300", "--set", "run.equilibration_time=1.0", "--quiet"];
     assert_eq!(code(&place.carom(&few)), 0);

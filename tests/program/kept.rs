@@ -89,7 +89,7 @@ fn a_run_is_as_it_was_until_another_one_has_replaced_it() {
     assert!(code(&output) == 2 && is_as_before(), "{}", errors(&output));
     let output = place.carom(&["report", "runs/scene"]);
     assert!(code(&output) == 0 && is_as_before(), "{}", errors(&output));
-    // A file of the user's own in the way is kept: told at the start, and what was simulated is not lost.
+    // A file of the user's own in the way is kept: reported at the start, and what was simulated is not lost.
     let arguments = ["run", "scene.toml", "--force", "--set", "output.contacts=true"];
     for is_late in [false, true] {
         let child = is_late.then(|| begun_in(&place, &arguments[2..], "runs/scene/replacement/replacement"));

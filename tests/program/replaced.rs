@@ -70,7 +70,7 @@ fn a_run_that_fails_replaces_none_that_did_not() {
     let before = contents(&folder);
     let output = place.carom(&["run", "scene.toml", "--force", "--set", "audit.overlap=1e-17"]);
     assert!(code(&output) == 1 && is_as_before(&before, &folder), "{}", errors(&output));
-    // As the user is told to.
+    // As the message says.
     fs::rename(folder.join("replacement"), place.path().join("elsewhere")).unwrap();
     assert_eq!(place.summary("elsewhere")["faults"].as_array().unwrap().len(), 1);
     assert_eq!(code(&place.carom(&["run", "--resume", "runs/scene", "--until-events", "4100"])), 0);

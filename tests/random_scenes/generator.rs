@@ -107,7 +107,7 @@ fn written(seed: u64, is_usual: bool) -> String {
     let species = all_species(&mut text, dice, &shape);
     let bond = interactions(&mut text, dice, &shape, &species);
     particles(&mut text, dice, &shape, &species, bond);
-    // Some thousand mean free paths: those that meet nobody are not waited for.
+    // Some thousand mean free paths: those that meet no other are not waited for.
     let until_time = 100.0 * length / speed;
     let _ = write!(text, "[run]\nuntil_time = {until_time}\nuntil_events = 100000\n");
     text

@@ -155,7 +155,7 @@ fn spheres_far_away_change_no_event() {
         }
         let is_closed = |face| matches!(face, carom::model::space::Face::Wall { .. });
         let Boundary::Bounded { upper, .. } = scene.space().boundary[axis] else { continue };
-        // Just behind a wall, or where nobody comes in a few events.
+        // Just behind a wall, or where no particle comes in a few events.
         let beyond = if is_closed(upper) { 1.5 } else { 1e3 };
         let mut place = carom::Vector::zeros();
         place[axis] = scene.space().size[axis] + beyond;
@@ -232,7 +232,7 @@ fn limits_by_time_and_by_events_and_looks_in_between_change_no_bit() {
         let limit = scene.run().limit.time.unwrap_or(f64::INFINITY);
         let by_events = events_of(&scene, [Until { time: limit, events: 100 }]);
         let (Some(last), 100) = (by_events.last(), by_events.len()) else { continue };
-        // The time of an event is rounded once more when it is told.
+        // The time of an event is rounded once more when it is shown.
         let time = last.time.next_up();
         let cut = |mut events: Vec<Event>| {
             events.truncate(100);

@@ -38,7 +38,7 @@ fn first_meeting(size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, un
     first
 }
 
-/// The two, among so many others that rest and meet nobody.
+/// The two, among so many others that rest and meet no other.
 fn scene(space: &Space, rate: Option<f64>, states: [(Vector, Vector); 2], others: u32) -> Scene {
     let mut builder = SceneBuilder::new("apart")
         .space(space.clone())

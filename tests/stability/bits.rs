@@ -1,4 +1,4 @@
-//! A run is a function of its scene: the same bits in every build, whoever looks on, whatever the particles are called and
+//! A run is a function of its scene: the same bits in every build, whatever observes it, whatever the particles are called and
 //! whenever it starts.
 
 use crate::listed::{fluid, hard_sphere, listed, particles, well};

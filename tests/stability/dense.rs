@@ -32,7 +32,7 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
     // `Overlap::round_off`); flights are far below a diameter and add no more than that.
     let deepest = watched.simulation.tally().deepest_overlap;
     assert!(deepest < 32.0 * f64::EPSILON * (2.0 * space.size.x + 2.0), "{deepest:e}");
-    // Nobody leaves its cage: the neighbours are 1.005 apart at 0.73, and a gap of twice 0.2 would be needed to pass between
+    // No particle leaves its cage: the neighbours are 1.005 apart at 0.73, and a gap of twice 0.2 would be needed to pass between
     // two of them. The crystal as a whole does not move, as there is no momentum.
     let moved = largest_displacement(&space, &start, &watched.simulation.snapshot());
     println!("largest displacement {moved}");

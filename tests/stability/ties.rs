@@ -58,7 +58,7 @@ fn sheets_of_a_lattice_collide_all_at_once_and_exactly() {
         // Ties are broken by the lower ids.
         assert!(together.is_sorted_by_key(pair), "round {round}");
     }
-    // After an even number of rounds everybody is back.
+    // After an even number of rounds all are back.
     let end = simulation.snapshot();
     for (k, (position, velocity)) in particles.iter().enumerate() {
         assert_eq!((end.positions[k], end.velocities[k]), (*position, *velocity), "{k}");

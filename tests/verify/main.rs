@@ -2,6 +2,7 @@
 
 mod broken_engines;
 mod endings;
+mod extremes;
 mod imports;
 mod scenes;
 mod tampered_events;

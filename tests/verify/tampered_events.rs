@@ -201,7 +201,7 @@ fn a_wrong_pair_state_shows() {
     let mut verifier = Verifier::resume(&recording.scene, &recording.start, &captured).unwrap();
     assert_eq!(recording.fault_for(&mut verifier), None);
 
-    // The pair of the first Release is taken for strangers: at that distance they can only come in.
+    // The pair of the first Release is taken for uncaptured: at that distance they can only come in.
     let release =
         recording.events.iter().position(|(event, _)| event.kind == EventKind::Pair(Outcome::Release)).unwrap();
     let pair = Contact::of(&recording.events[release].0);

@@ -111,6 +111,21 @@ impl BondOrder {
     fn first(&self, degree: usize) -> usize {
         1 + degree * (2 + self.bins)
     }
+
+    /// The distribution of the order parameters of single particles.
+    fn distribution(&self, symbol: &str, method: String, series: Vec<Series>) -> Curve {
+        let centre = |bin: usize| (bin as f64 + 0.5) / self.bins as f64;
+        let values = (0..self.bins).map(centre).collect();
+        Curve {
+            name: "bond_order".to_owned(),
+            title: "Distribution of the bond order of particles".to_owned(),
+            method,
+            variables: vec![Variable { name: symbol.to_owned(), unit: "1".to_owned(), values }],
+            series,
+            is_logarithmic: [false; 2],
+            published: Vec::new(),
+        }
+    }
 }
 
 impl Instrument for BondOrder {
@@ -198,22 +213,10 @@ impl Instrument for BondOrder {
                 standard_errors: errors[range].to_vec(),
             });
         }
-        let centre = |bin: usize| (bin as f64 + 0.5) / self.bins as f64;
-        measured.curves.push(Curve {
-            name: "bond_order".to_owned(),
-            title: "Distribution of the bond order of particles".to_owned(),
-            method: format!(
-                "probability density of {symbol}_l = {global} over the {neighbours}, among particles that have any"
-            ),
-            variables: vec![Variable {
-                name: symbol.to_owned(),
-                unit: "1".to_owned(),
-                values: (0..self.bins).map(centre).collect(),
-            }],
-            series,
-            is_logarithmic: [false; 2],
-            published: Vec::new(),
-        });
+        let method = format!(
+            "probability density of {symbol}_l = {global} over the {neighbours}, among particles that have any"
+        );
+        measured.curves.push(self.distribution(symbol, method, series));
     }
 }
 

@@ -18,7 +18,7 @@ use super::transport::Transport;
 use crate::engine::event::Event;
 use crate::model::measurement_plan::MeasurementPlan;
 
-/// What an instrument starts with, at the start of the measured stretch of a run.
+/// Initial conditions of an instrument: the system and its state at the start of the measurement.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Setup<'a> {
@@ -30,7 +30,7 @@ pub struct Setup<'a> {
     pub duration: f64,
 }
 
-/// Measures one kind of quantity in the measured stretch of a run: a compute of other programs.
+/// An instrument: samples one kind of quantity during the measurement, as a *compute* of other programs does.
 ///
 /// An instrument is shown the particles at times of its own choosing, and all events if it asks for them. It only reads: a run has the
 /// same trajectory, bit for bit, whatever is measured. What it reports is written with the other measurements of the run

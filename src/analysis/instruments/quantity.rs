@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::statistics::Estimate;
 
-/// Everything that a run has measured; the content of `measurements.json`.
+/// Results of all instruments of a run; the content of `measurements.json`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Measured {
@@ -46,7 +46,7 @@ fn free_name<'n>(name: &str, taken: impl Iterator<Item = &'n str> + Clone) -> St
     (2_u64..).map(|number| format!("{plain}_{number}")).find(|name| is_free(name)).unwrap_or(plain)
 }
 
-/// A number with its standard error.
+/// A scalar result: a mean with its standard error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Number {
@@ -81,7 +81,7 @@ impl Number {
     }
 }
 
-/// A number of each particle at one time, such as its bond order: a column of a trajectory.
+/// A per-particle scalar at one time, such as the bond order: a column of a trajectory.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Scalar {
@@ -91,7 +91,7 @@ pub struct Scalar {
     pub values: Vec<f64>,
 }
 
-/// One or more quantities that depend on one variable, or on the coordinates of a grid.
+/// A measured function of one variable, such as a correlation function, or a field on a grid.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Curve {

@@ -8,7 +8,7 @@ use super::OBSERVABLES;
 use crate::analysis::statistics::Stationarity;
 use crate::base::text::{digits, unit as unit_in};
 
-/// Whether the observables were stationary while they were measured.
+/// Verdict on equilibrium: whether the observables were stationary during the measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Answer {
@@ -31,7 +31,7 @@ impl fmt::Display for Answer {
     }
 }
 
-/// Whether a run was in equilibrium, and which observables are against it.
+/// Equilibrium of a run, by the stationarity of its observables, with the reasons.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Equilibrium {
     /// The answer.

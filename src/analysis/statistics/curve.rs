@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// error, `1 / sqrt(2 (n - 1))`, is 13 %.
 const MOST_BINS: usize = 64;
 
-/// A running mean of each element of a curve: of the bins of a histogram, of the times of a correlation function.
+/// Block average of each element of a curve: of the bins of a histogram, of the times of a correlation function.
 ///
 /// Elements may have different numbers of values, as the times of a correlation function do. What [`Self::combination`] takes
 /// together must have been added together.

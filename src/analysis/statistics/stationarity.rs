@@ -24,7 +24,7 @@ const FEWEST_VALUES: usize = 20;
 /// Longer ones are merged.
 const MOST_VALUES: usize = 512;
 
-/// Whether a series is stationary.
+/// Stationarity of a time series, by Geweke's test.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "verdict", content = "by")]
 pub enum Stationarity {

@@ -8,7 +8,7 @@ pub const MOST_ERRORS: f64 = 4.0;
 /// A comparison whose standard error is larger than this part of the expected value says nothing: it would pass what is a fifth off.
 const LARGEST_ERROR: f64 = 0.05;
 
-/// Where a value comes from.
+/// Source of a reference value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Source {
     /// In a word or two: `mKLM 2019`.
@@ -17,7 +17,7 @@ pub struct Source {
     pub full: &'static str,
 }
 
-/// How far a quantity may be off besides its statistical error, and why.
+/// Tolerance of a comparison besides the statistical error, and its reason.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Allowance {
     /// In the quantity's unit; 0 for none.
@@ -31,7 +31,7 @@ impl Allowance {
     pub const NONE: Self = Self { amount: 0.0, reason: "" };
 }
 
-/// A quantity as measured and as published.
+/// Comparison of a measured quantity with its published value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
     /// What it is.
@@ -48,7 +48,7 @@ pub struct Comparison {
     pub source: Source,
 }
 
-/// What comes of a comparison.
+/// Result of a comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// Within four standard errors and the allowance.

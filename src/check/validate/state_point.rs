@@ -14,10 +14,10 @@ use crate::run::audit;
 use crate::run::{self, Ending, Finished};
 use crate::scene::{SceneBuilder, SceneError};
 
-/// Asked every few hundredths of a second; a break ends the run.
+/// A callback, called every few hundredths of a second; a break ends the run.
 pub type Watch<'a> = &'a mut dyn FnMut() -> ControlFlow<()>;
 
-/// Why a point could not be compared.
+/// Error of a state point: why it could not be compared.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum StatePointError {

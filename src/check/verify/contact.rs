@@ -5,7 +5,7 @@ use crate::engine::event::{Event, EventKind};
 use crate::model::ParticleId;
 use std::fmt;
 
-/// Two particles, or a particle and a wall of the box.
+/// A contact: a pair of particles, or a particle and a wall of the box.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Contact {

@@ -23,7 +23,7 @@ pub struct EventRange {
     pub events: u64,
 }
 
-/// Where a run has ended, by its own record.
+/// End of a run, by its own record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunEnd {
     /// Physical events of the whole run; `None` where the record does not have it.

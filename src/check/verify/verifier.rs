@@ -17,7 +17,7 @@ use crate::model::{ParticleId, Scene};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-/// Proves a sequence of events.
+/// Verifier of a sequence of events.
 ///
 /// It is shown each event with the states after it, [`Verifier::witness`], and uses nothing that an engine predicts,
 /// remembers or sorts into cells.
@@ -137,7 +137,7 @@ impl Verifier {
         let now = self.window.time(&self.states.elapsed);
         let left = self.window.length - now;
         self.window.end_by(now + round_the_box(&self.world, &self.states, &changed, left));
-        self.window.look_again(&self.world, &self.pairs, &self.states, &changed)
+        self.window.ask_changed(&self.world, &self.pairs, &self.states, &changed)
     }
 
     /// Proves that nothing was due up to a time at which no event was executed, and that the flights led there.

@@ -6,7 +6,7 @@ use crate::model::ParticleId;
 use std::fmt;
 use thiserror::Error;
 
-/// A quantity of an event that did not come out as the physics says.
+/// A quantity of an event that differs from what the collision rule gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
@@ -43,7 +43,7 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// What is wrong. Lengths are `[length]`, speeds `[length / time]`; a bound is what round-off explains.
+/// Kind of a violation. Lengths are `[length]`, speeds `[length / time]`; a bound is what round-off explains.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Fault {
@@ -200,7 +200,7 @@ pub enum Fault {
     },
 }
 
-/// A fault, and the event at which it was found.
+/// A violation of the event rule: its kind, and the event at which it was found.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("at event {event}, t = {time}: {fault}")]
 #[non_exhaustive]

@@ -69,8 +69,25 @@ pub(super) struct Window {
     versions: Vec<u32>,
 }
 
+/// What pairs are asked for with.
+struct Scan<'a> {
+    world: &'a World,
+    pairs: &'a Pairs,
+    states: &'a States,
+    /// How far each particle moves in the time that is left of the window `[length]`.
+    reaches: Vec<f64>,
+}
+
+impl<'a> Scan<'a> {
+    fn within(world: &'a World, pairs: &'a Pairs, states: &'a States, time: f64) -> Self {
+        let moves = states.velocities.iter().zip(&world.accelerations);
+        let reaches = moves.map(|(velocity, acceleration)| reach(velocity, acceleration, time)).collect();
+        Self { world, pairs, states, reaches }
+    }
+}
+
 impl Window {
-    /// Looks at all pairs and walls.
+    /// Opens a window: asks for all pairs and walls.
     ///
     /// # Errors
     /// [`Fault::TooFast`] if a pair goes round the box too often.
@@ -83,11 +100,9 @@ impl Window {
             due: BinaryHeap::new(),
             versions: vec![0; states.positions.len()],
         };
-        let reaches: Vec<f64> = (0..states.positions.len())
-            .map(|i| reach(&states.velocities[i], &world.accelerations[i], length))
-            .collect();
+        let scan = Scan::within(world, pairs, states, length);
         for &i in &world.moving {
-            window.look_at(world, pairs, states, i, |j| world.is_first(i, j), &reaches)?;
+            window.ask_particle(&scan, i, |j| world.is_first(i, j))?;
         }
         Ok(window)
     }
@@ -104,16 +119,15 @@ impl Window {
         }
     }
 
-    /// Looks at all pairs of some particles, whose flights have changed.
+    /// Asks again for all pairs and walls of some particles, whose flights have changed.
     ///
     /// # Errors
     /// [`Fault::TooFast`] if a pair goes round the box too often.
-    pub fn look_again(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) -> Result<(), Fault> {
+    pub fn ask_changed(&mut self, world: &World, pairs: &Pairs, states: &States, changed: &[u32]) -> Result<(), Fault> {
         let left = self.length - self.time(&states.elapsed);
-        let reaches: Vec<f64> =
-            (0..states.positions.len()).map(|i| reach(&states.velocities[i], &world.accelerations[i], left)).collect();
+        let scan = Scan::within(world, pairs, states, left);
         for (at, &i) in changed.iter().enumerate() {
-            self.look_at(world, pairs, states, i, |j| !changed[..at].contains(&j), &reaches)?;
+            self.ask_particle(&scan, i, |j| !changed[..at].contains(&j))?;
         }
         Ok(())
     }
@@ -151,15 +165,8 @@ impl Window {
     }
 
     /// Asks for one particle's pairs and walls.
-    fn look_at(
-        &mut self,
-        world: &World,
-        pairs: &Pairs,
-        states: &States,
-        i: u32,
-        is_wanted: impl Fn(u32) -> bool,
-        reaches: &[f64],
-    ) -> Result<(), Fault> {
+    fn ask_particle(&mut self, scan: &Scan<'_>, i: u32, is_wanted: impl Fn(u32) -> bool) -> Result<(), Fault> {
+        let Scan { world, pairs, states, ref reaches } = *scan;
         for (j, state) in pairs.of(i).filter(|(j, _)| *j != i && is_wanted(*j)) {
             self.ask_pair(world, states, i, j, state)?;
         }

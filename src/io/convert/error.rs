@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::{ReadError, WriteError};
 
-/// Why a trajectory could not be converted.
+/// Error of a conversion of a trajectory.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ConvertError {
@@ -77,7 +77,7 @@ impl ConvertError {
     }
 }
 
-/// Why a format cannot hold a frame.
+/// Error of a frame that a format cannot hold.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FrameError {

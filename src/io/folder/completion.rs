@@ -15,7 +15,7 @@ use crate::io::summary::Summary;
 use crate::io::{measurements, replacement};
 use crate::run::Finished;
 
-/// Where the files of a run are when it has ended.
+/// The files of a completed run.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Completed {

@@ -1,7 +1,7 @@
 //! Going on with a run in its folder.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::{BEFORE, CONTACTS, Folder, SCENE, SUMMARY, THERMO, TRAJECTORY, levels, names_of};
@@ -27,20 +27,8 @@ impl Folder {
     /// that of the checkpoint, or if the run is beyond the limit; [`OutputError::Foreign`] if a file that is not Carom's is in the way:
     /// nothing is changed then. [`OutputError::Write`] if one cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
-        // Nothing is made where there is no run.
-        if !is_run(target) {
-            let last = checkpoints::last(target);
-            return Err(Checkpoint::read(&last).err().unwrap_or(CheckpointError::Missing(target.to_owned())).into());
-        }
-        if !checkpoints::has_any(&active(target)) {
-            return Err(CheckpointError::Missing(target.to_owned()).into());
-        }
-        let mut owned = vec![Owned::lock(target)?];
-        replacement::recover(target, &mut owned[0])?;
-        let path = &active(target);
-        for level in levels(target, path).iter().skip(1) {
-            owned.push(Owned::lock(level)?);
-        }
+        let (path, mut owned) = locked(target)?;
+        let path = &path;
         let mut checkpoint = Checkpoint::read(&checkpoints::newest(path))?;
         if let Some(limit) = limit {
             checkpoint.refuse_passed(limit)?;
@@ -64,14 +52,7 @@ impl Folder {
         if let [.., outer, _] = owned.as_mut_slice() {
             outer.set_replacement(Replacement::Begun)?;
         }
-        // Without a summary the folder is that of a run under way.
-        let summary = path.join(SUMMARY);
-        if summary.exists() {
-            if let Some(owned) = owned.last_mut() {
-                owned.claim(&[BEFORE.to_owned()])?;
-            }
-            fs::rename(&summary, path.join(BEFORE)).map_err(OutputError::write(&summary))?;
-        }
+        set_summary_aside(path, &mut owned)?;
         let file = |name: &str| {
             let entry = manifest.files.iter().find(|entry| entry.name == name);
             entry.map(|entry| PartialFile::resume(path.join(name), entry)).transpose()
@@ -102,4 +83,35 @@ impl Folder {
         };
         Ok((folder, checkpoint))
     }
+}
+
+/// The folder of the run to go on with, and the lists of it and of those that it is to replace, outermost first, locked.
+fn locked(target: &Path) -> Result<(PathBuf, Vec<Owned>), OutputError> {
+    // Nothing is made where there is no run.
+    if !is_run(target) {
+        let last = checkpoints::last(target);
+        return Err(Checkpoint::read(&last).err().unwrap_or(CheckpointError::Missing(target.to_owned())).into());
+    }
+    if !checkpoints::has_any(&active(target)) {
+        return Err(CheckpointError::Missing(target.to_owned()).into());
+    }
+    let mut owned = vec![Owned::lock(target)?];
+    replacement::recover(target, &mut owned[0])?;
+    let path = active(target);
+    for level in levels(target, &path).iter().skip(1) {
+        owned.push(Owned::lock(level)?);
+    }
+    Ok((path, owned))
+}
+
+/// Gives the summary another name until there is a new one: without it the folder is that of a run under way.
+fn set_summary_aside(path: &Path, owned: &mut [Owned]) -> Result<(), OutputError> {
+    let summary = path.join(SUMMARY);
+    if summary.exists() {
+        if let Some(owned) = owned.last_mut() {
+            owned.claim(&[BEFORE.to_owned()])?;
+        }
+        fs::rename(&summary, path.join(BEFORE)).map_err(OutputError::write(&summary))?;
+    }
+    Ok(())
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-/// Why a run cannot be resumed.
+/// Error of a checkpoint: why a run cannot be resumed from it.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CheckpointError {

@@ -1,48 +1,14 @@
 //! Overlap search during insertion: the particles placed so far, in hashed grids of cells.
 
+mod contacts;
+mod grid;
+
+pub(crate) use contacts::Contacts;
+
+use self::grid::Grid;
 use crate::Vector;
-use crate::base::numbers::{id, trunc_to_i64};
-use crate::model::space::{Boundary, Space, minimum_image};
-use crate::model::species_pairs::SpeciesPairs;
-
-/// The distances that the cores of each two species keep `[length]`; 0 where they have none.
-#[derive(Debug, Clone)]
-pub(crate) struct Contacts(SpeciesPairs<f64>);
-
-impl Contacts {
-    pub(crate) fn of(pairs: SpeciesPairs<f64>) -> Self {
-        Self(pairs)
-    }
-
-    #[cfg(test)]
-    pub(crate) fn new(species: usize) -> Self {
-        Self(SpeciesPairs::new(species))
-    }
-
-    #[cfg(test)]
-    pub(crate) fn set(&mut self, a: usize, b: usize, distance: f64) {
-        self.0.set(a, b, distance);
-    }
-
-    #[inline]
-    pub(crate) fn get(&self, a: usize, b: usize) -> f64 {
-        self.0.get(a, b).unwrap_or(0.0)
-    }
-
-    /// Those that are not 0, each once.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
-        self.0.iter()
-    }
-
-    /// The same distances, all times a factor.
-    pub(crate) fn scaled(&self, factor: f64) -> Self {
-        Self(self.0.map(|distance| Some(distance * factor)))
-    }
-
-    pub(crate) fn largest(&self) -> f64 {
-        self.iter().map(|(_, distance)| distance).fold(0.0, f64::max)
-    }
-}
+use crate::base::numbers::id;
+use crate::model::space::{Space, minimum_image};
 
 /// Two particles closer than their cores allow.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,30 +17,6 @@ pub(crate) struct Overlapping {
     pub distance: f64,
     pub contact: f64,
 }
-
-/// Offsets to the cells around one, nearest first: the likeliest to hold an overlap, where most random attempts end.
-const NEIGHBOURS: [[i64; 3]; 27] = neighbours();
-
-const fn neighbours() -> [[i64; 3]; 27] {
-    let mut sorted = [[0; 3]; 27];
-    let (mut count, mut distance) = (0, 0);
-    while distance <= 3 {
-        let mut k = 0;
-        while k < 27 {
-            let offset = [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1];
-            if offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2] == distance {
-                sorted[count] = offset;
-                count += 1;
-            }
-            k += 1;
-        }
-        distance += 1;
-    }
-    sorted
-}
-
-/// Marks the end of a cell's list.
-const NONE: u32 = u32::MAX;
 
 /// Particles whose shortest contacts differ by less than this factor share a grid; those of a coarser one are too many for a small particle
 /// to look at, and cells of a finer one for a large particle.
@@ -92,24 +34,6 @@ pub(crate) struct Occupancy<'a> {
     grid_of: Vec<Option<usize>>,
     grids: Vec<Grid<'a>>,
     taken: Vec<(Vector, u32)>,
-}
-
-/// The particles of one grid.
-struct Grid<'a> {
-    space: &'a Space,
-    periods: Vector,
-    edge: Vector,
-    /// Number of cells around a periodic axis, 0 elsewhere.
-    around: [i64; 3],
-    /// Steps to the neighbouring cells per axis.
-    reach: [i64; 3],
-    /// Longest contact of each species with those in the grid.
-    ranges: Vec<f64>,
-    /// Contacts up to this long are found in neighbouring cells.
-    finest: f64,
-    heads: Vec<u32>,
-    /// Next of the same list, and which of the taken ones it is.
-    entries: Vec<(u32, u32)>,
 }
 
 /// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in the last
@@ -186,152 +110,11 @@ impl<'a> Occupancy<'a> {
     }
 }
 
-impl<'a> Grid<'a> {
-    /// Cells for contacts of at least `cell`.
-    fn new(space: &'a Space, cell: f64, ranges: Vec<f64>, capacity: usize) -> Self {
-        let mut edge = Vector::repeat(cell);
-        let (mut around, mut reach) = ([0; 3], [1; 3]);
-        for k in 0..3 {
-            match space.boundary[k] {
-                Boundary::Flat => reach[k] = 0,
-                Boundary::Periodic => {
-                    let cells = (space.size[k] / cell).floor().clamp(1.0, f64::from(1_u32 << 30));
-                    edge[k] = space.size[k] / cells;
-                    around[k] = trunc_to_i64(cells);
-                    reach[k] = i64::from(cells > 1.0);
-                }
-                Boundary::Bounded { .. } => {}
-            }
-        }
-        Self {
-            space,
-            periods: space.periods(),
-            edge,
-            around,
-            reach,
-            ranges,
-            finest: cell,
-            heads: vec![NONE; (2 * capacity.max(8)).next_power_of_two()],
-            entries: Vec::with_capacity(capacity),
-        }
-    }
-
-    /// Takes the place of the particle `number` of `taken`.
-    fn take(&mut self, number: u32, taken: &[(Vector, u32)]) {
-        self.entries.push((NONE, number));
-        if 2 * self.entries.len() <= self.heads.len() {
-            self.link(self.entries.len() - 1, taken);
-            return;
-        }
-        self.heads = vec![NONE; 2 * self.heads.len()];
-        (0..self.entries.len()).for_each(|entry| self.link(entry, taken));
-    }
-
-    fn link(&mut self, entry: usize, taken: &[(Vector, u32)]) {
-        let (position, _) = &taken[self.entries[entry].1 as usize];
-        let bucket = self.bucket(self.cell(position));
-        self.entries[entry].0 = self.heads[bucket];
-        self.heads[bucket] = id(entry);
-    }
-
-    /// The first of what `found` gives for those within `range` of a position; it is also asked for others.
-    fn find<T>(&self, position: &Vector, range: f64, found: impl Fn(u32) -> Option<T>) -> Option<T> {
-        if range > self.finest {
-            return self.find_far(position, range, found);
-        }
-        let cell = self.cell(position);
-        // How far the position is from the lower side of its cell, as a part of the edge.
-        let within = self.within(position);
-        // A little more than the longest contact, for the rounding of the place within a cell.
-        let longest_squared = range * range * (1.0 + 1e-6);
-        for offset in &NEIGHBOURS {
-            let mut squared = 0.0;
-            let mut is_reached = true;
-            for k in 0..3 {
-                let away = match offset[k] {
-                    0 => 0.0,
-                    1 => 1.0 - within[k],
-                    _ => within[k],
-                } * self.edge[k];
-                squared += away * away;
-                is_reached &= offset[k].abs() <= self.reach[k];
-            }
-            // A cell that is out of reach of the longest contact holds no overlap.
-            if !is_reached || squared > longest_squared {
-                continue;
-            }
-            let neighbour = [0, 1, 2].map(|k| cell[k].wrapping_add(offset[k]));
-            let first = self.find_in(self.wrap(neighbour), &found);
-            if first.is_some() {
-                return first;
-            }
-        }
-        None
-    }
-
-    /// The same where more than the neighbouring cells are within range: all of those, or all particles if they are fewer.
-    fn find_far<T>(&self, position: &Vector, range: f64, found: impl Fn(u32) -> Option<T>) -> Option<T> {
-        let steps = [0, 1, 2].map(|k| if self.reach[k] == 0 { 0.0 } else { (range / self.edge[k]).ceil() + 1.0 });
-        let cells: f64 = steps.iter().map(|steps| 2.0 * steps + 1.0).product();
-        if cells > self.entries.len() as f64 {
-            return self.entries.iter().find_map(|(_, number)| found(*number));
-        }
-        let cell = self.cell(position);
-        let steps = steps.map(trunc_to_i64);
-        let along = |k: usize| -steps[k]..=steps[k];
-        along(0).flat_map(|x| along(1).flat_map(move |y| along(2).map(move |z| [x, y, z]))).find_map(|offset| {
-            let there = [0, 1, 2].map(|k| cell[k].wrapping_add(offset[k]));
-            self.find_in(self.wrap(there), &found)
-        })
-    }
-
-    fn within(&self, position: &Vector) -> [f64; 3] {
-        [0, 1, 2].map(|k| {
-            let along = (position[k] - self.space.lower[k]) / self.edge[k];
-            along - along.floor()
-        })
-    }
-
-    fn find_in<T>(&self, cell: [i64; 3], found: &impl Fn(u32) -> Option<T>) -> Option<T> {
-        let mut entry = self.heads[self.bucket(cell)];
-        while entry != NONE {
-            let (next, number) = self.entries[entry as usize];
-            let first = found(number);
-            if first.is_some() {
-                return first;
-            }
-            entry = next;
-        }
-        None
-    }
-
-    fn cell(&self, position: &Vector) -> [i64; 3] {
-        let along = |k: usize| trunc_to_i64(((position[k] - self.space.lower[k]) / self.edge[k]).floor());
-        self.wrap([along(0), along(1), along(2)])
-    }
-
-    fn wrap(&self, mut cell: [i64; 3]) -> [i64; 3] {
-        for (index, &around) in cell.iter_mut().zip(&self.around) {
-            if around > 0 && !(0..around).contains(index) {
-                *index = index.rem_euclid(around);
-            }
-        }
-        cell
-    }
-
-    /// Neighbours along x share cache lines; two cells in one bucket only cost time.
-    fn bucket(&self, [x, y, z]: [i64; 3]) -> usize {
-        let key = x.wrapping_add(y.wrapping_mul(8_191)).wrapping_add(z.wrapping_mul(67_867_967));
-        #[expect(clippy::cast_possible_truncation, reason = "the lowest bits of a hash")]
-        let hash = key as u64 as usize;
-        hash & (self.heads.len() - 1)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::random::{Purpose, Random};
+    use crate::model::space::Boundary;
 
     #[test]
     fn overlaps_are_those_of_a_search_over_all_pairs() {

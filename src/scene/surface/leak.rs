@@ -28,7 +28,7 @@ impl StaticSurface {
     }
 }
 
-/// A surface that a species passes through.
+/// A leak: a static-sphere surface with holes that a species passes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Leak {
     /// The surface, by name.
@@ -42,7 +42,7 @@ pub struct Leak {
     pub contact: f64,
 }
 
-/// An open end of a surface that runs along another surface and leaves a gap: a joint that leaks.
+/// A gap: an open end of a static-sphere surface that runs along another one at a distance that a species passes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gap {
     /// The surface whose open end it is, by name.

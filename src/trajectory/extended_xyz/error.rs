@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use crate::model::ParticleId;
 
-/// Why a file could not be read as extended XYZ. Lines count from 1.
+/// Error of reading extended XYZ. Lines count from 1.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -125,7 +125,7 @@ impl ReadError {
     }
 }
 
-/// Why a frame could not be written.
+/// Error of writing extended XYZ.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum WriteError {

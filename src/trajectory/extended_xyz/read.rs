@@ -19,7 +19,7 @@ const DEFAULT_RADIUS: f64 = 0.5;
 /// The most particles that memory is set aside for before they have been seen.
 const TRUSTED_COUNT: usize = 1 << 16;
 
-/// The frames of a trajectory, one after the other. Ends after the first error.
+/// Reader of extended XYZ: an iterator over the frames of a trajectory. Ends after the first error.
 ///
 /// Where a file does not say: velocities are zero, radii 1/2, ids count from 0 in the order of the lines, the time is
 /// 0, images are not known, and the box is the smallest that holds the spheres, not periodic. Columns of one real number that mean nothing here are kept

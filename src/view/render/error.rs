@@ -8,7 +8,7 @@ use thiserror::Error;
 use crate::model::ParticleId;
 use crate::trajectory::extended_xyz::ReadError;
 
-/// Why an image could not be drawn or written.
+/// Error of rendering: why an image could not be drawn or written.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RenderError {

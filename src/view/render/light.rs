@@ -32,6 +32,15 @@ pub(super) struct Lights {
     sun: Vec<Light>,
 }
 
+/// A point of the surface of a body.
+pub(super) struct SurfacePoint {
+    pub position: Point,
+    /// Outward.
+    pub normal: Point,
+    /// The ball that it belongs to, which casts no shadow on itself.
+    pub body: u32,
+}
+
 /// What reaches a point: 1 for a surface that faces up, or the sun, with nothing between.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received {
@@ -86,15 +95,15 @@ impl Lights {
 
     /// What reaches a point of a surface with an outward normal. Each sample of a pixel asks its share of the lights,
     /// so that the pixel hears all of them.
-    pub fn at(&self, point: &Point, normal: &Point, own: u32, balls: &[Ball], share: usize, shares: usize) -> Received {
+    pub fn at(&self, surface: &SurfacePoint, balls: &[Ball], share: usize, shares: usize) -> Received {
         let gather = |lights: &[Light]| {
             let (mut received, mut possible) = (0.0, 0.0);
             for light in lights.iter().skip(share).step_by(shares) {
-                let cosine = normal.dot(&light.direction);
+                let cosine = surface.normal.dot(&light.direction);
                 if cosine > 0.0 {
                     let strength = light.strength * cosine * shares as f32;
                     possible += strength;
-                    received += strength * light.visibility(point, own, balls);
+                    received += strength * light.visibility(&surface.position, surface.body, balls);
                 }
             }
             (received, possible)

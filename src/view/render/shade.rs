@@ -3,7 +3,7 @@
 use super::bodies::Bodies;
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
-use super::light::{Lights, Received};
+use super::light::{Lights, Received, SurfacePoint};
 use super::parallel;
 use super::raster::{Keep, Layer, NOTHING, SAMPLES, sample_ray};
 
@@ -77,7 +77,7 @@ impl<'a> Scenery<'a> {
         if body != NOTHING {
             let point = origin + direction * self.solid.depth[place];
             let (normal, own) = self.solid_surface(body as usize, &point);
-            colour = self.shade(&point, &normal, &view, &own, body, share);
+            colour = self.shade(&SurfacePoint { position: point, normal, body }, &view, &own, share);
         }
         if let Some(veil) = &self.veil {
             colour = self.draw_veil(colour, veil, place, (origin, direction), share);
@@ -85,7 +85,7 @@ impl<'a> Scenery<'a> {
         colour
     }
 
-    /// The two sides of a mesh over what is behind them.
+    /// The two sides of a static surface over what is behind them.
     fn draw_veil(
         &self,
         behind: Colour,
@@ -105,7 +105,8 @@ impl<'a> Scenery<'a> {
             let Some(ball) = ball_of(layer) else { continue };
             let point = ray.0 + ray.1 * layer.depth[place];
             let normal = (point - ball.centre) / ball.radius;
-            let shaded = self.shade(&point, &normal, &view, &ball.colour, NOTHING, share);
+            let surface = SurfacePoint { position: point, normal, body: NOTHING };
+            let shaded = self.shade(&surface, &view, &ball.colour, share);
             // Denser at the rim, as glass is.
             let rim = 1.0 - normal.dot(&view).clamp(0.0, 1.0);
             let covered = (opacity + (1.0 - opacity) * RIM * rim.powi(3)).min(1.0);
@@ -126,17 +127,16 @@ impl<'a> Scenery<'a> {
         ((arm - axis * arm.dot(&axis)) / rod.radius, rod.colour)
     }
 
-    fn shade(&self, point: &Point, normal: &Point, view: &Point, own: &Colour, body: u32, share: usize) -> Colour {
-        let Received { sky, openness, sun } =
-            self.lights.at(point, normal, body, &self.bodies.balls, share, SAMPLES * SAMPLES);
+    fn shade(&self, surface: &SurfacePoint, view: &Point, own: &Colour, share: usize) -> Colour {
+        let Received { sky, openness, sun } = self.lights.at(surface, &self.bodies.balls, share, SAMPLES * SAMPLES);
         // Light that a crevice keeps to itself takes the colour of its walls.
         let bounced = own.map(|albedo| 1.0 / (1.0 - 0.4 * albedo.min(1.0) * (1.0 - openness)));
         let mut colour = own.component_mul(&(bounced * (SKY * sky)).add_scalar(SUN * sun));
         let half = (view + Lights::sun_direction()).normalize();
-        let shine = SHINE * normal.dot(&half).max(0.0).powi(SHININESS) * if sun > 0.0 { openness } else { 0.0 };
+        let shine = SHINE * surface.normal.dot(&half).max(0.0).powi(SHININESS) * if sun > 0.0 { openness } else { 0.0 };
         colour.add_scalar_mut(shine);
         if self.camera.is_perspective {
-            let haze = HAZE * (0.5 * (point.z - self.camera.offset.z + 1.0)).clamp(0.0, 1.0).powi(2);
+            let haze = HAZE * (0.5 * (surface.position.z - self.camera.offset.z + 1.0)).clamp(0.0, 1.0).powi(2);
             colour = colour * (1.0 - haze) + self.background * haze;
         }
         colour

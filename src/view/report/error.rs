@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-/// Why there is no page about a run.
+/// Error of the report of a run.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReportError {

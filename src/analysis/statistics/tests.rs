@@ -1,0 +1,215 @@
+use super::*;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{Rng, SeedableRng};
+
+/// `x' = rho x + noise`, uniform noise of variance 1/12.
+pub fn correlated(rho: f64, length: usize, seed: u64) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut x = 0.0;
+    let mut next = || {
+        let noise = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64 - 0.5;
+        x = rho * x + noise;
+        x
+    };
+    (0..1000).for_each(|_| {
+        next();
+    });
+    (0..length).map(|_| next()).collect()
+}
+
+#[test]
+fn the_error_of_a_correlated_series_is_that_of_theory() {
+    // The mean of n values of an AR(1) series has the variance s^2 / (n (1 - rho)^2) for large n.
+    for (rho, seed) in [(-0.5, 1), (0.0, 2), (0.5, 3), (0.9, 4)] {
+        let (n, count) = (1000, 40);
+        let error = |seed| standard_error(&correlated(rho, n, seed)).unwrap();
+        let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
+        let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
+        // One error is known to a sixth, forty to 2.6 %, of which three; with a bias of up to 12 % to the safe side.
+        assert!((0.92..1.2).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
+    }
+}
+
+#[test]
+fn what_cancels_between_neighbours_does_not_count() {
+    // x = e - 0.6 e', whose mean has the error of 0.4 e: a sixth of what independent values of the same variance would have, and half.
+    let (n, count) = (200, 60);
+    let error = |seed| {
+        let noise = correlated(0.0, n + 1, seed);
+        standard_error(&noise.windows(2).map(|two| two[1] - 0.6 * two[0]).collect::<Vec<_>>()).unwrap()
+    };
+    let mean = (3000..3000 + count).map(error).sum::<f64>() / count as f64;
+    let exact = 0.4 * (1.0 / 12.0 / n as f64).sqrt();
+    // One error is known to a quarter, sixty to 3 %, of which three; with a bias of up to 15 % to the safe side.
+    assert!((0.9..1.25).contains(&(mean / exact)), "{mean} but {exact}");
+}
+
+#[test]
+fn slow_motion_is_seen_under_fast_noise() {
+    // A tenth of the variance relaxes in ten values, and makes up two thirds of the error.
+    let (n, count) = (400, 60);
+    let series = |seed: u64| -> Vec<f64> {
+        let noise = correlated(0.0, n, 9000 + seed);
+        correlated(0.9, n, seed).iter().zip(noise).map(|(slow, fast)| slow + 7.0 * fast).collect()
+    };
+    let error = |seed| standard_error(&series(seed)).unwrap();
+    let mean = (4000..4000 + count).map(error).sum::<f64>() / count as f64;
+    let exact = ((100.0 + 49.0) / 12.0 / n as f64).sqrt();
+    assert!((0.85..1.15).contains(&(mean / exact)), "{mean} but {exact}");
+}
+
+/// Fits of a spectrum so far, in this thread.
+pub fn fits() -> u64 {
+    spectrum::FITS.get()
+}
+
+#[test]
+fn a_mean_alone_costs_no_fit() {
+    let mut average = BlockAverage::new(1.0);
+    assert_eq!(average.mean(), None);
+    correlated(0.5, 100, 1).iter().for_each(|&x| average.add(x, 1.0));
+    let before = fits();
+    let mean = average.mean().unwrap();
+    assert_eq!(fits(), before);
+    assert_eq!(average.estimate().unwrap().mean, mean);
+    assert_eq!(fits(), before + 1);
+    average.ratio(&average).unwrap();
+    assert_eq!(fits(), before + 1, "what is constant, one over one, has no spectrum");
+}
+
+#[test]
+fn a_ratio_to_zero_is_unknown_and_not_stationary() {
+    let (mut zero, mut some) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
+    for x in correlated(0.0, 100, 3) {
+        zero.add(0.0, 1.0);
+        some.add(1.0 + x, 1.0);
+    }
+    for average in [&zero, &some] {
+        assert_eq!(average.stationarity_of_ratio(&zero), Stationarity::Unknown);
+        assert_eq!(average.ratio(&zero), None);
+    }
+    assert_eq!(zero.stationarity_of_ratio(&some), Stationarity::Constant);
+}
+
+/// A relaxation under white noise of an amplitude relative to what drives it.
+pub fn under_noise(rho: f64, length: usize, noise: f64, seed: u64) -> Vec<f64> {
+    let slow = correlated(rho, length, seed);
+    slow.iter().zip(correlated(0.0, length, 500_000 + seed)).map(|(slow, fast)| slow + noise * fast).collect()
+}
+
+#[test]
+fn claimed_errors_are_honest_where_noise_hides_slow_motion() {
+    // 3 to 15 independent values of the slow part, which has 2 to 70 % of the variance.
+    for (rho, n, noise) in
+        [(0.98, 300, 6.0), (0.98, 400, 12.0), (0.97, 200, 2.0), (0.98, 512, 12.0), (0.95, 300, 4.0), (0.95, 600, 4.0)]
+    {
+        let count = 200;
+        let of = |seed: u64| {
+            let series = under_noise(rho, n, noise, 700_000 + seed);
+            let mean = series.iter().sum::<f64>() / n as f64;
+            standard_error(&series).map(|error| [mean * mean, error * error])
+        };
+        let reported: Vec<[f64; 2]> = (0..count).filter_map(of).collect();
+        let [scatter, claimed] = [0, 1].map(|k| reported.iter().map(|both| both[k]).sum::<f64>());
+        let ratio = (scatter / claimed).sqrt();
+        println!("rho {rho}, {n} values, noise {noise}: {ratio:.2}, reported {} of {count}", reported.len());
+        // Up to 1.85 where the slow part is taken for known as well as the noise. The scatter is known to 5 %.
+        assert!((0.65..1.4).contains(&ratio), "rho {rho}, {n} values, noise {noise}: {ratio}");
+    }
+}
+
+#[test]
+fn the_true_mean_lies_within_two_errors_as_often_as_it_should() {
+    let is_near = |seed: &u64| {
+        let mut average = BlockAverage::new(1.0);
+        correlated(0.8, 4000, *seed).iter().for_each(|&x| average.add(x, 1.0));
+        let Estimate { mean, standard_error } = average.estimate().unwrap();
+        mean.abs() < 2.0 * standard_error.unwrap()
+    };
+    let near = (100..200).filter(is_near).count();
+    // 95 of 100 are expected, with a standard deviation of 2.1.
+    assert!((89..=100).contains(&near), "{near}");
+}
+
+#[test]
+fn errors_of_short_series_are_not_too_small() {
+    // Two hundred rows, of which a dozen add nothing new: the mean over many series of the reported error, against the scatter of their means.
+    let (n, rho, count) = (200, 0.85, 300);
+    let all: Vec<(f64, Option<f64>)> = (0..count)
+        .map(|seed| {
+            let series = correlated(rho, n, 1000 + seed);
+            (series.iter().sum::<f64>() / n as f64, standard_error(&series))
+        })
+        .collect();
+    let scatter = (all.iter().map(|(mean, _)| mean * mean).sum::<f64>() / count as f64).sqrt();
+    let reported: Vec<f64> = all.iter().filter_map(|(_, error)| *error).collect();
+    assert!(reported.len() > 280, "{}", reported.len());
+    let mean = reported.iter().sum::<f64>() / reported.len() as f64;
+    // The scatter is known to 1 / sqrt(600) = 4 %; ten per cent are the bias of a series of thirty decay times.
+    assert!((0.8..1.2).contains(&(mean / scatter)), "{mean} but {scatter}");
+}
+
+#[test]
+fn what_only_rises_has_no_error() {
+    let rising: Vec<f64> = (0..200).map(f64::from).collect();
+    assert_eq!(standard_error(&rising), None);
+    // Half of the values with one sign, half with the other: two at most are independent.
+    let steps: Vec<f64> = (0..200).map(|k| if k < 100 { -1.0 } else { 1.0 }).collect();
+    assert_eq!(standard_error(&steps), None);
+}
+
+#[test]
+fn the_mean_of_values_that_alternate_is_known() {
+    let alternating: Vec<f64> = (0..100).map(|k| if k % 2 == 0 { -1.0 } else { 1.0 }).collect();
+    assert!(standard_error(&alternating).unwrap() < 1e-3);
+}
+
+#[test]
+fn a_ratio_of_means_is_no_mean_of_ratios() {
+    let (mut a, mut b) = (BlockAverage::new(1.0), BlockAverage::new(1.0));
+    for x in correlated(0.0, 4000, 7) {
+        // b is 1 + x, a is 2 + x.
+        a.add(2.0 + x, 1.0);
+        b.add(1.0 + x, 1.0);
+    }
+    let ratio = a.ratio(&b).unwrap();
+    // a - 2 b = - x: the error is that of the mean of x, sqrt(1 / 12 / 4000).
+    let error = (1.0 / 12.0_f64 / 4000.0).sqrt();
+    assert!((ratio.standard_error.unwrap() / error - 1.0).abs() < 0.3, "{ratio:?}");
+    assert!((ratio.mean - 2.0).abs() < 4.0 * error, "{ratio:?}: the mean of ratios is 2.10");
+    assert_eq!(a.ratio(&BlockAverage::new(1.0)), None);
+}
+
+#[test]
+fn memory_is_bounded_and_the_mean_is_exact() {
+    let mut average = BlockAverage::new(0.5);
+    (0..100_000).for_each(|k| average.add(f64::from(k), 0.5));
+    assert!(average.bins.len() < MOST_BINS);
+    assert_eq!(average.estimate().unwrap().mean, 49_999.5);
+    let binned = average.bins.iter().sum::<f64>() * average.bin_weight + average.open_sum;
+    assert_eq!(binned, average.sum);
+}
+
+#[test]
+fn longer_and_cut_off_intervals_count_by_their_time() {
+    let mut average = BlockAverage::new(1.0);
+    (0..21).for_each(|_| average.add(1.0, 1.0));
+    (0..10).for_each(|_| average.add(2.0, 2.0));
+    average.add(7.0, 0.5);
+    assert_eq!(average.estimate().unwrap().mean, (21.0 + 40.0 + 3.5) / 41.5);
+    assert_eq!(average.bin_weight, 2.0);
+    assert_eq!(average.bins.len(), 20, "ten of ones, one begun by the odd one, and nine of twos");
+}
+
+#[test]
+fn too_little_is_none_and_never_nan() {
+    let mut average = BlockAverage::new(1.0);
+    assert_eq!(average.estimate(), None);
+    average.add(f64::NAN, 1.0);
+    average.add(1.0, 0.0);
+    assert_eq!(average.estimate(), None);
+    (0..7).for_each(|_| average.add(3.0, 1.0));
+    assert_eq!(average.estimate(), Some(Estimate { mean: 3.0, standard_error: None }));
+    average.add(3.0, 1.0);
+    assert_eq!(average.estimate(), Some(Estimate { mean: 3.0, standard_error: Some(0.0) }));
+}

@@ -1,0 +1,61 @@
+//! `[[interaction]]`: a potential of two species or of bonds.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use serde_json::json;
+
+use crate::scene::interactions::MOST_STEPS;
+use crate::scene::names::WORD;
+use crate::scene::parse::interaction::POTENTIALS;
+use crate::scene::schema::{keys_by_kind, words};
+
+/// `[[interaction]]`: what two particles do to each other. It has `species`, or a `name` for bonds, or both.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("allOf" = keys_by_kind("potential", &POTENTIALS)))]
+pub(crate) struct InteractionFile {
+    /// Name for bonds and chains, unique among interactions; as those of species.
+    #[schemars(regex(pattern = WORD))]
+    pub name: Option<String>,
+    /// The two species that interact like this.
+    pub species: Option<[String; 2]>,
+    /// The potential; it decides which of the other keys there are.
+    #[schemars(extend("enum" = words(&POTENTIALS)))]
+    pub potential: String,
+    /// Distance of contact `[length]`; half the sum of the diameters of the species if not given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub diameter: Option<f64>,
+    /// Outer end of a well, shoulder or bond, in diameters.
+    #[schemars(extend("exclusiveMinimum" = 1))]
+    pub lambda: Option<f64>,
+    /// Depth of the well `[energy]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub well_depth: Option<f64>,
+    /// Height of the shoulder or of the core `[energy]`; positive for a shoulder.
+    pub height: Option<f64>,
+    /// Shortest length of a bond `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub shortest: Option<f64>,
+    /// Longest length of a bond `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub longest: Option<f64>,
+    /// Radii of the steps `[length]`, the outermost first.
+    #[schemars(length(min = 1), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
+    pub radii: Option<Vec<f64>>,
+    /// Energies `[energy]`: outside of the first radius, then inside of each; `inf` first or last is a barrier.
+    #[schemars(length(min = 2), with = "Option<Vec<Option<f64>>>")]
+    // JSON has no infinity: programs that see TOML as JSON make `inf` a null.
+    pub energies: Option<Vec<f64>>,
+    /// Distance at which a Lennard-Jones potential is cut off `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub cutoff: Option<f64>,
+    /// Number of steps of a Lennard-Jones potential.
+    #[schemars(range(min = 1, max = MOST_STEPS))]
+    pub steps: Option<u64>,
+    /// Energy at which a Lennard-Jones potential gets its hard core `[energy]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub core_energy: Option<f64>,
+    /// Ratio of the normal speeds after and before a contact with an infinite barrier.
+    #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
+    pub restitution: Option<f64>,
+}

@@ -1,0 +1,294 @@
+//! The particles of one group: listed, on a surface, in a fill or in chains.
+
+use crate::Vector;
+use crate::base::numbers::{self, trunc_to_u64};
+use crate::model::Region;
+use crate::model::random::{Purpose, Random};
+use crate::model::scene::own_volume;
+use crate::model::space::Space;
+use crate::model::{Particle, Species, SpeciesId};
+use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::filling::Filling;
+use crate::scene::interactions::{Interactions, species_named};
+use crate::scene::limits::{affordable, finite_vector, not_negative, on_flat_axes, positive};
+use crate::scene::packing::compression::Compression;
+use crate::scene::packing::insertion::{Links, grow, insert, wrapped};
+use crate::scene::packing::occupancy::{Contacts, Occupancy};
+use crate::scene::surface::{Layout, default_spacing};
+use crate::scene::unvalidated::{Arrangement, Chain, Fill, Group, Listed, LocatedGroup, SurfaceFill};
+
+/// What has to be placed before what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    Given,
+    Random,
+}
+
+impl Order {
+    pub(super) fn of(placed: &LocatedGroup) -> Self {
+        match &placed.group {
+            Group::Fill(fill) if fill.arrangement == Arrangement::Random => Self::Random,
+            Group::Chain(chain) if chain.straight.is_none() => Self::Random,
+            _ => Self::Given,
+        }
+    }
+}
+
+/// The state of the placement of all groups.
+pub(super) struct Placing<'a> {
+    pub(super) scene: &'a SceneBuilder,
+    pub(super) species: &'a [Species],
+    pub(super) space: &'a Space,
+    pub(super) contacts: &'a Contacts,
+    /// Of the static surfaces, by group.
+    pub(super) layouts: Vec<(usize, Layout)>,
+}
+
+impl<'a> Placing<'a> {
+    /// Refuses more particles than the memory is meant for, before the first is made.
+    pub(super) fn check_amounts(&self) -> Result<(), SceneError> {
+        let mut total = 0_u64;
+        for LocatedGroup { at, group } in &self.scene.groups {
+            let count = match group {
+                Group::Listed(listed) => listed.len() as u64,
+                Group::Fill(fill) => Filling::count(fill, self.species, self.space, at)?,
+                Group::Chain(chain) => chain.length.saturating_mul(chain.count),
+                Group::Surface(_) => 0,
+            };
+            total = total.saturating_add(count);
+            affordable(total, at)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn occupied(&self, parts: &[Vec<Particle>]) -> Occupancy<'a> {
+        let filled: usize = parts.iter().map(Vec::len).sum();
+        let random = self.scene.groups.iter().filter(|placed| Order::of(placed) == Order::Random);
+        let to_come: u64 = random
+            .map(|placed| match &placed.group {
+                Group::Fill(fill) => Filling::count(fill, self.species, self.space, &placed.at).unwrap_or(0),
+                Group::Chain(chain) => chain.length.saturating_mul(chain.count),
+                _ => 0,
+            })
+            .sum();
+        let mut occupancy = Occupancy::new(self.space, self.contacts, filled + numbers::index(to_come));
+        for particle in parts.iter().flatten() {
+            occupancy.take(particle.position, particle.species.0);
+        }
+        occupancy
+    }
+
+    pub(super) fn listed(&self, listed: &[Listed], at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
+        let mut particles = Vec::with_capacity(listed.len());
+        for Listed { species, position, velocity } in listed {
+            let species = species_named(self.species, species, &at.key("species"))?;
+            on_flat_axes(position, &self.space.lower, self.space, &at.key("position"))?;
+            on_flat_axes(velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
+            self.check_motion(species, velocity, &at.key("velocity"))?;
+            particles.push(Particle { species, position: wrapped(*position, self.space), velocity: *velocity });
+        }
+        Ok(particles)
+    }
+
+    fn check_motion(&self, species: SpeciesId, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
+        if self.species[species.0 as usize].is_static() && *velocity != Vector::zeros() {
+            let kind = SceneErrorKind::value(format!("{:?}", velocity.as_slice()), "none: a static species stays");
+            return Err(SceneError::new(at.clone(), kind));
+        }
+        Ok(())
+    }
+
+    pub(super) fn surface(
+        &mut self,
+        index: usize,
+        surface: &SurfaceFill,
+        at: &ConfigPath,
+    ) -> Result<Vec<Particle>, SceneError> {
+        let species = species_named(self.species, &surface.species, &at.key("species"))?;
+        let kind = &self.species[species.0 as usize];
+        if !kind.is_static() {
+            let expected = "a static species (static = true)";
+            return Err(SceneError::new(at.key("species"), SceneErrorKind::value(&surface.species, expected)));
+        }
+        surface.shape.check(at)?;
+        if let Some(spacing) = surface.spacing {
+            positive(spacing, at.key("spacing"))?;
+        }
+        // The smallest that meets the surface decides: it is the first to leak.
+        let moving = (0..self.species.len()).filter(|&other| !self.species[other].is_static());
+        let contacts =
+            moving.map(|other| self.contacts.get(other, species.0 as usize)).filter(|contact| *contact > 0.0);
+        let contact = contacts.reduce(f64::min).unwrap_or(kind.diameter);
+        let spacing = surface.spacing.unwrap_or(default_spacing(contact));
+        let estimate = surface.shape.estimate(spacing);
+        affordable(trunc_to_u64(estimate), at)?;
+        let layout = surface.shape.layout(spacing);
+        let mut particles = Vec::with_capacity(layout.points.len());
+        for point in &layout.points {
+            finite_vector(point, at)?;
+            on_flat_axes(point, &self.space.lower, self.space, at)?;
+            let position = wrapped(*point, self.space);
+            particles.push(Particle { species, position, velocity: Vector::zeros() });
+        }
+        self.layouts.push((index, layout));
+        Ok(particles)
+    }
+
+    pub(super) fn fill(
+        &self,
+        index: usize,
+        placed: &LocatedGroup,
+        occupancy: Option<&mut Occupancy<'_>>,
+    ) -> Result<Vec<Particle>, SceneError> {
+        let (Group::Fill(fill), at) = (&placed.group, &placed.at) else { return Ok(Vec::new()) };
+        let filling = Filling::new(fill, self.species, self.space, at)?;
+        let mut kinds = filling.kinds();
+        Random::new(self.scene.seed, Purpose::Composition, index).shuffle(&mut kinds);
+        let positions = match (fill.arrangement, occupancy) {
+            (Arrangement::Lattice(lattice), _) => {
+                let contacts = (!self.scene.allow_invalid_start).then_some(self.contacts);
+                filling.on_lattice(lattice, self.space, self.species, contacts, at)?
+            }
+            (Arrangement::Random, Some(occupancy)) => self
+                .at_random(index, fill, &filling.region, &kinds, occupancy)
+                .map_err(|kind| SceneError::new(at.clone(), kind))?,
+            (Arrangement::Random, None) => Vec::new(),
+        };
+        for kind in filling.species() {
+            self.check_motion(kind, &fill.velocity, &at.key("velocity"))?;
+        }
+        on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
+        check_temperature(fill.temperature, at)?;
+        let at_rest = |(position, species)| Particle {
+            species,
+            position: wrapped(position, self.space),
+            velocity: Vector::zeros(),
+        };
+        Ok(positions.into_iter().zip(kinds).map(at_rest).collect())
+    }
+
+    /// One by one, or all together where that is too dense and they have a periodic box for themselves.
+    fn at_random(
+        &self,
+        index: usize,
+        fill: &Fill,
+        region: &Region,
+        kinds: &[SpeciesId],
+        occupancy: &mut Occupancy<'_>,
+    ) -> Result<Vec<Vector>, SceneErrorKind> {
+        let diameter = |kind: &SpeciesId| self.species[kind.0 as usize].diameter;
+        let is_alone = self.scene.groups.len() == 1 && fill.region.is_none() && self.space.is_fully_periodic();
+        let is_moving = kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
+        let dense = (is_alone && is_moving).then(|| {
+            let volumes = kinds.iter().map(|kind| own_volume(diameter(kind), self.space.dimensions()));
+            let packing_fraction = volumes.sum::<f64>() / self.space.volume();
+            let (seed, contacts, space) = (self.scene.seed, self.contacts, self.space);
+            Compression { kinds, contacts, space, seed, group: index, packing_fraction }
+        });
+        if let Some(dense) = &dense
+            && dense.is_too_dense_to_insert()
+        {
+            return dense.positions();
+        }
+        let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
+        let sizes = kinds.iter().map(|kind| (0.5 * diameter(kind), kind.0));
+        match (insert(sizes, region, self.space, occupancy, &mut random), dense) {
+            (Err(SceneErrorKind::NoRoom { .. }), Some(dense)) => dense.positions(),
+            (placed, _) => placed,
+        }
+    }
+
+    pub(super) fn chains(
+        &self,
+        index: usize,
+        chain: &Chain,
+        at: &ConfigPath,
+        interactions: &mut Interactions<'_>,
+        occupancy: Option<&mut Occupancy<'_>>,
+    ) -> Result<Vec<Particle>, SceneError> {
+        let species = species_named(self.species, &chain.species, &at.key("species"))?;
+        for (value, key) in [(chain.length, "length"), (chain.count, "count")] {
+            if value == 0 {
+                return Err(SceneError::new(at.key(key), SceneErrorKind::value(0, "at least 1")));
+            }
+        }
+        let bond = interactions.bond(&chain.bond, species, species, &at.key("bond"))?;
+        let potential = &interactions.get(bond).potential;
+        let spacing = match (chain.spacing, potential.is_bond()) {
+            (Some(spacing), _) => positive(spacing, at.key("spacing"))?,
+            (None, true) => 0.5 * (potential.range() + potential.core().unwrap_or(0.0)),
+            (None, false) => {
+                let why = "this interaction lets its pair part, so there is no middle to start in".to_owned();
+                return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "spacing", why }));
+            }
+        };
+        let positions = match (chain.straight, occupancy) {
+            (Some((start, direction)), _) => self.straight(chain, &start, &direction, spacing, at)?,
+            (None, occupancy) => {
+                let links = Links {
+                    length: numbers::index(chain.length),
+                    spacing,
+                    radius: 0.5 * self.species[species.0 as usize].diameter,
+                    species: species.0,
+                    contact: self.contacts.get(species.0 as usize, species.0 as usize),
+                };
+                self.grown(index, chain, &links, occupancy, at)?
+            }
+        };
+        check_temperature(chain.temperature, at)?;
+        let at_rest =
+            |position| Particle { species, position: wrapped(position, self.space), velocity: Vector::zeros() };
+        Ok(positions.into_iter().map(at_rest).collect())
+    }
+
+    fn straight(
+        &self,
+        chain: &Chain,
+        start: &Vector,
+        direction: &Vector,
+        spacing: f64,
+        at: &ConfigPath,
+    ) -> Result<Vec<Vector>, SceneError> {
+        on_flat_axes(start, &self.space.lower, self.space, &at.key("start"))?;
+        on_flat_axes(direction, &Vector::zeros(), self.space, &at.key("direction"))?;
+        positive(direction.norm(), at.key("direction"))?;
+        if chain.count != 1 {
+            let expected = "1: several chains cannot start at one place";
+            return Err(SceneError::new(at.key("count"), SceneErrorKind::value(chain.count, expected)));
+        }
+        let step = direction.normalize() * spacing;
+        Ok((0..chain.length).map(|k| start + step * k as f64).collect())
+    }
+
+    fn grown(
+        &self,
+        index: usize,
+        chain: &Chain,
+        links: &Links,
+        occupancy: Option<&mut Occupancy<'_>>,
+        at: &ConfigPath,
+    ) -> Result<Vec<Vector>, SceneError> {
+        let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
+        let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
+        let mut positions = Vec::with_capacity(links.length * numbers::index(chain.count));
+        for _ in 0..chain.count {
+            let Some(chain) = grow(links, self.space, occupancy, &mut random) else {
+                let count = links.length * numbers::index(chain.count);
+                let kind = SceneErrorKind::NoRoom {
+                    placed: positions.len(),
+                    count,
+                    attempts: crate::scene::packing::insertion::CHAIN_ATTEMPTS,
+                };
+                return Err(SceneError::new(at.clone(), kind));
+            };
+            positions.extend(chain);
+        }
+        Ok(positions)
+    }
+}
+
+fn check_temperature(temperature: Option<f64>, at: &ConfigPath) -> Result<(), SceneError> {
+    temperature.map_or(Ok(()), |temperature| not_negative(temperature, at.key("temperature")).map(drop))
+}

@@ -1,0 +1,42 @@
+//! Contact distances of species.
+
+use crate::model::species_pairs::SpeciesPairs;
+
+/// The distances that the cores of each two species keep `[length]`; 0 where they have none.
+#[derive(Debug, Clone)]
+pub(crate) struct Contacts(SpeciesPairs<f64>);
+
+impl Contacts {
+    pub(crate) fn of(pairs: SpeciesPairs<f64>) -> Self {
+        Self(pairs)
+    }
+
+    #[cfg(test)]
+    pub(crate) fn new(species: usize) -> Self {
+        Self(SpeciesPairs::new(species))
+    }
+
+    #[cfg(test)]
+    pub(crate) fn set(&mut self, a: usize, b: usize, distance: f64) {
+        self.0.set(a, b, distance);
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, a: usize, b: usize) -> f64 {
+        self.0.get(a, b).unwrap_or(0.0)
+    }
+
+    /// Those that are not 0, each once.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
+        self.0.iter()
+    }
+
+    /// The same distances, all times a factor.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        Self(self.0.map(|distance| Some(distance * factor)))
+    }
+
+    pub(crate) fn largest(&self) -> f64 {
+        self.iter().map(|(_, distance)| distance).fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,99 @@
+//! Parses `[[interaction]]`: potentials by name or step by step.
+
+use super::{Keys, missing};
+use crate::model::potential::Potential;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::file::InteractionFile;
+use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
+
+/// The shorthands, and the keys that each one takes.
+pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
+    ("hard-sphere", &["diameter"]),
+    ("square-well", &["diameter", "lambda", "well_depth"]),
+    ("square-shoulder", &["diameter", "lambda", "height"]),
+    ("penetrable", &["diameter", "height"]),
+    ("bond", &["diameter", "lambda", "shortest", "longest"]),
+    ("stepped", &["radii", "energies"]),
+    ("stepped-lennard-jones", &["diameter", "well_depth", "cutoff", "steps", "core_energy"]),
+    ("none", &[]),
+];
+
+pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<UnvalidatedInteraction, SceneError> {
+    let Some((word, known)) = POTENTIALS.into_iter().find(|(word, _)| *word == file.potential) else {
+        let kind = SceneErrorKind::unknown_word("potential", &file.potential, POTENTIALS.map(|(word, _)| word));
+        return Err(SceneError::new(at.key("potential"), kind));
+    };
+    let given = [
+        ("diameter", file.diameter.is_some()),
+        ("lambda", file.lambda.is_some()),
+        ("well_depth", file.well_depth.is_some()),
+        ("height", file.height.is_some()),
+        ("shortest", file.shortest.is_some()),
+        ("longest", file.longest.is_some()),
+        ("radii", file.radii.is_some()),
+        ("energies", file.energies.is_some()),
+        ("cutoff", file.cutoff.is_some()),
+        ("steps", file.steps.is_some()),
+        ("core_energy", file.core_energy.is_some()),
+    ];
+    let keys = Keys { at, context: format!("potential = \"{word}\""), given: &given };
+    keys.allow(known)?;
+    if file.species.is_none() && file.name.is_none() {
+        return Err(missing(at, "species", "or a name, to use it in bonds"));
+    }
+    let model = match word {
+        "hard-sphere" => Model::HardSphere,
+        "square-well" => Model::SquareWell {
+            lambda: keys.need(file.lambda, "lambda")?,
+            well_depth: keys.need(file.well_depth, "well_depth")?,
+        },
+        "square-shoulder" => Model::SquareShoulder {
+            lambda: keys.need(file.lambda, "lambda")?,
+            height: keys.need(file.height, "height")?,
+        },
+        "penetrable" => Model::Penetrable { height: keys.need(file.height, "height")? },
+        "bond" => parse_bond(&file, &keys)?,
+        "stepped" => {
+            let (radii, energies) = (keys.need(file.radii, "radii")?, keys.need(file.energies, "energies")?);
+            Model::Exact(Potential::new(radii, energies).map_err(|error| SceneError::new(stepped(at, &error), error))?)
+        }
+        "stepped-lennard-jones" => Model::SteppedLennardJones {
+            well_depth: keys.need(file.well_depth, "well_depth")?,
+            cutoff: keys.need(file.cutoff, "cutoff")?,
+            steps: usize::try_from(keys.need(file.steps, "steps")?).unwrap_or(usize::MAX),
+            core_energy: keys.need(file.core_energy, "core_energy")?,
+        },
+        _ => Model::None,
+    };
+    let restitution = file.restitution.unwrap_or(1.0);
+    Ok(UnvalidatedInteraction { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
+}
+
+/// Which of the lists of a stepped potential an error is about.
+fn stepped(at: &ConfigPath, error: &crate::model::error::PotentialError) -> ConfigPath {
+    use crate::model::error::PotentialError as E;
+    match *error {
+        E::Radius { index, .. } | E::Order { index, .. } => at.key("radii").index(index),
+        E::Energy { index, .. } => at.key("energies").index(index),
+        E::Outside { .. } => at.key("energies").index(0),
+        E::NoRadius => at.key("radii"),
+        _ => at.key("energies"),
+    }
+}
+
+/// Two ways to give a bond: by its lengths, or relative to the diameter.
+fn parse_bond(file: &InteractionFile, keys: &Keys<'_>) -> Result<Model, SceneError> {
+    if let Some(lambda) = file.lambda {
+        keys.allow(&["diameter", "lambda"])?;
+        return Ok(Model::Bond { lambda });
+    }
+    if file.diameter.is_some() {
+        return Err(missing(keys.at, "lambda", "a bond with a diameter reaches to lambda times the diameter"));
+    }
+    let shortest = keys.need(file.shortest, "shortest")?;
+    let longest = keys.need(file.longest, "longest")?;
+    let potential =
+        Potential::bond(shortest, longest).map_err(|error| SceneError::new(keys.at.key("longest"), error))?;
+    Ok(Model::Exact(potential))
+}

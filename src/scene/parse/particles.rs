@@ -1,0 +1,138 @@
+//! Parses the tables of particles: chains, fills and static-sphere surfaces.
+
+use super::{Keys, missing, variant, vector};
+use crate::model::Region;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::file::{ChainFile, FillFile, MeshFile};
+use crate::scene::surface::{BoxSide, Surface};
+use crate::scene::unvalidated::{Amount, Arrangement, Chain, Fill, Lattice, SurfaceFill};
+
+pub(super) fn parse_chain(file: ChainFile, at: &ConfigPath) -> Result<Chain, SceneError> {
+    let straight = match (file.start, file.direction) {
+        (Some(start), Some(direction)) => Some((vector(start), vector(direction))),
+        (None, None) => None,
+        (Some(_), None) => return Err(missing(at, "direction", "a straight chain has a start and a direction")),
+        (None, Some(_)) => return Err(missing(at, "start", "a straight chain has a start and a direction")),
+    };
+    Ok(Chain {
+        species: file.species,
+        length: file.length,
+        count: file.count.unwrap_or(1),
+        bond: file.bond,
+        spacing: file.spacing,
+        straight,
+        temperature: file.temperature,
+    })
+}
+
+/// The words for arrangements.
+pub(crate) const ARRANGEMENTS: [(&str, Arrangement); 8] = [
+    ("sc", Arrangement::Lattice(Lattice::SimpleCubic)),
+    ("bcc", Arrangement::Lattice(Lattice::BodyCentredCubic)),
+    ("fcc", Arrangement::Lattice(Lattice::FaceCentredCubic)),
+    ("hcp", Arrangement::Lattice(Lattice::HexagonalClosePacked)),
+    ("square", Arrangement::Lattice(Lattice::Square)),
+    ("hexagonal", Arrangement::Lattice(Lattice::Hexagonal)),
+    ("line", Arrangement::Lattice(Lattice::Line)),
+    ("random", Arrangement::Random),
+];
+
+pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Result<Fill, SceneError> {
+    let arrangement = *variant(&ARRANGEMENTS, "arrangement", &file.arrangement, &at.key("arrangement"))?;
+    let contradiction = |key: &'static str, given: &str| {
+        let kind = SceneErrorKind::value("given as well", format!("either it or {given}"));
+        Err(SceneError::new(at.key(key), kind))
+    };
+    let composition = match (file.species, file.composition) {
+        (Some(_), Some(_)) => return contradiction("composition", "species"),
+        (Some(species), None) => vec![(species, 1.0)],
+        (None, Some(composition)) => composition.into_iter().collect(),
+        (None, None) => return Err(missing(at, "species", "or composition, for a mixture")),
+    };
+    let amount = match (file.number_density, file.packing_fraction) {
+        (Some(_), Some(_)) => return contradiction("packing_fraction", "number_density"),
+        (Some(density), None) => Some(Amount::NumberDensity(density)),
+        (None, Some(fraction)) => Some(Amount::PackingFraction(fraction)),
+        (None, None) => None,
+    };
+    if amount.is_some() && file.count.is_some() && (has_size || file.region.is_some()) {
+        return contradiction("count", "a density, because the volume is given");
+    }
+    Ok(Fill {
+        composition,
+        arrangement,
+        count: file.count,
+        amount,
+        region: file.region.map(|region| Region { lower: vector(region.lower), upper: vector(region.upper) }),
+        temperature: file.temperature,
+        velocity: vector(file.velocity.unwrap_or_default()),
+    })
+}
+
+/// The surfaces, and the keys that each one takes.
+pub(crate) const SURFACES: [(&str, &[&str]); 6] = [
+    ("plane", &["corner", "edge_1", "edge_2"]),
+    ("box", &["lower", "upper", "open"]),
+    ("cylinder", &["base", "axis", "radius", "length"]),
+    ("cone", &["base", "axis", "radii", "length"]),
+    ("sphere", &["centre", "radius"]),
+    ("points", &["points"]),
+];
+
+pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFill, SceneError> {
+    let Some((word, known)) = SURFACES.into_iter().find(|(word, _)| *word == file.surface) else {
+        let kind = SceneErrorKind::unknown_word("surface", &file.surface, SURFACES.map(|(word, _)| word));
+        return Err(SceneError::new(at.key("surface"), kind));
+    };
+    let given = [
+        ("corner", file.corner.is_some()),
+        ("edge_1", file.edge_1.is_some()),
+        ("edge_2", file.edge_2.is_some()),
+        ("lower", file.lower.is_some()),
+        ("upper", file.upper.is_some()),
+        ("open", file.open.is_some()),
+        ("base", file.base.is_some()),
+        ("axis", file.axis.is_some()),
+        ("length", file.length.is_some()),
+        ("radii", file.radii.is_some()),
+        ("radius", file.radius.is_some()),
+        ("centre", file.centre.is_some()),
+        ("points", file.points.is_some()),
+    ];
+    let keys = Keys { at, context: format!("surface = \"{word}\""), given: &given };
+    keys.allow(known)?;
+    let shape = match word {
+        "plane" => Surface::Plane {
+            corner: vector(keys.need(file.corner, "corner")?),
+            edges: [vector(keys.need(file.edge_1, "edge_1")?), vector(keys.need(file.edge_2, "edge_2")?)],
+        },
+        "box" => Surface::Box {
+            lower: vector(keys.need(file.lower, "lower")?),
+            upper: vector(keys.need(file.upper, "upper")?),
+            open: parse_sides(&file.open.unwrap_or_default(), at)?,
+        },
+        "cylinder" | "cone" => Surface::Cone {
+            base: vector(keys.need(file.base, "base")?),
+            axis: vector(keys.need(file.axis, "axis")?),
+            radii: if word == "cone" {
+                keys.need(file.radii, "radii")?
+            } else {
+                [keys.need(file.radius, "radius")?; 2]
+            },
+            length: keys.need(file.length, "length")?,
+        },
+        "sphere" => Surface::Sphere {
+            centre: vector(keys.need(file.centre, "centre")?),
+            radius: keys.need(file.radius, "radius")?,
+        },
+        _ => Surface::Points(keys.need(file.points, "points")?.into_iter().map(vector).collect()),
+    };
+    Ok(SurfaceFill { name: file.name, species: file.species, shape, spacing: file.spacing })
+}
+
+fn parse_sides(words: &[String], at: &ConfigPath) -> Result<Vec<BoxSide>, SceneError> {
+    let side =
+        |(index, word): (usize, &String)| variant(&BoxSide::NAMES, "side", word, &at.key("open").index(index)).copied();
+    words.iter().enumerate().map(side).collect()
+}

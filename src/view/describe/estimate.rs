@@ -1,0 +1,105 @@
+//! Means and their standard errors in words.
+
+use crate::analysis::statistics::{Estimate, ROUNDING, Stationarity};
+use crate::base::text::digits;
+
+/// A mean with two digits of its error, and itself to the same place: `1.0432 +- 0.0021`. What has no error but rounding stands alone.
+#[must_use]
+pub fn estimate(estimate: &Estimate) -> String {
+    let Estimate { mean, standard_error } = *estimate;
+    match standard_error {
+        Some(error) if error > ROUNDING * mean.abs() => with_error(mean, error),
+        Some(_) => exact(mean),
+        None => format!("{} (too short for an error)", digits(mean)),
+    }
+}
+
+/// A number without an error; a count with all its digits.
+fn exact(mean: f64) -> String {
+    if mean.fract() == 0.0 && mean.abs() < MOST_EXACT { format!("{:.0}", mean + 0.0) } else { digits(mean) }
+}
+
+/// Whole numbers below this, `2^53`, have all their digits.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// The mean of an observable over an interval with so many events: as [`estimate`], but what does not change at all is conserved, unless there was
+/// no event that could have changed it.
+#[must_use]
+pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
+    let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";
+    match stationarity {
+        _ if mean.mean == 0.0 => estimate(mean),
+        _ if is_of_events && events == 0 => format!("{} (no event)", exact(mean.mean)),
+        Some(Stationarity::Constant) => format!("{} (conserved)", digits(mean.mean)),
+        _ => estimate(mean),
+    }
+}
+
+/// Most decimals that are written out.
+const DECIMALS: i32 = 8;
+
+fn with_error(mean: f64, error: f64) -> String {
+    // Rounded first: 0.0996 is 0.10, with one decimal less.
+    let rounded = format!("{error:.1e}");
+    let exponent =
+        |text: &str| text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok()).unwrap_or(0);
+    let decimals = 1 - exponent(&rounded);
+    let largest = mean.abs().max(error);
+    let text = if (0..=DECIMALS).contains(&decimals) && largest < 1e9 {
+        let decimals = decimals as usize;
+        format!("{mean:.decimals$} +- {error:.decimals$}")
+    } else if decimals < 0 && largest < 1e9 {
+        let unit = 10_f64.powi(-decimals);
+        format!("{:.0} +- {:.0}", (mean / unit).round() * unit, (error / unit).round() * unit)
+    } else {
+        let places = (exponent(&format!("{mean:.1e}")) + decimals).clamp(0, 17) as usize;
+        format!("{mean:.places$e} +- {rounded}")
+    };
+    // What rounds to zero has no sign.
+    match text.strip_prefix('-') {
+        Some(positive) if positive.split(" +- ").next().and_then(|mean| mean.parse().ok()) == Some(0.0) => {
+            positive.to_owned()
+        }
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn means_have_the_digits_that_their_errors_leave() {
+        let of = |mean, standard_error| estimate(&Estimate { mean, standard_error });
+        assert_eq!(of(1.043_21, Some(0.0021)), "1.0432 +- 0.0021");
+        assert_eq!(of(1234.5, Some(25.0)), "1234 +- 25");
+        assert_eq!(of(1.234_56, Some(0.099_6)), "1.23 +- 0.10", "the rounded error decides");
+        assert_eq!(of(123_456.0, Some(2_543.0)), "123500 +- 2500");
+        assert_eq!(of(1.234_567e-20, Some(2.5e-23)), "1.2346e-20 +- 2.5e-23");
+        assert_eq!(of(-3.4e15, Some(1.2e14)), "-3.40e15 +- 1.2e14");
+        assert_eq!(of(-0.001, Some(0.34)), "0.00 +- 0.34");
+        assert_eq!(of(0.0, Some(2.0)), "0.0 +- 2.0");
+        assert_eq!(of(0.0, Some(0.0)), "0");
+        assert_eq!(of(-0.0, Some(0.0)), "0");
+        assert_eq!(of(2.0, None), "2 (too short for an error)");
+        assert_eq!(of(1.906_47, Some(6.6e-17)), "1.90647");
+        // Exact counts, as of particles that have passed.
+        assert_eq!([of(-428.0, Some(0.0)), of(12_345_678.0, Some(0.0))], ["-428", "12345678"]);
+    }
+
+    #[test]
+    fn what_does_not_change_at_all_is_conserved_and_nothing_else() {
+        let of = |name, mean, standard_error, stationarity, events| {
+            observable(name, &Estimate { mean, standard_error }, stationarity, events)
+        };
+        let (constant, stationary) = (Some(Stationarity::Constant), Some(Stationarity::Stationary));
+        assert_eq!(of("temperature", 1.906_47, Some(1e-17), constant, 9), "1.90647 (conserved)");
+        assert_eq!(of("temperature", 1.906_47, None, constant, 9), "1.90647 (conserved)");
+        assert_eq!(of("temperature", 1.5, Some(0.25), stationary, 9), "1.50 +- 0.25");
+        assert_eq!(of("temperature", 1.5, None, Some(Stationarity::Unknown), 9), "1.5 (too short for an error)");
+        assert_eq!(of("temperature", 1.0, Some(0.0), constant, 0), "1 (conserved)");
+        assert_eq!(of("compressibility_factor", 1.0, Some(0.0), constant, 0), "1 (no event)");
+        assert_eq!(of("pressure", 0.25, None, None, 0), "0.25 (no event)");
+        assert_eq!(of("collision_rate", 0.0, Some(0.0), constant, 0), "0");
+    }
+}

@@ -1,0 +1,222 @@
+//! Runs of the program: started, stopped, resumed and compared.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+/// Scenes of every kind of engine, with what acts from outside, and as many events as take some tenths of a second.
+pub const SCENES: [(&str, &str); 7] = [
+    ("hard_sphere_fluid", "300000"),
+    ("polymer", "150000"),
+    ("pendulum", "400000"),
+    ("hopper", "60000"),
+    ("granular_cooling", "150000"),
+    ("grown", "100000"),
+    ("sheared", "60000"),
+];
+
+/// Spheres that are compressed, then heated, and measured under a heat bath.
+pub const GROWN: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 500
+packing_fraction = 0.2
+temperature = 1.0
+[[stage]]
+name = "compress"
+grow = { rate = 0.05, packing_fraction = 0.5 }
+thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.3 }
+[[stage]]
+name = "jam"
+grow = { rate = 0.2, compressibility_factor = 14.0 }
+thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.1 }
+[[stage]]
+name = "heat"
+until_time = 1.0
+thermostat = { kind = "andersen", temperature = 2.0, rate = 5.0 }
+[run]
+thermostat = { kind = "andersen", temperature = 2.0, rate = 0.5 }
+equilibration = "auto"
+equilibration_events = 150_000
+until_events = 1000
+[measure]
+pressure_tensor = true
+radial_distribution = true
+diffusion = true
+free_paths = true
+bond_order = true
+"#;
+
+pub const SHEARED: &str = r#"
+[space]
+shear_rate = 0.5
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "square-well"
+lambda = 1.3
+well_depth = 0.5
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 500
+packing_fraction = 0.3
+temperature = 1.0
+[run]
+thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.2 }
+until_events = 1000
+[measure]
+pressure_tensor = true
+radial_distribution = true
+structure_factor = true
+diffusion = true
+free_paths = true
+bond_order = true
+[[measure.profile]]
+name = "layers"
+bins = [1, 10, 1]
+"#;
+
+/// Times that each of them is stopped.
+pub const STOPS: usize = 8;
+
+pub fn carom(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    command
+}
+
+pub fn finish(mut command: Command) -> Output {
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+pub fn start(scene: &str, events: &str, folder: &Path) -> Command {
+    let text = match scene {
+        "grown" => Some(GROWN),
+        "sheared" => Some(SHEARED),
+        _ => None,
+    };
+    let scene = text.map_or_else(
+        || format!("{}/configs/{scene}.toml", env!("CARGO_MANIFEST_DIR")),
+        |text| {
+            let path = folder.with_file_name(format!("{scene}.toml"));
+            fs::write(&path, text).unwrap();
+            path.to_string_lossy().into_owned()
+        },
+    );
+    let mut command = carom(&["run", &scene, "--quiet", "--until-events", events, "--checkpoint-every", "0.01"]);
+    let equilibration = match () {
+        () if scene.contains("hard_sphere") => "100000",
+        // Long enough to end by itself.
+        () if scene.ends_with("grown.toml") => "150000",
+        () => "1000",
+    };
+    command.arg("--set").arg("output.events=true");
+    command.arg("--set").arg(format!("run.equilibration_events={equilibration}"));
+    command.arg("--set").arg("output.contacts=true").arg("--out").arg(folder);
+    command
+}
+
+pub fn resume(folder: &Path) -> Command {
+    let mut command = carom(&["run", "--quiet", "--checkpoint-every", "0.01", "--resume"]);
+    command.arg(folder);
+    command
+}
+
+/// Stops a run in one of three ways; whether it was still running.
+pub fn stop(child: &mut Child, way: u32) -> bool {
+    if child.try_wait().unwrap().is_some() {
+        return false;
+    }
+    match way {
+        0 => child.kill().unwrap(),
+        _ => {
+            let signal = if way == 1 { "-TERM" } else { "-INT" };
+            let _ = Command::new("kill").arg(signal).arg(child.id().to_string()).status().unwrap();
+        }
+    }
+    !child.wait().unwrap().success()
+}
+
+/// What a run leaves that depends on nothing but its scene and seed.
+pub fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut results = Vec::new();
+    for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml"] {
+        results.push((name.to_owned(), fs::read(folder.join(name)).unwrap()));
+    }
+    for (sub, is_needed) in [("events", true), ("measurements", false)] {
+        let Ok(entries) = fs::read_dir(folder.join(sub)) else {
+            assert!(!is_needed, "{sub}");
+            continue;
+        };
+        let mut files: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        results.extend(files.iter().map(|file| (file.to_string_lossy().into_owned(), fs::read(file).unwrap())));
+    }
+    let summary = fs::read(folder.join("summary.json")).unwrap();
+    let mut summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    summary.as_object_mut().unwrap().remove("speed");
+    results.push(("summary.json".to_owned(), summary.to_string().into_bytes()));
+    results
+}
+
+pub fn assert_same(one: &Path, other: &Path, what: &str) {
+    let (one, other) = (results(one), results(other));
+    assert_eq!(one.len(), other.len(), "{what}");
+    for ((name, one), (_, other)) in one.into_iter().zip(other) {
+        assert!(!one.is_empty(), "{what}: {name} is empty");
+        assert!(one == other, "{what}: {name} differs");
+    }
+}
+
+/// A message as one line, without the frame that it has in a terminal.
+pub fn unwrapped(message: &[u8]) -> String {
+    let message = String::from_utf8_lossy(message).replace('│', " ");
+    message.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+pub fn files_of(folder: &Path) -> Vec<PathBuf> {
+    fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
+}
+
+/// All files of a folder.
+pub fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut contents = BTreeMap::new();
+    for path in files_of(folder) {
+        if path.is_dir() {
+            contents.append(&mut self::contents(&path));
+        } else {
+            let bytes = fs::read(&path).unwrap();
+            contents.insert(path, bytes);
+        }
+    }
+    contents
+}
+
+/// A run as a kill behind its last checkpoint leaves it: finished, but for names and summary, with something half written at the end.
+pub fn unfinish(folder: &Path) {
+    fs::remove_file(folder.join("summary.json")).unwrap();
+    for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml", "events/kind.npy"] {
+        let partial = folder.join(format!("{name}.partial"));
+        fs::rename(folder.join(name), &partial).unwrap();
+        if name != "scene.toml" {
+            let mut bytes = fs::read(&partial).unwrap();
+            bytes.extend(b"half of a li");
+            fs::write(&partial, bytes).unwrap();
+        }
+    }
+}
