@@ -84,10 +84,10 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), is_new: false }
     }
 
-    /// Measures with an instrument of one's own, which `begin` makes at the start of the measured stretch; [`Instrument`] shows one.
+    /// Measures with an instrument of one's own, which `begin` makes at the start of the measurement; [`Instrument`] shows one.
     ///
     /// Its state is part of the checkpoints of the run, under this name: where the run goes on from one, it has to be registered again, and
-    /// `begin` is called only if the measured stretch has not begun.
+    /// `begin` is called only if the measurement has not begun.
     pub fn instrument<I>(mut self, name: &str, begin: impl FnOnce(&Setup<'_>) -> I + Send + 'static) -> Self
     where
         I: Instrument + Clone + Serialize + DeserializeOwned + Send + 'static,

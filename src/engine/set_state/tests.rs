@@ -3,13 +3,13 @@
 use super::*;
 use crate::engine::Until;
 use crate::engine::event::Event;
-use crate::model::space::Space;
+use crate::model::space::{Space, minimum_image};
 use crate::model::{Growth, GrowthTarget, Potential};
 use crate::scene::{Amount, Chain, Lattice, SceneBuilder};
 use proptest::prelude::*;
 
-/// Events that are compared: chaos makes of one rounding some `e^2` in the time of each particle's next contact, and each has about one.
-const COMPARED: u64 = 60;
+/// Events that are compared: few enough that hardly any particle has more than two of them, each of which makes a rounding some ten times larger.
+const COMPARED: u64 = 30;
 
 fn fluid(potential: Potential, restitution: f64) -> SceneBuilder {
     SceneBuilder::new("set").species("A", 1.0, 1.0).interaction("A", "A", potential, restitution)
@@ -106,7 +106,12 @@ proptest! {
                 again.set_velocities(&snapshot.velocities).unwrap();
                 again.set_positions(&snapshot.positions, states).unwrap();
                 assert_eq!(again.captured_pairs(), captured, "scene {which}, {states:?}");
-                assert_eq!(again.snapshot(), snapshot);
+                assert_eq!(again.snapshot().velocities, snapshot.velocities);
+                for (position, expected) in again.snapshot().positions.iter().zip(&snapshot.positions) {
+                    let apart = minimum_image(position - expected, &simulation.scene().space().periods());
+                    // One rounding, of what is wrapped.
+                    assert!(apart.norm() < 1e-14, "scene {which}: {position} {expected}");
+                }
                 let name = format!("scene {which}, seed {seed}, {states:?}");
                 assert_same(&next_events(&mut again, COMPARED), &next_events(&mut simulation.clone(), COMPARED), &name);
             }
