@@ -12,10 +12,9 @@ macro_rules! with_engine {
     };
 }
 
-mod apart;
 mod arrange;
 mod audit;
-mod body;
+mod batch;
 mod build;
 mod clock;
 mod confinement;
@@ -23,21 +22,22 @@ mod drive;
 mod error;
 pub mod event;
 mod event_loop;
-mod expect;
-pub(crate) mod hardware;
+mod hardware;
 mod idle;
-pub(crate) mod neighbours;
+mod look_ahead;
+mod neighbours;
 mod observe;
 mod order;
-mod others;
+mod own_interactions;
 pub(crate) mod pairs;
 mod predict;
 mod prediction;
-pub(crate) mod schedule;
+mod schedule;
 mod set_state;
 mod snapshot;
 mod sources;
 mod start;
+mod state;
 mod states;
 
 use crate::engine::event::{Event, EventCounts, EventKind, Tally};
@@ -172,14 +172,14 @@ impl Simulation {
     /// What has happened so far.
     #[must_use]
     pub fn tally(&self) -> &Tally {
-        with_engine!(&self.engine, engine => &engine.tally)
+        with_engine!(&self.engine, engine => &engine.counts.totals)
     }
 
     /// What has happened so far, by kind and species.
     #[must_use]
     pub fn event_counts(&self) -> EventCounts {
         if self.choice.has_table {
-            return with_engine!(&self.engine, engine => engine.counts.of_rows(engine.rules.rows.species()));
+            return with_engine!(&self.engine, engine => engine.counts.by_species.of_rows(engine.pairs.rules.rows.species()));
         }
         let species = self.scene().particles.first().map_or(0, |particle| particle.species.0 as usize);
         EventCounts::of_one_species(species, self.tally())

@@ -1,8 +1,8 @@
-//! The engine's own check of its state: who overlaps, and how much of it is round-off.
+//! The engine's own check of its state: overlaps, and how much of them is round-off.
 
 use super::event_loop::Engine;
 use crate::Vector;
-use crate::engine::neighbours::near::Near;
+use crate::engine::neighbours::candidates::Candidates;
 use crate::model::ParticleId;
 use crate::physics::overlap::Side;
 
@@ -27,7 +27,7 @@ impl Overlap {
     }
 }
 
-/// Nobody calls an overlap of more than a millionth of the distance sound, though coordinates or speeds may be so large that rounding
+/// An overlap of more than a millionth of the distance is never sound, though coordinates or speeds may be so large that rounding
 /// explains it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
@@ -48,7 +48,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Three sources: the coordinates; the queue's time, at the relative speed; and the overlap function, whose terms are as
     /// large as the squared distance from which the pair came, over its slope in space, `2 s`.
     pub(super) fn round_off_of_pair(&self, i: u32, j: u32, distance: f64, path: f64, flown: f64) -> f64 {
-        let (a, b) = (&self.bodies[i as usize], &self.bodies[j as usize]);
+        let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);
         let speed = (a.velocity - b.velocity).norm();
         let from = distance + path;
         let scale = a.position.amax() + b.position.amax() + speed * self.clock(flown) + from * from / distance;
@@ -57,26 +57,26 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// The same for a wall at coordinate `at`, whose overlap function is a length.
     pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, path: f64, flown: f64) -> f64 {
-        let body = &self.bodies[i as usize];
+        let body = &self.state.bodies[i as usize];
         let scale = body.position[axis].abs() + at.abs() + body.velocity[axis].abs() * self.clock(flown) + path;
         ROUNDINGS * f64::EPSILON * scale
     }
 
     /// The size of a time of the queue that was predicted `flown` ago: since the epoch, or since the one before if that was when.
     fn clock(&self, flown: f64) -> f64 {
-        if flown > self.now { flown + self.last_reached } else { self.now }
+        if flown > self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
 
     /// How long ago the state of a particle was last rounded.
     fn flown(&self, particle: u32) -> f64 {
-        self.now - self.bodies[particle as usize].time
+        self.clock.now - self.state.bodies[particle as usize].time
     }
 
-    /// All overlaps of pairs that know each other or are near, and of particles and walls; pairs of moving particles twice.
+    /// All overlaps of captured pairs and of neighbours, and of particles and walls; pairs of moving particles twice.
     pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
         for particle in self.particles().filter(|&p| !self.is_static(p)) {
-            self.overlaps_with_known(particle, &mut found);
-            self.overlaps_with_strangers(particle, &mut found);
+            self.overlaps_of_captured(particle, &mut found);
+            self.overlaps_of_uncaptured(particle, &mut found);
             self.overlaps_with_walls(particle, &mut found);
         }
     }
@@ -105,30 +105,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn distance(&self, i: u32, j: u32) -> f64 {
-        let apart = self.state_at(i, self.now).0 - self.state_at(j, self.now).0;
-        self.nearest(apart, Vector::zeros(), self.now).0.position.norm()
+        let apart = self.state_at(i, self.clock.now).0 - self.state_at(j, self.clock.now).0;
+        self.nearest(apart, Vector::zeros(), self.clock.now).0.position.norm()
     }
 
-    fn overlaps_with_known(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+    fn overlaps_of_captured(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         if !TABLE {
             return;
         }
-        for known in self.memory.of(particle) {
-            let distance = self.distance(particle, known.partner);
+        for captured in self.pairs.states.of(particle) {
+            let distance = self.distance(particle, captured.partner);
             for side in [Side::Positive, Side::Negative] {
-                let steps = &self.rules.steps[usize::from(known.interaction)];
-                if let Some(seen) = steps.seen_from(known.state, side) {
+                let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
+                if let Some(seen) = steps.seen_from(captured.state, side) {
                     let depth = side.sign() * (seen.distance - distance);
-                    self.offer_pair(particle, known.partner, depth, seen.distance, found);
+                    self.offer_pair(particle, captured.partner, depth, seen.distance, found);
                 }
             }
         }
     }
 
-    fn overlaps_with_strangers(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
-        let species = |id: u32| self.species[id as usize];
-        let mut near = Near::default();
-        self.neighbours.find_near(particle, &mut near);
+    fn overlaps_of_uncaptured(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+        let species = |id: u32| self.state.species[id as usize];
+        let mut near = Candidates::default();
+        self.neighbours.find_candidates(particle, &mut near);
         let mut others = near.found().to_vec();
         if self.sources.lees_edwards.is_some() {
             self.for_each_across(particle, |other| others.push(other));
@@ -137,8 +137,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             others.dedup();
         }
         for other in others {
-            let meeting = self.rules.meeting(species(particle), species(other));
-            if other != particle && meeting.exists && !(TABLE && self.memory.get(particle, other).is_some()) {
+            let meeting = self.pairs.rules.meeting(species(particle), species(other));
+            if other != particle && meeting.exists && !(TABLE && self.pairs.states.get(particle, other).is_some()) {
                 let range = meeting.squared.sqrt() * self.scale();
                 self.offer_pair(particle, other, range - self.distance(particle, other), range, found);
             }
@@ -155,8 +155,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn overlaps_with_walls(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
-        let (position, _) = self.state_at(particle, self.now);
-        let radius = self.rules.species[usize::from(self.species[particle as usize])].radius;
+        let (position, _) = self.state_at(particle, self.clock.now);
+        let radius = self.pairs.rules.species[usize::from(self.state.species[particle as usize])].radius;
         let unit = unit_of_wall(radius);
         for wall in &self.sources.walls {
             let axis = usize::from(wall.face.axis);

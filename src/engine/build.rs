@@ -1,22 +1,19 @@
 //! From a scene to an engine at its start.
 
-use super::body::Body;
 use super::clock::Clock;
-use super::event_loop::Engine;
-use super::order::along_curve;
-use super::prediction::Prediction;
+use super::event_loop::{Counts, Engine, Hardware};
+use super::prediction::{Prediction, Schedule};
 use super::sources::Sources;
+use super::state::State;
 use crate::Vector;
-use crate::engine::event::{EventCounts, Tally};
-use crate::engine::neighbours::near::Near;
+use crate::engine::neighbours::candidates::Candidates;
+use crate::engine::neighbours::ranges::Ranges;
 use crate::engine::neighbours::{Neighbours, Search};
-use crate::engine::pairs::contacts::ContactTimes;
-use crate::engine::pairs::memory::PairMemory;
-use crate::engine::pairs::rules::Rules;
+use crate::engine::pairs::Pairs;
 use crate::engine::schedule::EventQueue;
+use crate::model::Scene;
 use crate::model::potential::Potential;
-use crate::model::{Scene, SpeciesId};
-use crate::physics::detection::many::Width;
+use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 
 /// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
@@ -27,118 +24,69 @@ const MANY: usize = 32_768;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub fn new(scene: &Scene) -> Self {
-        let rules = Rules::new(scene);
-        let count = scene.particles.len();
-        let names = {
-            let positions: Vec<Vector> = scene.particles.iter().map(|p| p.position).collect();
-            along_curve(&scene.space, &positions)
-        };
-        let mut numbers = vec![0; count];
-        for (&name, number) in names.iter().zip(0..) {
-            numbers[name as usize] = number;
-        }
-        let particles = || names.iter().map(|&name| &scene.particles[name as usize]);
-        let bodies = particles()
-            .zip(&names)
-            .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
-            .collect();
-        let n = count as u64;
+        let count = scene.particles().len();
+        let pairs = Pairs::of(scene, TABLE);
+        let rows = &pairs.rules.rows;
         let mut engine = Self {
-            is_large: count > LARGE,
-            bodies,
-            width: Width::most(),
-            species: particles().map(|p| rules.rows.row(p.species)).collect(),
-            numbers,
-            near: Near::default(),
-            images: vec![[0; 3]; count],
-            predictions: vec![Prediction::NONE; count],
-            queue: EventQueue::new(count, 1.0),
-            further_images: Vec::new(),
-            tied_axes: [false; 3],
-            neighbours: Neighbours::none(&scene.space),
-            space: scene.space.clone(),
-            ranges: ranges(scene, rules.rows.species()),
-            longest: scene.bonds.iter().fold(scene.longest_range(), |longest, bond| {
-                longest.max(scene.interactions[bond.interaction.0 as usize].potential.range())
-            }),
-            reach: scene.longest_range(),
-            memory: PairMemory::new(if TABLE { count } else { 0 }),
-            is_known: vec![false; if TABLE { count } else { 0 }],
-            sources: Sources::of(scene, &rules.rows),
-            periods: scene.space.periods(),
-            contact_times: scene.contact_time.map(|contact_time| ContactTimes::new(contact_time, count)),
-            tally: Tally::default(),
-            counts: EventCounts::new(if TABLE { rules.rows.species().len() } else { 0 }),
-            executed: 0,
-            transitions_at_event: 0,
-            transitions_at_order: 0,
-            start: scene.start_time,
-            epoch: 0.0,
-            epochs: 0,
-            now: 0.0,
-            last_reached: 0.0,
-            has_loose_pairs: scene
-                .bonds
-                .iter()
-                .any(|bond| !scene.interactions[bond.interaction.0 as usize].potential.is_bond()),
-            lost_speed: None,
+            state: State::of(scene, rows),
+            clock: Clock::new(scene.start_time(), count),
+            schedule: Schedule { predictions: vec![Prediction::NONE; count], queue: EventQueue::new(count, 1.0) },
+            neighbours: Neighbours::none(scene.space()),
+            ranges: Ranges::of(scene, rows.species()),
+            sources: Sources::of(scene, rows),
+            counts: Counts::new(if TABLE { rows.species().len() } else { 0 }),
+            hardware: Hardware { width: Simd::most(), is_large: count > LARGE },
             broken: None,
-            clock: Clock {
-                since: 0.0,
-                events: 0,
-                // Simultaneous events of a lattice, and N^2/2 of touching spheres on a line, are no arrest.
-                most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
-            },
-            rules,
+            scratch: None,
+            pairs,
         };
-        drop(names);
         engine.sources.schedule_global();
         engine.sort_in(Search::of(scene));
         if TABLE {
-            engine.remember_pairs(scene);
+            engine.set_pair_states(scene);
         }
         engine.fill_lists();
         engine.enlarge();
         for particle in engine.particles() {
             if !engine.is_static(particle) {
-                engine.predict(particle, 0.0);
+                engine.predict_anew(particle, 0.0);
             }
         }
-        let moving = engine.predictions.iter().filter(|prediction| prediction.wake_time().is_finite()).count();
+        let moving = engine.schedule.predictions.iter().filter(|prediction| prediction.due_time().is_finite()).count();
         if moving > 0 {
             // Some of them are enough for a median.
-            let finite = engine.predictions.iter().map(Prediction::wake_time).filter(|time| time.is_finite());
+            let finite = engine.schedule.predictions.iter().map(Prediction::due_time).filter(|time| time.is_finite());
             let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
             let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
-            engine.queue = EventQueue::new(moving, median);
+            engine.schedule.queue = EventQueue::new(moving, median);
         }
         for particle in engine.particles() {
-            engine.schedule(particle);
+            engine.enqueue(particle);
         }
         engine
     }
 
     /// Sets the states of all pairs from their distances at the start, or where they are put: the times that distances decide them.
-    pub(super) fn remember_pairs(&mut self, scene: &Scene) {
+    pub(super) fn set_pair_states(&mut self, scene: &Scene) {
         for bond in &scene.bonds {
             let [a, b] = bond.pair.map(|id| self.number(id));
             self.remember(scene, a, b, bond.interaction.narrow(), true);
         }
         let holds_all_pairs = scene.table.iter().any(|(_, id)| scene.interactions[id.0 as usize].potential.is_bond());
-        let mut near = Near::default();
+        let mut near = Candidates::default();
         for a in self.particles().filter(|&a| !self.is_static(a)).collect::<Vec<_>>() {
-            self.neighbours.find_near(a, &mut near);
+            self.neighbours.find_candidates(a, &mut near);
             let all = if holds_all_pairs { self.particles() } else { 0..0 };
             let found = if holds_all_pairs { &[] } else { near.found() };
             let mut across = Vec::new();
             self.for_each_across(a, |b| across.push(b));
             for b in all.chain(found.iter().copied()).chain(across) {
                 // Pairs of two moving particles come up twice; the first time decides.
-                if b == a || (b < a && !self.is_static(b)) || self.memory.get(a, b).is_some() {
+                if b == a || (b < a && !self.is_static(b)) || self.pairs.states.get(a, b).is_some() {
                     continue;
                 }
-                let meeting = *self.rules.meeting(self.species[a as usize], self.species[b as usize]);
+                let meeting = *self.pairs.rules.meeting(self.state.species[a as usize], self.state.species[b as usize]);
                 if meeting.exists {
                     self.remember(scene, a, b, meeting.interaction, false);
                 }
@@ -148,15 +96,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Sets one pair's state; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
-        let [one, other] = [a, b].map(|particle| &self.bodies[particle as usize]);
-        let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.now).0;
-        let rounding = rounding_of_distances(one.position.amax().max(other.position.amax()), &self.periods);
+        let [one, other] = [a, b].map(|particle| &self.state.bodies[particle as usize]);
+        let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.clock.now).0;
+        let rounding = rounding_of_distances(one.position.amax().max(other.position.amax()), &self.state.periods);
         let potential = &scene.interactions[usize::from(interaction)].potential;
         let state = state_at_start(potential, &apart, rounding);
         // A scene's potentials have some thousands of steps at the most.
         let state = u16::try_from(state).unwrap_or(u16::MAX);
         if state > 0 || is_bond {
-            self.know(a, b, state, interaction);
+            self.set_pair_state(a, b, state, interaction);
         }
     }
 }
@@ -182,11 +130,6 @@ fn state_at_start(potential: &Potential, apart: &RelativeState, rounding: f64) -
         Some(radius) if receding < 0.0 => potential.state_at(radius.next_down()),
         _ => potential.state_at(distance),
     }
-}
-
-/// By species and species, row by row, the distances at which strangers meet, negative for those who never do.
-fn ranges(scene: &Scene, species: &[SpeciesId]) -> Vec<f64> {
-    species.iter().flat_map(|&a| species.iter().map(move |&b| scene.range(a, b))).collect()
 }
 
 #[cfg(test)]

@@ -9,23 +9,56 @@ use serde::{Deserialize, Serialize};
 /// floats that count it. An epoch sees of the order of ten events per particle, so a working system is far away from it.
 const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 
-/// Counts events without time.
+/// Simulated time, counted from an epoch that moves along with it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Clock {
+    /// Simulated time at the start, at the epoch since then, and now since the epoch.
+    pub start: f64,
+    pub epoch: f64,
+    pub now: f64,
+    /// Number of epochs that have ended.
+    pub epochs: u64,
+    /// How long the epoch before this one was.
+    pub last_reached: f64,
+    pub standstill: StandstillWatch,
+}
+
+/// Counts events without time.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct StandstillWatch {
     /// Time at which the count began.
     pub since: f64,
     /// Physical events since then.
     pub events: u64,
     /// More than this many in no time is an arrest.
     pub most: u64,
+    /// Approach speed of an inelastic contact that lost it in rounding.
+    pub lost_speed: Option<f64>,
+}
+
+impl Clock {
+    /// At a simulated time, for a number of particles.
+    pub fn new(start: f64, particles: usize) -> Self {
+        let n = particles as u64;
+        let standstill = StandstillWatch {
+            since: 0.0,
+            events: 0,
+            // Simultaneous events of a lattice, and N^2/2 of touching spheres on a line, are no arrest.
+            most: 1_000 + 64 * n + (n * n / 2).min(10_000_000),
+            lost_speed: None,
+        };
+        Self { start, epoch: 0.0, now: 0.0, epochs: 0, last_reached: 0.0, standstill }
+    }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Ends the run where events go on without time, or without speed: theory, section 6.
     pub(super) fn check_standstill(&self, particle: u32, prediction: &Prediction) -> Result<(), Arrest> {
-        let standstill = match self.lost_speed {
+        let standstill = match self.clock.standstill.lost_speed {
             Some(approach) => Standstill::Speed { approach },
-            None if self.clock.events > self.clock.most => Standstill::Time { events: self.clock.events },
+            None if self.clock.standstill.events > self.clock.standstill.most => {
+                Standstill::Time { events: self.clock.standstill.events }
+            }
             None => return Ok(()),
         };
         let is_pair = matches!(prediction.contact, Contact::Pair(_));
@@ -40,10 +73,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Counts an event, unless time has moved since the last one.
     #[inline]
     pub(super) fn count_standstill(&mut self) {
-        if self.now - self.clock.since > self.queue.span() * SHORTEST_ADVANCE {
-            (self.clock.since, self.clock.events) = (self.now, 0);
+        if self.clock.now - self.clock.standstill.since > self.schedule.queue.span() * SHORTEST_ADVANCE {
+            (self.clock.standstill.since, self.clock.standstill.events) = (self.clock.now, 0);
         } else {
-            self.clock.events += 1;
+            self.clock.standstill.events += 1;
         }
     }
 
@@ -52,37 +85,37 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Times stay small this way, so that the last event of a long run is as accurate as the first. The shift is a
     /// multiple of a power of two, which most times lose without rounding.
     pub(super) fn move_epoch(&mut self) -> bool {
-        let next = self.predictions.iter().map(Prediction::wake_time).fold(self.sources.next_global, f64::min);
+        let next = self.schedule.predictions.iter().map(Prediction::due_time).fold(self.sources.next_global, f64::min);
         if next == f64::INFINITY {
             return false;
         }
-        let reached = self.queue.reached();
-        self.last_reached = reached;
+        let reached = self.schedule.queue.reached();
+        self.clock.last_reached = reached;
         let shift = reached * (next / reached).floor().max(1.0);
-        self.epoch += shift;
-        self.now -= shift;
-        self.clock.since -= shift;
+        self.clock.epoch += shift;
+        self.clock.now -= shift;
+        self.clock.standstill.since -= shift;
         self.shift_sources(shift);
-        for body in &mut self.bodies {
+        for body in &mut self.state.bodies {
             body.time -= shift;
         }
-        for prediction in &mut self.predictions {
+        for prediction in &mut self.schedule.predictions {
             prediction.contact_time -= shift;
             prediction.transition_time -= shift;
         }
-        if let Some(times) = &mut self.contact_times {
+        if let Some(times) = &mut self.pairs.contact_times {
             times.shift(shift);
         }
-        self.epochs += 1;
+        self.clock.epochs += 1;
         // Densities change slowly, but for the start.
-        let is_looked_at = self.epochs.is_power_of_two() || self.epochs.is_multiple_of(16);
+        let is_looked_at = self.clock.epochs.is_power_of_two() || self.clock.epochs.is_multiple_of(16);
         let may_rearrange = self.sources.growth.is_none() && self.sources.lees_edwards.is_none();
         if !(is_looked_at && may_rearrange && self.rearrange_if_due()) {
             self.refresh(-2.0 * shift);
         }
-        self.queue.restart();
+        self.schedule.queue.restart();
         for particle in self.particles() {
-            self.schedule(particle);
+            self.enqueue(particle);
         }
         true
     }
@@ -93,10 +126,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// predicted from as far away.
     fn refresh(&mut self, oldest: f64) {
         for particle in self.particles() {
-            if self.bodies[particle as usize].time < oldest {
+            if self.state.bodies[particle as usize].time < oldest {
                 self.stream(particle, 0.0);
                 if !self.is_static(particle) {
-                    self.predict(particle, 0.0);
+                    self.predict_anew(particle, 0.0);
                 }
             }
         }

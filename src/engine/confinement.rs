@@ -54,12 +54,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let Some(confinement) = self.sources.confinement.as_ref().filter(|_| !self.is_static(particle)) else {
                 continue;
             };
-            let body = &self.bodies[particle as usize];
-            let species = usize::from(self.species[particle as usize]);
+            let body = &self.state.bodies[particle as usize];
+            let species = usize::from(self.state.species[particle as usize]);
             let share = confinement.per_volume[species] / self.inverse_mass(particle);
             for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
                 let arm = body.position[axis] - confinement.middle[axis];
-                self.tally.confined_virial[axis] += share * (body.velocity[axis] - before[axis]) * arm;
+                self.counts.totals.confined_virial[axis] += share * (body.velocity[axis] - before[axis]) * arm;
             }
             self.note_confined_change(particle, before);
         }
@@ -71,13 +71,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// that there were times their times.
     pub(super) fn note_confined_change(&mut self, particle: u32, before: &Vector) {
         let Some(confinement) = &self.sources.confinement else { return };
-        let (after, time) = (self.bodies[particle as usize].velocity, self.time());
-        let species = usize::from(self.species[particle as usize]);
+        let (after, time) = (self.state.bodies[particle as usize].velocity, self.time());
+        let species = usize::from(self.state.species[particle as usize]);
         let share = confinement.per_volume[species] / self.inverse_mass(particle);
         for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
             let change = share * (after[axis] - before[axis]) * (after[axis] + before[axis]);
             if change != 0.0 {
-                self.tally.confined_heating[axis].add(change * time);
+                self.counts.totals.confined_heating[axis].add(change * time);
             }
         }
     }
@@ -86,10 +86,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn confined_kinetic(&self) -> Vector {
         let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
         let mut sums = [Sum::default(); 3];
-        for &particle in self.numbers.iter().filter(|&&particle| !self.is_static(particle)) {
-            let (_, velocity) = self.state_at(particle, self.now);
-            let share =
-                confinement.per_volume[usize::from(self.species[particle as usize])] / self.inverse_mass(particle);
+        for &particle in self.state.numbers.iter().filter(|&&particle| !self.is_static(particle)) {
+            let (_, velocity) = self.state_at(particle, self.clock.now);
+            let share = confinement.per_volume[usize::from(self.state.species[particle as usize])]
+                / self.inverse_mass(particle);
             for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
                 sums[axis].add(share * velocity[axis] * velocity[axis]);
             }
@@ -100,8 +100,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Adds the momentum that a wall has given a particle to what the wall has taken from all.
     pub(super) fn note_push(&mut self, particle: u32, face: Face, impulse: f64) {
         let Some(confinement) = &self.sources.confinement else { return };
-        let (axis, species) = (usize::from(face.axis), usize::from(self.species[particle as usize]));
-        self.tally.wall_push[axis][usize::from(face.is_upper)] += impulse * confinement.per_area[species][axis];
+        let (axis, species) = (usize::from(face.axis), usize::from(self.state.species[particle as usize]));
+        self.counts.totals.wall_push[axis][usize::from(face.is_upper)] += impulse * confinement.per_area[species][axis];
     }
 }
 

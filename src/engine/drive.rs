@@ -9,7 +9,7 @@ use crate::model::{Growth, Thermostat};
 impl Simulation {
     /// Starts a heat bath, or ends it. `stage` tells the random numbers of one stage from those of another.
     ///
-    /// [`Thermostat::Rescaling`] is no bath: whoever runs the simulation calls [`Self::scale_velocities`] at its times.
+    /// [`Thermostat::Rescaling`] is no bath: the caller scales with [`Self::scale_velocities`] at its times.
     pub fn set_thermostat(&mut self, thermostat: Option<&Thermostat>, stage: usize) {
         let bath = thermostat.and_then(|thermostat| match *thermostat {
             Thermostat::Andersen { temperature, rate, axes } => Some(Bath { temperature, rate, axes }),
@@ -77,13 +77,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Multiplies all velocities, relative to `drift` and to what streams, by a factor.
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
-            self.stream(particle, self.now);
-            let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
-            let body = self.bodies[particle as usize];
+            self.stream(particle, self.clock.now);
+            let inverse_mass =
+                self.pairs.rules.species[usize::from(self.state.species[particle as usize])].inverse_mass;
+            let body = self.state.bodies[particle as usize];
             let streaming = self.streaming_velocity(&body.position) + drift;
             let after = streaming + (body.velocity - streaming) * factor;
-            self.tally.supplied.add(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
-            self.bodies[particle as usize].velocity = after;
+            self.counts.totals.supplied.add(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
+            self.state.bodies[particle as usize].velocity = after;
             self.note_confined_change(particle, &body.velocity);
         }
         self.start_anew();
@@ -91,14 +92,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Predicts everything anew, after all velocities have changed.
     pub(super) fn start_anew(&mut self) {
-        for body in &mut self.bodies {
+        for body in &mut self.state.bodies {
             body.events = body.events.wrapping_add(1);
         }
-        self.queue.clear();
+        self.schedule.queue.clear();
         for particle in self.particles() {
             if !self.is_static(particle) {
-                self.predict(particle, self.now);
-                self.schedule(particle);
+                self.repredict(particle, self.clock.now);
             }
         }
     }

@@ -213,8 +213,8 @@ mod tests {
         change: impl Fn(&mut Prediction),
     ) -> (Result<Reason, EngineError>, usize) {
         let particle = engine.number(ParticleId(id));
-        change(&mut engine.predictions[particle as usize]);
-        engine.schedule(particle);
+        change(&mut engine.schedule.predictions[particle as usize]);
+        engine.enqueue(particle);
         let mut shown = 0;
         let mut run = || {
             engine.advance(Until::time(4.0), &mut |_| {
@@ -274,7 +274,7 @@ mod tests {
         let mut engine = wells::<true>(Some(1.5));
         engine.advance(Until::events(1), &mut |_| ControlFlow::Continue(())).unwrap();
         let [a, b] = [40, 41].map(|id| engine.number(ParticleId(id)));
-        assert!(engine.memory.forget(b, a));
+        assert!(engine.pairs.states.remove(b, a));
         let (found, shown) = end(engine, 40, |_| {});
         let (.., expected) = broken(&found);
         assert_eq!((expected, shown), (Invariant::CapturedPair, 1), "the core, and not the release");

@@ -75,7 +75,7 @@ pub struct Tally {
     pub bounce: u64,
     /// Contacts with walls.
     pub wall: u64,
-    /// Particles that left their cell, or the shell of their neighbour list: not physical, the price of finding neighbours.
+    /// Particles that left their cell, or the skin of their Verlet list: not physical, the price of finding neighbours.
     pub transition: u64,
     /// Physical events at which the overlap function had a turning point: no relative normal velocity that an impulse
     /// could reverse.

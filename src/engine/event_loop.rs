@@ -1,29 +1,28 @@
 //! The event loop: pop, stream, execute, repredict.
 
-use super::body::Body;
 use super::clock::Clock;
+use super::event::{EventCounts, Tally};
+use super::neighbours::Neighbours;
+use super::neighbours::ranges::Ranges;
 use super::observe::Observe;
-use super::prediction::Prediction;
+use super::pairs::Pairs;
+use super::pairs::states::PairState;
+use super::predict::Scratch;
+use super::prediction::Schedule;
+use super::schedule::{Pending, QueueEntry};
 use super::sources::Sources;
+use super::state::State;
 use super::{EngineError, Invariant, InvariantBroken, Reason, Until};
 use crate::Vector;
-use crate::engine::event::{EventCounts, Tally};
-use crate::engine::neighbours::Neighbours;
-use crate::engine::neighbours::near::Near;
-use crate::engine::pairs::contacts::ContactTimes;
-use crate::engine::pairs::memory::{Known, PairMemory};
-use crate::engine::pairs::rules::Rules;
-use crate::engine::schedule::{EventQueue, Sleepers, Wake};
 use crate::model::ParticleId;
-use crate::model::space::Space;
-use crate::physics::detection::many::Width;
+use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// What is due next.
 enum Due {
     /// The prediction of a particle.
-    Particle(Wake),
+    Particle(QueueEntry),
     /// An entry of the queue that is no longer a particle's prediction.
     Void,
     /// A global event.
@@ -34,68 +33,60 @@ enum Due {
     Limit,
 }
 
-/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or remember a state; otherwise there is one
-/// species of hard spheres, and nothing about pairs is stored or looked up.
+/// What has happened so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
-    pub bodies: Vec<Body>,
-    /// How many pairs are looked at with one instruction.
-    #[serde(skip, default = "Width::most")]
-    pub width: Width,
-    /// Whether they are too many for the caches next to the processor.
-    pub is_large: bool,
-    /// The number of each particle that the user has an id for.
-    pub numbers: Vec<u32>,
-    pub species: Vec<u16>,
-    /// How many periods each particle has travelled along the axes.
-    pub images: Vec<[i32; 3]>,
-    pub predictions: Vec<Prediction>,
-    pub queue: EventQueue,
-    pub neighbours: Neighbours,
-    pub rules: Rules,
-    pub memory: PairMemory,
-    /// Scratch: whom the particle in hand already knows.
-    pub is_known: Vec<bool>,
-    /// Scratch: whom the particle in hand finds in the cells around it.
-    #[serde(skip)]
-    pub near: Near,
-    pub sources: Sources,
-    pub periods: Vector,
-    pub space: Space,
-    /// By species and species, the distances at which strangers meet, negative for those who never do; the longest, also of bonds; and
-    /// the one that cells alone have to reach.
-    pub ranges: Vec<f64>,
-    pub longest: f64,
-    pub reach: f64,
-    /// Images of a small box that have to be looked at one by one; empty for others.
-    pub further_images: Vec<Vector>,
-    /// Axes along which neighbours can be half a period apart, so that their nearest image is decided by rounding.
-    pub tied_axes: [bool; 3],
-    pub contact_times: Option<ContactTimes>,
-    pub tally: Tally,
+pub(super) struct Counts {
+    pub totals: Tally,
     /// Events by species; empty without a table.
-    pub counts: EventCounts,
-    /// Physical events, the sum of the tally's.
+    pub by_species: EventCounts,
+    /// Physical events, the sum of the totals'.
     pub executed: u64,
     /// Cell transitions when the last of them happened.
     pub transitions_at_event: u64,
     /// Transitions when particles were last put in order.
     pub transitions_at_order: u64,
-    /// Simulated time at the start, at the epoch since then, and now since the epoch.
-    pub start: f64,
-    pub epoch: f64,
-    /// Number of epochs that have ended.
-    pub epochs: u64,
-    pub now: f64,
-    /// How long the epoch before this one was.
-    pub last_reached: f64,
+}
+
+impl Counts {
+    pub fn new(species: usize) -> Self {
+        Self {
+            totals: Tally::default(),
+            by_species: EventCounts::new(species),
+            executed: 0,
+            transitions_at_event: 0,
+            transitions_at_order: 0,
+        }
+    }
+}
+
+/// What the machine decides about the way of a calculation, and never about its result.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Hardware {
+    /// The SIMD instructions.
+    #[serde(skip, default = "Simd::most")]
+    pub width: Simd,
+    /// Whether particles are too many for the caches next to the processor.
+    pub is_large: bool,
+}
+
+/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or have states; otherwise there is one
+/// species of hard spheres, and nothing about pairs is stored or looked up.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
+    pub state: State,
     pub clock: Clock,
-    /// Whether some pairs have interactions of their own that do not hold them together.
-    pub has_loose_pairs: bool,
-    /// Approach speed of an inelastic contact that lost it in rounding.
-    pub lost_speed: Option<f64>,
+    pub schedule: Schedule,
+    pub neighbours: Neighbours,
+    pub ranges: Ranges,
+    pub pairs: Pairs,
+    pub sources: Sources,
+    pub counts: Counts,
+    pub hardware: Hardware,
     /// The impossible state that it is in, if it is.
     pub broken: Option<InvariantBroken>,
+    /// Room that is lent to predictions; part of no state.
+    #[serde(skip)]
+    pub scratch: Option<Box<Scratch>>,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -103,8 +94,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[cold]
     #[inline(never)]
     pub(super) fn broken(&mut self, particle: u32, partner: Option<u32>, expected: Invariant) -> InvariantBroken {
-        let name =
-            |number: u32| self.bodies.get(number as usize).map_or(ParticleId(number), |body| ParticleId(body.name));
+        let name = |number: u32| {
+            self.state.bodies.get(number as usize).map_or(ParticleId(number), |body| ParticleId(body.name))
+        };
         let names = (name(particle), partner.map(name));
         let broken = InvariantBroken { particle: names.0, partner: names.1, time: self.time(), expected };
         self.broken = Some(broken);
@@ -114,20 +106,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The user's id of a particle.
     #[inline]
     pub(super) fn name(&self, particle: u32) -> ParticleId {
-        ParticleId(self.bodies[particle as usize].name)
+        ParticleId(self.state.bodies[particle as usize].name)
     }
 
     /// The number of a particle that the user names.
     #[inline]
     pub(super) fn number(&self, id: ParticleId) -> u32 {
-        self.numbers[id.0 as usize]
+        self.state.numbers[id.0 as usize]
     }
 
-    /// Writes what two particles know of each other into the lists of both; static ones keep none.
-    pub(super) fn know(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
+    /// Writes the state of a pair into the lists of both; static ones keep none.
+    pub(super) fn set_pair_state(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
-                let is_new = self.memory.set(particle, Known { partner, state, interaction });
+                let is_new = self.pairs.states.set(particle, PairState { partner, state, interaction });
                 if is_new && let Some(lists) = self.neighbours.lists_mut() {
                     lists.remove(particle, partner);
                 }
@@ -135,11 +127,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Makes two particles strangers again.
-    pub(super) fn forget(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
+    /// Removes the state of a pair: it is uncaptured again.
+    pub(super) fn remove_pair_state(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
         for (particle, partner) in [(a, b), (b, a)] {
             if !self.is_static(particle) {
-                if !self.memory.forget(particle, partner) {
+                if !self.pairs.states.remove(particle, partner) {
                     return Err(self.broken(particle, Some(partner), Invariant::CapturedPair));
                 }
                 if let Some(lists) = self.neighbours.lists_mut() {
@@ -152,14 +144,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     pub(super) fn is_static(&self, particle: u32) -> bool {
-        TABLE && self.rules.species[usize::from(self.species[particle as usize])].is_static()
+        TABLE && self.pairs.rules.species[usize::from(self.state.species[particle as usize])].is_static()
     }
 
     #[inline]
     pub(super) fn acceleration(&self, particle: u32) -> Vector {
         if FALLING {
-            let species = if TABLE { self.species[particle as usize] } else { 0 };
-            self.rules.species[usize::from(species)].acceleration
+            let species = if TABLE { self.state.species[particle as usize] } else { 0 };
+            self.pairs.rules.species[usize::from(species)].acceleration
         } else {
             Vector::zeros()
         }
@@ -167,10 +159,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Puts a particle's pending prediction into the queue.
     #[inline]
-    pub(super) fn schedule(&mut self, particle: u32) {
-        let wake = self.predictions.wake(particle);
+    pub(super) fn enqueue(&mut self, particle: u32) {
+        let wake = self.schedule.predictions.wake(particle);
         if wake.time < f64::INFINITY {
-            self.queue.push(wake);
+            self.schedule.queue.push(wake);
         }
     }
 
@@ -204,7 +196,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let entry = match self.next_due(stop) {
                 Due::Particle(entry) => entry,
                 Due::Void => {
-                    self.queue.pop();
+                    self.schedule.queue.pop();
                     continue;
                 }
                 Due::GlobalEvent => {
@@ -222,26 +214,26 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 Due::Epoch if until.time == f64::INFINITY => return Ok(Some(Reason::Idle)),
                 Due::Epoch | Due::Limit => {
-                    self.now = stop;
+                    self.clock.now = stop;
                     return Ok(Some(Reason::Time));
                 }
             };
             let particle = entry.particle;
-            let prediction = self.predictions[particle as usize];
+            let prediction = self.schedule.predictions[particle as usize];
             if prediction.is_transition() {
                 if until.time == f64::INFINITY && self.is_proof_due() && self.is_over() {
                     return Ok(Some(Reason::Idle));
                 }
-                self.queue.pop();
-                self.now = entry.time;
+                self.schedule.queue.pop();
+                self.clock.now = entry.time;
                 self.execute_transition(particle, entry.time)?;
                 continue;
             }
-            if self.executed >= until.events {
+            if self.counts.executed >= until.events {
                 return Ok(Some(Reason::Events));
             }
-            self.queue.pop();
-            self.now = entry.time;
+            self.schedule.queue.pop();
+            self.clock.now = entry.time;
             let Some(event) = self.execute(particle, &prediction, entry.time)? else {
                 self.repredict(particle, entry.time);
                 continue;
@@ -253,15 +245,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             {
                 self.repredict(partner, entry.time);
             }
-            self.executed += 1;
-            self.transitions_at_event = self.tally.transition;
+            self.counts.executed += 1;
+            self.counts.transitions_at_event = self.counts.totals.transition;
             self.count_standstill();
             self.check_standstill(particle, &prediction)?;
             if flow.is_break() {
                 return Ok(Some(Reason::Observer));
             }
             // At the time of the last event, whatever else goes on until the next one.
-            if self.executed >= until.events {
+            if self.counts.executed >= until.events {
                 return Ok(Some(Reason::Events));
             }
         }
@@ -271,15 +263,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn next_due(&mut self, stop: f64) -> Due {
         let next_global = self.sources.next_global;
-        let Some(entry) = self.queue.peek(&self.predictions) else {
-            let is_global = next_global <= stop.min(self.queue.reached());
+        let Some(entry) = self.schedule.queue.peek(&self.schedule.predictions) else {
+            let is_global = next_global <= stop.min(self.schedule.queue.reached());
             return if is_global { Due::GlobalEvent } else { Due::Epoch };
         };
-        if self.predictions[entry.particle as usize].wake_time() != entry.time {
+        if self.schedule.predictions[entry.particle as usize].due_time() != entry.time {
             return Due::Void;
         }
-        if self.is_large {
-            self.expect_coming();
+        if self.hardware.is_large {
+            self.prefetch_coming();
         }
         if entry.time <= stop.min(next_global) {
             Due::Particle(entry)
@@ -290,11 +282,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
+    /// The room for predictions, to be given back.
+    #[inline]
+    pub(super) fn take_scratch(&mut self) -> Box<Scratch> {
+        self.scratch.take().unwrap_or_else(|| Box::new(Scratch::new(if TABLE { self.state.bodies.len() } else { 0 })))
+    }
+
+    /// Predicts a particle anew.
+    #[inline]
+    pub(super) fn predict_anew(&mut self, particle: u32, time: f64) {
+        let mut scratch = self.take_scratch();
+        self.schedule.predictions[particle as usize] = self.predict(particle, time, &mut scratch);
+        self.scratch = Some(scratch);
+    }
+
     /// Predicts a particle anew, and puts its prediction into the queue.
     #[inline]
     pub(super) fn repredict(&mut self, particle: u32, time: f64) {
-        self.predict(particle, time);
-        self.schedule(particle);
+        self.predict_anew(particle, time);
+        self.enqueue(particle);
     }
 
     /// The numbers of all particles.
@@ -304,22 +310,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             clippy::cast_possible_truncation,
             reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
         )]
-        let count = self.bodies.len() as u32;
+        let count = self.state.bodies.len() as u32;
         0..count
     }
 
     /// Whether pairs have to be looked at one by one.
     #[inline]
     pub(super) fn is_one_by_one(&self) -> bool {
-        !self.further_images.is_empty() || self.sources.growth.is_some() || self.sources.lees_edwards.is_some()
+        !self.ranges.further_images.is_empty() || self.sources.growth.is_some() || self.sources.lees_edwards.is_some()
     }
 
     /// Simulated time now.
     pub fn time(&self) -> f64 {
-        self.start + (self.epoch + self.now)
+        self.clock.start + (self.clock.epoch + self.clock.now)
     }
 
     fn since_epoch(&self, time: f64) -> f64 {
-        (time - self.start) - self.epoch
+        (time - self.clock.start) - self.clock.epoch
     }
 }

@@ -8,7 +8,7 @@ use super::event_loop::Engine;
 use super::predict::Streamed;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
-use crate::engine::neighbours::near::Near;
+use crate::engine::neighbours::candidates::Candidates;
 use crate::physics::detection::never::{self, Doubt};
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
@@ -26,8 +26,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether it is time to try a proof: after ever more transitions since the last event.
     #[inline]
     pub(super) fn is_proof_due(&self) -> bool {
-        let quiet = self.tally.transition - self.transitions_at_event;
-        let pairs = (self.bodies.len() as u64).saturating_pow(2);
+        let quiet = self.counts.totals.transition - self.counts.transitions_at_event;
+        let pairs = (self.state.bodies.len() as u64).saturating_pow(2);
         quiet >= FIRST_PROOF.max(pairs / 16) && quiet.is_power_of_two()
     }
 
@@ -37,13 +37,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return false;
         }
         // Contacts of the pairs that are inside of a step of theirs are always predicted.
-        if self.predictions.iter().any(|prediction| prediction.contact_time < f64::INFINITY) {
+        if self.schedule.predictions.iter().any(|prediction| prediction.contact_time < f64::INFINITY) {
             return false;
         }
         let moving: Vec<Streamed> = self
             .particles()
             .filter(|&particle| !self.is_static(particle))
-            .map(|particle| self.streamed(particle, self.now))
+            .map(|particle| self.streamed(particle, self.clock.now))
             .collect();
         let rests = |me: &Streamed| me.velocity == Vector::zeros() && me.acceleration == Vector::zeros();
         if !moving.iter().all(|me| rests(me) || !self.may_meet_wall(me)) {
@@ -52,11 +52,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if moving.iter().all(rests) {
             return true;
         }
-        let stays = |particle: u32| self.predictions[particle as usize].wake_time() == f64::INFINITY;
+        let stays = |particle: u32| self.schedule.predictions[particle as usize].due_time() == f64::INFINITY;
         if matches!(self.neighbours, Neighbours::Cells(_)) && moving.iter().all(|me| stays(me.id)) {
             return self.neighbours_never_meet(&moving);
         }
-        if moving.len().saturating_mul(self.bodies.len()) > MOST_PAIRS {
+        if moving.len().saturating_mul(self.state.bodies.len()) > MOST_PAIRS {
             return false;
         }
         moving.iter().all(|me| {
@@ -66,16 +66,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// Whether none meet of those that are in cells next to each other, or know each other: the only ones that can where nobody changes its cell.
+    /// Whether none meet of the particles in cells next to each other and of captured pairs: the only ones that can where no particle changes its cell.
     fn neighbours_never_meet(&self, moving: &[Streamed]) -> bool {
-        let (mut near, mut left) = (Near::default(), MOST_NEAR);
+        let (mut near, mut left) = (Candidates::default(), MOST_NEAR);
         moving.iter().all(|me| {
-            self.neighbours.find_near(me.id, &mut near);
+            self.neighbours.find_candidates(me.id, &mut near);
             let Some(rest) = left.checked_sub(near.found().len()) else { return false };
             left = rest;
-            let known = if TABLE { self.memory.of(me.id) } else { &[] };
-            let known = known.iter().map(|known| known.partner);
-            near.found().iter().copied().chain(known).all(|other| other == me.id || self.never_meet(me, other))
+            let captured = if TABLE { self.pairs.states.of(me.id) } else { &[] };
+            let captured = captured.iter().map(|captured| captured.partner);
+            near.found().iter().copied().chain(captured).all(|other| other == me.id || self.never_meet(me, other))
         })
     }
 
@@ -83,8 +83,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn doubt(&self, particles: &[u32]) -> Doubt {
         let mut sums = [0.0; 2];
         for &particle in particles {
-            let (position, velocity) = self.state_at(particle, self.now);
-            let body = &self.bodies[particle as usize];
+            let (position, velocity) = self.state_at(particle, self.clock.now);
+            let body = &self.state.bodies[particle as usize];
             sums[0] += position.norm() + body.position.norm();
             sums[1] += velocity.norm() + body.velocity.norm();
         }
@@ -92,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn may_meet_wall(&self, me: &Streamed) -> bool {
-        let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
+        let radius = self.pairs.rules.species[usize::from(self.state.species[me.id as usize])].radius;
         let mut doubt = self.doubt(&[me.id]);
         doubt.position += Doubt::of(radius, 0.0).position;
         self.sources.walls.iter().any(|wall| {
@@ -109,16 +109,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// each other at all.
     fn never_meet(&self, me: &Streamed, other: u32) -> bool {
         let Some(squared) = self.squared_range_from_outside(me.id, other) else { return true };
-        let (position, velocity) = self.state_at(other, self.now);
+        let (position, velocity) = self.state_at(other, self.clock.now);
         let velocity = me.velocity - velocity;
         let acceleration = me.acceleration - self.acceleration(other);
         if velocity == Vector::zeros() && acceleration == Vector::zeros() {
             return true;
         }
         let open = |vector: Vector| {
-            Vector::from_fn(|axis, _| if self.periods[axis] == f64::INFINITY { vector[axis] } else { 0.0 })
+            Vector::from_fn(|axis, _| if self.state.periods[axis] == f64::INFINITY { vector[axis] } else { 0.0 })
         };
-        let is_anywhere_periodic = self.periods.iter().any(|period| period.is_finite());
+        let is_anywhere_periodic = self.state.periods.iter().any(|period| period.is_finite());
         let state = RelativeState { position: open(me.position - position), velocity: open(velocity) };
         if is_anywhere_periodic && state.position.norm_squared() <= squared {
             return false;
@@ -135,14 +135,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The square of the distance at which a pair that is outside of its potential meets; `None` for pairs that never do, or are inside.
     fn squared_range_from_outside(&self, a: u32, b: u32) -> Option<f64> {
         if !TABLE {
-            return Some(self.rules.meeting(0, 0).squared);
+            return Some(self.pairs.rules.meeting(0, 0).squared);
         }
-        if let Some(known) = self.memory.get(a, b) {
-            let steps = &self.rules.steps[usize::from(known.interaction)];
-            let seen = (known.state == 0).then(|| steps.seen_from(0, Side::Positive)).flatten();
+        if let Some(captured) = self.pairs.states.get(a, b) {
+            let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
+            let seen = (captured.state == 0).then(|| steps.seen_from(0, Side::Positive)).flatten();
             return seen.map(|seen| seen.squared);
         }
-        let meeting = self.rules.meeting(self.species[a as usize], self.species[b as usize]);
+        let meeting = self.pairs.rules.meeting(self.state.species[a as usize], self.state.species[b as usize]);
         meeting.exists.then_some(meeting.squared)
     }
 }

@@ -1,27 +1,28 @@
-//! Who is near whom: the search for the particles that one particle could meet.
+//! Neighbour search: the particles that one particle could meet.
 //!
 //! Two ways, chosen by the density: [`cells`] alone in a thin fluid, where a list would be out of date before it is read twice,
-//! and [`lists`] of those within reach of a particle's shell in a dense one.
+//! and Verlet lists ([`lists`]) with a skin in a dense one.
 
+pub mod candidates;
 pub mod cells;
 mod divisor;
 pub mod grid;
 pub mod lists;
-pub mod near;
 pub mod packed;
-pub mod shells;
+pub mod ranges;
+pub mod verlet;
 
 use crate::Vector;
 use crate::base::numbers::{id, trunc_to_i32};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Scene, SpeciesId};
+use candidates::Candidates;
 use cells::Cells;
 use lists::Lists;
-use near::Near;
 use serde::{Deserialize, Serialize};
-use shells::Shells;
 use std::collections::HashMap;
 use std::fmt;
+use verlet::VerletLists;
 
 /// How neighbours are found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -30,23 +31,23 @@ pub enum Search {
     Cells,
     /// Those in the particle's list.
     Lists {
-        /// Radius of the shells `[length]`.
-        shell: f64,
+        /// Half of the skin: how far a particle may go from its centre before its list is rebuilt `[length]`.
+        half_skin: f64,
     },
 }
 
-/// Who is near whom, in one of the two ways.
+/// The neighbours of all particles, found in one of the two ways.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant, reason = "there is one in an engine, and it is reached without a detour")]
 pub enum Neighbours {
     /// Particles by the cell that they are in.
     Cells(Cells),
-    /// Shells around the particles, and their lists.
-    Lists(Shells),
+    /// Verlet lists.
+    Lists(VerletLists),
 }
 
 impl Neighbours {
-    /// Cells with nobody in them, until particles are sorted in.
+    /// Empty cells, until particles are sorted in.
     #[must_use]
     pub fn none(space: &Space) -> Self {
         Self::Cells(Cells::new(space, 0.0, &[]))
@@ -57,17 +58,17 @@ impl Neighbours {
     pub fn search(&self) -> Search {
         match self {
             Self::Cells(_) => Search::Cells,
-            Self::Lists(shells) => Search::Lists { shell: shells.radius },
+            Self::Lists(verlet) => Search::Lists { half_skin: verlet.half_skin },
         }
     }
 
-    /// The shells, if there are lists.
+    /// The Verlet lists, if there are any.
     #[inline]
     #[must_use]
-    pub fn shells(&self) -> Option<&Shells> {
+    pub fn verlet(&self) -> Option<&VerletLists> {
         match self {
             Self::Cells(_) => None,
-            Self::Lists(shells) => Some(shells),
+            Self::Lists(verlet) => Some(verlet),
         }
     }
 
@@ -77,15 +78,15 @@ impl Neighbours {
     pub fn lists_mut(&mut self) -> Option<&mut Lists> {
         match self {
             Self::Cells(_) => None,
-            Self::Lists(shells) => Some(&mut shells.lists),
+            Self::Lists(verlet) => Some(&mut verlet.lists),
         }
     }
 
-    /// Puts everybody into `near` with whom a particle may be in contact.
-    pub fn find_near(&self, particle: u32, near: &mut Near) {
+    /// Finds all particles with which one may be in contact.
+    pub fn find_candidates(&self, particle: u32, near: &mut Candidates) {
         match self {
-            Self::Cells(cells) => cells.find_near(cells.home(particle), near),
-            Self::Lists(shells) => shells.cells.find_near(shells.cells.home(particle), near),
+            Self::Cells(cells) => cells.find_candidates(cells.home(particle), near),
+            Self::Lists(verlet) => verlet.cells.find_candidates(verlet.cells.home(particle), near),
         }
     }
 
@@ -93,7 +94,7 @@ impl Neighbours {
     pub fn enlarge(&self) {
         match self {
             Self::Cells(cells) => cells.enlarge(),
-            Self::Lists(shells) => shells.enlarge(),
+            Self::Lists(verlet) => verlet.enlarge(),
         }
     }
 }
@@ -102,14 +103,14 @@ impl fmt::Display for Search {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Cells => f.write_str("cells"),
-            Self::Lists { shell } => write!(f, "neighbour lists with shells of {shell:.2}"),
+            Self::Lists { half_skin } => write!(f, "neighbour lists with a skin of {:.2}", 2.0 * half_skin),
         }
     }
 }
 
-/// Others beyond its range that a particle's list should hold in one, two and three dimensions, at the mean density. More cost time
+/// Batch beyond its range that a particle's list should hold in one, two and three dimensions, at the mean density. More cost time
 /// at every prediction, fewer have to be looked for more often. Measured, in three dimensions, in hard-sphere fluids and crystals and in square wells (whose
-/// pairs within range are known, and in no list), where half or twice as many lose about a tenth of the speed.
+/// pairs within range are captured, and in no list), where half or twice as many lose about a tenth of the speed.
 const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
 
 /// Lists are worth their upkeep while they reach no further than this many ranges; that is a packing fraction of 0.36. For hard spheres
@@ -119,13 +120,13 @@ const WORTHWHILE: f64 = 1.69;
 /// A change from lists to cells or back pays only this far beyond.
 const HYSTERESIS: f64 = 0.05;
 
-/// Shells are changed if others would be so much wider or narrower.
+/// The skin is changed if another would be so much wider or narrower.
 const DIFFERENT: f64 = 0.3;
 
 /// So few particles are cheap to have in a list, wherever they are.
 const FEW: usize = 32;
 
-/// Shells are no thinner than this part of the range, however dense the system.
+/// Half of a skin is no thinner than this part of the range, however dense the system.
 const THINNEST: f64 = 0.08;
 
 impl Search {
@@ -146,8 +147,8 @@ impl Search {
     /// The search for particles at `positions` that interact up to `range`, given the one that is in use.
     #[must_use]
     pub fn choose(space: &Space, range: f64, positions: &[Vector], current: Option<Self>) -> Self {
-        if positions.len() <= FEW && range > 0.0 && Shells::fit(space, range, range) {
-            return Self::Lists { shell: range };
+        if positions.len() <= FEW && range > 0.0 && VerletLists::fit(space, range, range) {
+            return Self::Lists { half_skin: range };
         }
         let dimensions = space.dimensions();
         let per_volume = LISTED[dimensions - 1] / local_density(space, range, positions);
@@ -156,19 +157,21 @@ impl Search {
             2 => (range * range + per_volume / std::f64::consts::PI).sqrt(),
             _ => range + 0.5 * per_volume,
         };
-        let shell = (0.5 * (reach - range)).max(THINNEST * range);
+        let half_skin = (0.5 * (reach - range)).max(THINNEST * range);
         let worthwhile = match current {
             None => WORTHWHILE,
             Some(Self::Cells) => WORTHWHILE * (1.0 - HYSTERESIS),
             Some(Self::Lists { .. }) => WORTHWHILE * (1.0 + HYSTERESIS),
         };
         // NaN, from no particles or no range, means cells.
-        if !(reach < worthwhile * range && Shells::fit(space, shell, range)) {
+        if !(reach < worthwhile * range && VerletLists::fit(space, half_skin, range)) {
             return Self::Cells;
         }
         match current {
-            Some(Self::Lists { shell: old }) if (shell - old).abs() < DIFFERENT * old => Self::Lists { shell: old },
-            _ => Self::Lists { shell },
+            Some(Self::Lists { half_skin: old }) if (half_skin - old).abs() < DIFFERENT * old => {
+                Self::Lists { half_skin: old }
+            }
+            _ => Self::Lists { half_skin },
         }
     }
 }
@@ -222,7 +225,7 @@ mod tests {
             Search::choose(&space, 1.0, &positions, None)
         };
         assert!(
-            matches!(choose(12, 1.0), Search::Lists { shell } if (0.2..0.3).contains(&shell)),
+            matches!(choose(12, 1.0), Search::Lists { half_skin } if (0.2..0.3).contains(&half_skin)),
             "{:?}",
             choose(12, 1.0)
         );

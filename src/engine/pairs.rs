@@ -1,6 +1,40 @@
-//! Who interacts with whom, and in which state: the table of species, and the memory of pairs.
+//! Pairs: the table of interactions by species, the states of captured pairs, and contact times of the TC model.
 
 pub mod contacts;
-pub mod memory;
 pub mod rows;
 pub mod rules;
+pub mod states;
+
+use crate::model::Scene;
+use contacts::ContactTimes;
+use rules::Rules;
+use serde::{Deserialize, Serialize};
+use states::CapturedPairs;
+
+/// Everything about pairs.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Pairs {
+    /// The table of interactions.
+    pub rules: Rules,
+    /// The states of captured pairs.
+    pub states: CapturedPairs,
+    /// When each particle last had a contact, for the TC model.
+    pub contact_times: Option<ContactTimes>,
+    /// Whether some pairs have interactions of their own that do not hold them together.
+    pub has_own_interactions: bool,
+}
+
+impl Pairs {
+    /// Those of a scene, none of them captured yet; `has_states` if pairs can be.
+    #[must_use]
+    pub fn of(scene: &Scene, has_states: bool) -> Self {
+        let count = scene.particles().len();
+        let holds = |id: crate::model::InteractionId| scene.interactions()[id.0 as usize].potential.is_bond();
+        Self {
+            rules: Rules::new(scene),
+            states: CapturedPairs::new(if has_states { count } else { 0 }),
+            contact_times: scene.contact_time().map(|contact_time| ContactTimes::new(contact_time, count)),
+            has_own_interactions: scene.bonds().iter().any(|bond| !holds(bond.interaction)),
+        }
+    }
+}

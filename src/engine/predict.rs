@@ -1,18 +1,35 @@
 //! Prediction: the earliest contact of one particle, and when it leaves its cell.
 
-use super::body::Body;
+use super::batch::Batch;
 use super::event_loop::Engine;
-use super::others::Others;
 use super::prediction::Prediction;
 use super::sources::growth;
 use super::sources::lees_edwards::FLOW;
+use super::state::Body;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
-use crate::engine::neighbours::cells::NOBODY;
+use crate::engine::neighbours::candidates::Candidates;
+use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::model::space::minimum_image;
 use crate::physics::detection::{accelerated, inertial};
 use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quadratic, Quartic, Side};
+
+/// Room for what a prediction finds on its way, kept from one prediction to the next.
+#[derive(Debug, Clone)]
+pub(super) struct Scratch {
+    /// The particles in the cells around the one in hand.
+    pub near: Candidates,
+    /// By particle, whether the one in hand has captured it; false between predictions.
+    pub is_captured: Vec<bool>,
+}
+
+impl Scratch {
+    /// For a number of particles that can be captured.
+    pub fn new(particles: usize) -> Self {
+        Self { near: Candidates::default(), is_captured: vec![false; particles] }
+    }
+}
 
 /// A particle streamed to the time of a prediction.
 pub(super) struct Streamed {
@@ -27,7 +44,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Position and velocity of a particle at `time`, without moving it there.
     #[inline]
     pub(super) fn state_at(&self, particle: u32, time: f64) -> (Vector, Vector) {
-        streamed::<FALLING>(&self.bodies[particle as usize], &self.acceleration(particle), time)
+        streamed::<FALLING>(&self.state.bodies[particle as usize], &self.acceleration(particle), time)
     }
 
     pub(super) fn streamed(&self, id: u32, time: f64) -> Streamed {
@@ -35,77 +52,68 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Streamed { id, position, velocity, acceleration: self.acceleration(id), time }
     }
 
-    /// Predicts everything about a particle anew.
-    pub(super) fn predict(&mut self, particle: u32, time: f64) {
+    /// Predicts the earliest contact of a particle, and when it leaves its cell or the skin of its list.
+    pub(super) fn predict(&self, particle: u32, time: f64, scratch: &mut Scratch) -> Prediction {
         let me = self.streamed(particle, time);
         let mut prediction = Prediction::NONE;
         if TABLE {
-            self.predict_known(&me, &mut prediction);
+            self.predict_captured(&me, &mut prediction);
         }
         match &self.neighbours {
-            Neighbours::Lists(shells) => self.predict_in_shell(&me, shells, &mut prediction),
-            Neighbours::Cells(_) => self.predict_in_cell(&me, &mut prediction),
+            Neighbours::Lists(verlet) => self.predict_in_list(&me, verlet, &mut prediction),
+            Neighbours::Cells(cells) => self.predict_in_cell(&me, cells, scratch, &mut prediction),
         }
-        if self.is_apart(particle) {
-            self.predict_apart(&me, &mut prediction);
+        if self.has_own_interactions(particle) {
+            self.predict_own_interactions(&me, &mut prediction);
         }
-        self.predictions[particle as usize] = prediction;
+        prediction
     }
 
-    /// Whether those that a particle knows have to be told from strangers: lists hold strangers only.
-    fn marks_known(&self) -> bool {
-        matches!(self.neighbours, Neighbours::Cells(_))
-    }
-
-    /// Partners that the particle knows: both sides of the pair's state.
-    fn predict_known(&mut self, me: &Streamed, prediction: &mut Prediction) {
+    /// Contacts with captured partners: both sides of the pair's state.
+    fn predict_captured(&self, me: &Streamed, prediction: &mut Prediction) {
         if !FALLING && self.sources.lees_edwards.is_none() {
-            if self.marks_known() {
-                for known in self.memory.of(me.id) {
-                    self.is_known[known.partner as usize] = true;
-                }
-            }
-            let wraps = self.neighbours.shells().is_none_or(|shells| shells.wraps(&me.position));
-            self.others(me, wraps).first_known(me, self.memory.of(me.id), &self.rules.steps, prediction);
+            let wraps = self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
+            self.others(me, wraps).earliest_of_captured(
+                me,
+                self.pairs.states.of(me.id),
+                &self.pairs.rules.steps,
+                prediction,
+            );
             return;
         }
-        for at in 0..self.memory.of(me.id).len() {
-            let known = self.memory.of(me.id)[at];
-            if self.marks_known() {
-                self.is_known[known.partner as usize] = true;
-            }
-            let (state, _) = self.relative(me, known.partner);
-            let steps = &self.rules.steps[usize::from(known.interaction)];
+        for captured in self.pairs.states.of(me.id) {
+            let (state, _) = self.relative(me, captured.partner);
+            let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
             for side in [Side::Positive, Side::Negative] {
-                let Some(seen) = steps.seen_from(known.state, side) else { continue };
+                let Some(seen) = steps.seen_from(captured.state, side) else { continue };
                 let horizon = prediction.contact_time - me.time;
-                if let Some(dt) = self.detect(me, known.partner, &state, seen.squared, side, horizon) {
-                    self.offer(me, known.partner, side, dt, prediction);
+                if let Some(dt) = self.detect(me, captured.partner, &state, seen.squared, side, horizon) {
+                    self.offer(me, captured.partner, side, dt, prediction);
                 }
             }
         }
     }
 
-    /// The first meeting with any of some strangers, whom `wraps` says that a nearer image may have.
+    /// The first contact with any of some uncaptured others; `wraps` if the nearest image of one may be another one than itself.
     #[inline]
-    pub(super) fn predict_strangers(
+    pub(super) fn predict_uncaptured(
         &self,
         me: &Streamed,
         wraps: bool,
-        strangers: &[u32],
+        others: &[u32],
         length: usize,
         prediction: &mut Prediction,
     ) {
         let before = prediction.contact_time;
-        let met = self.others(me, wraps).first_met::<FALLING, TABLE>(me, strangers, length, before);
-        if met.other != NOBODY && prediction.is_before(me.id, met.other, met.time, &self.bodies) {
-            prediction.meet(me.id, met.other, Side::Positive, met.time, &self.bodies);
+        let met = self.others(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
+        if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {
+            prediction.meet(me.id, met.other, Side::Positive, met.time, &self.state.bodies);
         }
         if FALLING && TABLE {
-            let mine = self.species[me.id as usize];
-            for &other in &strangers[..length] {
-                if self.rules.meeting(mine, self.species[other as usize]).is_accelerated {
-                    self.predict_stranger(me, other, prediction);
+            let mine = self.state.species[me.id as usize];
+            for &other in &others[..length] {
+                if self.pairs.rules.meeting(mine, self.state.species[other as usize]).is_accelerated {
+                    self.predict_uncaptured_pair(me, other, prediction);
                 }
             }
         }
@@ -113,33 +121,34 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// What others are to a particle.
     #[inline]
-    fn others(&self, me: &Streamed, wraps: bool) -> Others<'_> {
-        let species = if TABLE { self.species[me.id as usize] } else { 0 };
-        Others {
-            width: self.width,
-            bodies: &self.bodies,
-            periods: &self.periods,
+    fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
+        let species = if TABLE { self.state.species[me.id as usize] } else { 0 };
+        Batch {
+            width: self.hardware.width,
+            bodies: &self.state.bodies,
+            periods: &self.state.periods,
             wraps,
             acceleration: me.acceleration,
-            squared: self.rules.inertial_squared(species),
-            species: &self.species,
+            squared: self.pairs.rules.inertial_squared(species),
+            species: &self.state.species,
         }
     }
 
-    /// A particle near by that is not known: it can only come in from outside.
+    /// The contact of an uncaptured pair: it can only come in from outside.
     #[inline]
-    pub(super) fn predict_stranger(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
+    pub(super) fn predict_uncaptured_pair(&self, me: &Streamed, other: u32, prediction: &mut Prediction) {
         if other == me.id {
             return;
         }
         let squared = if TABLE {
-            let meeting = self.rules.meeting(self.species[me.id as usize], self.species[other as usize]);
+            let meeting =
+                self.pairs.rules.meeting(self.state.species[me.id as usize], self.state.species[other as usize]);
             if !meeting.exists {
                 return;
             }
             meeting.squared
         } else {
-            self.rules.meeting(0, 0).squared
+            self.pairs.rules.meeting(0, 0).squared
         };
         let (state, is_across) = self.relative(me, other);
         let horizon = prediction.contact_time - me.time;
@@ -147,7 +156,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.offer(me, other, Side::Positive, dt, prediction);
         }
         if is_across {
-            for beside in [-self.periods[FLOW], self.periods[FLOW]] {
+            for beside in [-self.state.periods[FLOW], self.state.periods[FLOW]] {
                 let mut state = state;
                 state.position[FLOW] += beside;
                 if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
@@ -155,7 +164,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
-        for image in &self.further_images {
+        for image in &self.ranges.further_images {
             let state = RelativeState { position: state.position + image, ..state };
             if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
                 self.offer(me, other, Side::Positive, dt, prediction);
@@ -174,7 +183,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn nearest(&self, position: Vector, velocity: Vector, time: f64) -> (RelativeState, bool) {
         let Some(shear) = &self.sources.lees_edwards else {
-            return (RelativeState { position: minimum_image(position, &self.periods), velocity }, false);
+            return (RelativeState { position: minimum_image(position, &self.state.periods), velocity }, false);
         };
         let mut state = RelativeState { position, velocity };
         let is_across = self.nearest_sheared(&mut state, shear, time);
@@ -212,8 +221,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(super) fn offer(&self, me: &Streamed, other: u32, side: Side, dt: f64, prediction: &mut Prediction) {
         let time = me.time + dt;
-        if prediction.is_before(me.id, other, time, &self.bodies) {
-            prediction.meet(me.id, other, side, time, &self.bodies);
+        if prediction.is_before(me.id, other, time, &self.state.bodies) {
+            prediction.meet(me.id, other, side, time, &self.state.bodies);
         }
     }
 }

@@ -1,10 +1,10 @@
-//! What is foreseen for a particle: one prediction, and the time at which it wakes.
+//! The prediction of a particle: its earliest contact and its transition, and when the first of both is due.
 
-use super::body::Body;
+use super::state::Body;
 use crate::engine::hardware::prefetch::prefetch;
-use crate::engine::neighbours::cells::NOBODY;
+use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::neighbours::grid::Face;
-use crate::engine::schedule::{Sleepers, Wake};
+use crate::engine::schedule::{EventQueue, Pending, QueueEntry};
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,7 @@ pub(super) struct Prediction {
     /// The partner's number of events when this was predicted.
     pub partner_events: u32,
     /// Decides between simultaneous contacts: pairs before walls, then the lower id of the pair or particle.
-    pub rank: u32,
+    pub tie_order: u32,
     pub contact: Contact,
     pub exit: Face,
 }
@@ -38,21 +38,21 @@ impl Prediction {
     pub const NONE: Self = Self {
         contact_time: f64::INFINITY,
         transition_time: f64::INFINITY,
-        partner: NOBODY,
+        partner: NO_PARTICLE,
         partner_events: 0,
-        rank: 0,
+        tie_order: 0,
         contact: Contact::Pair(Side::Positive),
         exit: Face { axis: 0, is_upper: false },
     };
 
-    /// Whether it leaves its cell or shell before it meets anything.
+    /// Whether it leaves its cell or the skin of its list before it meets anything.
     #[inline]
     pub fn is_transition(&self) -> bool {
         self.transition_time < self.contact_time
     }
 
     #[inline]
-    pub fn wake_time(&self) -> f64 {
+    pub fn due_time(&self) -> f64 {
         self.contact_time.min(self.transition_time)
     }
 
@@ -74,7 +74,7 @@ impl Prediction {
         self.contact_time = time;
         self.partner = other;
         self.partner_events = partner.events;
-        self.rank = partner.name.min(bodies[particle as usize].name);
+        self.tie_order = partner.name.min(bodies[particle as usize].name);
         self.contact = Contact::Pair(side);
     }
 
@@ -90,25 +90,32 @@ impl Prediction {
     /// Makes a contact with a wall the event foreseen.
     pub fn reach(&mut self, face: Face, time: f64, name: u32) {
         self.contact_time = time;
-        self.rank = WALL | name;
+        self.tie_order = WALL | name;
         self.contact = Contact::Wall(face);
     }
 }
 
-/// What the ranks of contacts with walls and of transitions have, and those of pairs have not.
+/// What the tie orders of contacts with walls and of transitions have, and those of pairs have not.
 const WALL: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 
-impl Sleepers for Vec<Prediction> {
+/// The pending predictions of all particles, and the queue that puts them in order.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Schedule {
+    pub predictions: Vec<Prediction>,
+    pub queue: EventQueue,
+}
+
+impl Pending for Vec<Prediction> {
     #[inline]
-    fn wake(&self, particle: u32) -> Wake {
+    fn wake(&self, particle: u32) -> QueueEntry {
         let prediction = &self[particle as usize];
-        let rank = if prediction.is_transition() { TRANSITION } else { prediction.rank };
-        Wake { time: prediction.wake_time(), particle, rank }
+        let tie_order = if prediction.is_transition() { TRANSITION } else { prediction.tie_order };
+        QueueEntry { time: prediction.due_time(), particle, tie_order }
     }
 
     #[inline]
-    fn expect(&self, particle: u32) {
+    fn prefetch(&self, particle: u32) {
         prefetch(self, particle as usize);
     }
 }

@@ -1,9 +1,9 @@
 //! The event queue: a calendar of unsorted time buckets behind a small ordered front.
 //!
-//! Each particle has at most one wake time, that of its earliest prediction. A bucket holds only the numbers of the particles that
-//! are to wake in its time; an entry is never removed. When time reaches a bucket, its particles are asked for their wake
-//! times: those that no longer wake in it are dropped, the others are sorted and become the front. An entry of the front is
-//! stale if its time is no longer the particle's wake time, and whoever pops it drops it. (Alias: future event list, calendar
+//! Each particle has at most one entry, that of its prediction. A bucket holds only the numbers of the particles that
+//! are due in its time; an entry is never removed. When time reaches a bucket, its particles are asked when they are
+//! due: those that no longer are in it are dropped, the others are sorted and become the front. An entry of the front is
+//! stale if its time is no longer that of the particle's prediction, and the event loop drops it. (Alias: future event list, calendar
 //! queue; Paul, J. Comput. Phys. 221, 615, 2007.)
 
 mod buckets;
@@ -12,35 +12,35 @@ use crate::base::numbers::trunc_to_usize;
 use buckets::Buckets;
 use serde::{Deserialize, Serialize};
 
-/// A particle wakes.
+/// An entry of the queue: a particle is due.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Wake {
+pub struct QueueEntry {
     /// Time since the epoch.
     pub time: f64,
     /// Which particle.
     pub particle: u32,
     /// Decides between entries of the same time, before the particle's number does.
-    pub rank: u32,
+    pub tie_order: u32,
 }
 
-impl Wake {
-    /// One number that orders entries by time, rank and particle.
+impl QueueEntry {
+    /// One number that orders entries by time, tie_order and particle.
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
         // All bits of a negative number are turned around, and the sign of a positive one.
         let ordered = bits.cast_unsigned() ^ ((bits >> 63).cast_unsigned() | 1 << 63);
-        u128::from(ordered) << 64 | u128::from(self.rank) << 32 | u128::from(self.particle)
+        u128::from(ordered) << 64 | u128::from(self.tie_order) << 32 | u128::from(self.particle)
     }
 }
 
-/// What the queue asks about the particles in it.
-pub trait Sleepers {
-    /// When a particle wakes; at an infinite time if it never does.
-    fn wake(&self, particle: u32) -> Wake;
+/// The pending predictions that the queue puts in order.
+pub trait Pending {
+    /// When a particle is due; at an infinite time if it never is.
+    fn wake(&self, particle: u32) -> QueueEntry;
 
-    /// Expects questions about a particle soon.
-    fn expect(&self, particle: u32);
+    /// Prefetches the prediction of a particle.
+    fn prefetch(&self, particle: u32);
 }
 
 /// Entries per bucket that the width is tuned to.
@@ -50,20 +50,20 @@ const TARGET: u32 = 64;
 /// start at rest or of particles far apart, would otherwise count the times of a busy one with too few digits.
 const CROWDED: u64 = 4;
 
-/// While a bucket is opened, particles this many entries ahead are expected.
+/// While a bucket is opened, particles this many entries ahead are prefetched.
 const AHEAD: usize = 8;
 
 /// What the queue holds between the epoch and its horizon; later entries wait outside.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EventQueue {
     /// The bucket that time has reached, latest first.
-    front: Vec<Wake>,
+    front: Vec<QueueEntry>,
     buckets: Buckets,
     /// Scratch: the particles of the bucket that is being opened.
     opened: Vec<u32>,
     /// Number of the bucket in `front`.
     cursor: usize,
-    /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
+    /// Simd of a bucket, a power of two so that bucket numbers and horizons are exact.
     width: f64,
     per_width: f64,
     popped: u64,
@@ -76,7 +76,7 @@ impl EventQueue {
         // Eight or more entries per particle and epoch, however few particles there are: a longer epoch counts times with fewer digits.
         let buckets = (particles / 8).next_power_of_two().min(1 << 22);
         let width = if median.is_finite() && median > 0.0 {
-            // The rate of wakes per unit time is about particles / median.
+            // The rate of entries per unit time is about particles / median.
             power_of_two(median * f64::from(TARGET) / particles as f64)
         } else {
             1.0
@@ -111,9 +111,9 @@ impl EventQueue {
         trunc_to_usize(time * self.per_width)
     }
 
-    /// Adds an entry. One beyond the horizon is dropped: moving the epoch asks every particle for its wake time again.
+    /// Adds an entry. One beyond the horizon is dropped: moving the epoch enters every particle again.
     #[inline]
-    pub fn push(&mut self, wake: Wake) {
+    pub fn push(&mut self, wake: QueueEntry) {
         let bucket = self.bucket(wake.time);
         if bucket <= self.cursor {
             let after = {
@@ -128,7 +128,7 @@ impl EventQueue {
 
     /// The earliest entry, or none if the epoch has come to its end, at the horizon or after too many entries.
     #[inline]
-    pub fn peek(&mut self, sleepers: &impl Sleepers) -> Option<Wake> {
+    pub fn peek(&mut self, pending: &impl Pending) -> Option<QueueEntry> {
         loop {
             if let Some(front) = self.front.last() {
                 return Some(*front);
@@ -138,7 +138,7 @@ impl EventQueue {
                 return None;
             }
             self.cursor += 1;
-            self.open(sleepers);
+            self.open(pending);
         }
     }
 
@@ -158,17 +158,17 @@ impl EventQueue {
     }
 
     /// Makes the bucket under the cursor the front.
-    fn open(&mut self, sleepers: &impl Sleepers) {
+    fn open(&mut self, pending: &impl Pending) {
         self.opened.clear();
         self.buckets.take(self.cursor, &mut self.opened);
         for &particle in self.opened.iter().take(AHEAD) {
-            sleepers.expect(particle);
+            pending.prefetch(particle);
         }
         for at in 0..self.opened.len() {
             if let Some(&particle) = self.opened.get(at + AHEAD) {
-                sleepers.expect(particle);
+                pending.prefetch(particle);
             }
-            let wake = sleepers.wake(self.opened[at]);
+            let wake = pending.wake(self.opened[at]);
             if self.bucket(wake.time) == self.cursor {
                 self.front.push(wake);
             }
@@ -215,7 +215,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Wake times and ranks by particle.
+    /// Due times and tie orders by particle.
     struct Times(Vec<f64>, Vec<u32>);
 
     impl Times {
@@ -224,16 +224,16 @@ mod tests {
         }
     }
 
-    impl Sleepers for Times {
-        fn wake(&self, particle: u32) -> Wake {
-            Wake { time: self.0[particle as usize], particle, rank: self.1[particle as usize] }
+    impl Pending for Times {
+        fn wake(&self, particle: u32) -> QueueEntry {
+            QueueEntry { time: self.0[particle as usize], particle, tie_order: self.1[particle as usize] }
         }
 
-        fn expect(&self, _: u32) {}
+        fn prefetch(&self, _: u32) {}
     }
 
-    fn wake(time: f64, particle: u32) -> Wake {
-        Wake { time, particle, rank: 0 }
+    fn wake(time: f64, particle: u32) -> QueueEntry {
+        QueueEntry { time, particle, tie_order: 0 }
     }
 
     #[test]
@@ -248,13 +248,13 @@ mod tests {
     fn ties_come_out_by_rank_then_by_number() {
         for time in [0.5, 300.0] {
             let mut queue = EventQueue::new(1024, 64.0);
-            let mut sleepers = Times::new(&[time; 10]);
-            sleepers.1[5] = 1;
+            let mut pending = Times::new(&[time; 10]);
+            pending.1[5] = 1;
             for particle in [5, 9, 3] {
-                queue.push(sleepers.wake(particle));
+                queue.push(pending.wake(particle));
             }
             let mut order = Vec::new();
-            while let Some(next) = queue.peek(&sleepers) {
+            while let Some(next) = queue.peek(&pending) {
                 queue.pop();
                 order.push(next.particle);
             }
@@ -265,14 +265,14 @@ mod tests {
     #[test]
     fn a_bucket_is_opened_with_the_wake_times_of_then() {
         let mut queue = EventQueue::new(1024, 64.0);
-        let mut sleepers = Times::new(&[100.0, 200.0, 300.0]);
+        let mut pending = Times::new(&[100.0, 200.0, 300.0]);
         for (particle, time) in [(0, 100.0), (1, 200.0), (2, 300.0), (1, 200.0)] {
             queue.push(wake(time, particle));
         }
-        sleepers.0[0] = 250.0;
+        pending.0[0] = 250.0;
         queue.push(wake(250.0, 0));
         let mut order = Vec::new();
-        while let Some(next) = queue.peek(&sleepers) {
+        while let Some(next) = queue.peek(&pending) {
             queue.pop();
             order.push((next.time, next.particle));
         }
@@ -285,20 +285,20 @@ mod tests {
         let (span, width) = (queue.span(), queue.width);
         assert_eq!(span, 64.0 * width);
         let most = 4 * 64 * 64;
-        let sleepers = Times::new(&[0.0; 2]);
+        let pending = Times::new(&[0.0; 2]);
         for k in 0..=most {
             let time = width * f64::from(k) / f64::from(most + 1);
             queue.push(wake(time, 0));
-            assert_eq!(queue.peek(&sleepers), Some(wake(time, 0)));
+            assert_eq!(queue.peek(&pending), Some(wake(time, 0)));
             queue.pop();
         }
         queue.push(wake(1.5 * width, 1));
-        assert_eq!(queue.peek(&sleepers), None);
+        assert_eq!(queue.peek(&pending), None);
         assert_eq!(queue.reached(), width);
         queue.restart();
         assert_eq!(queue.span(), span / 512.0);
         queue.push(wake(0.5 * queue.width, 1));
-        assert!(queue.peek(&sleepers).is_some());
+        assert!(queue.peek(&pending).is_some());
     }
 
     proptest! {
@@ -309,7 +309,7 @@ mod tests {
         ) {
             let mut queue = EventQueue::new(times.len(), median);
             let (early, later) = times.split_at(times.len() / 2);
-            let mut sleepers = Times::new(&times);
+            let mut pending = Times::new(&times);
             for (k, &time) in (0..).zip(early) {
                 queue.push(wake(time, k));
             }
@@ -317,7 +317,7 @@ mod tests {
             let mut now = 0.0;
             let mut found = Vec::new();
             let mut particle = early.len();
-            while let Some(next) = queue.peek(&sleepers) {
+            while let Some(next) = queue.peek(&pending) {
                 queue.pop();
                 prop_assert!(next.time >= now);
                 now = next.time;
@@ -325,7 +325,7 @@ mod tests {
                 // A new entry is never earlier than now, and may be exactly now.
                 if let Some(dt) = later.get(particle - early.len()) {
                     let time = now + dt;
-                    sleepers.0[particle] = time;
+                    pending.0[particle] = time;
                     queue.push(wake(time, u32::try_from(particle).unwrap()));
                     if time < queue.span() { expected.push(time); }
                     particle += 1;

@@ -4,7 +4,7 @@ use super::event_loop::Engine;
 use super::sources::lees_edwards::GRADIENT;
 use super::{Chosen, Overlap, Simulation};
 use crate::Vector;
-use crate::engine::pairs::memory::PairMemory;
+use crate::engine::pairs::states::CapturedPairs;
 use crate::model::space::Boundary;
 use crate::model::{ParticleId, Scene};
 use thiserror::Error;
@@ -150,12 +150,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Gives all particles that move new velocities, by id.
     fn set_velocities(&mut self, velocities: &[Vector]) {
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
-            self.stream(particle, self.now);
-            let body = &mut self.bodies[particle as usize];
+            self.stream(particle, self.clock.now);
+            let body = &mut self.state.bodies[particle as usize];
             let (before, after) = (body.velocity, velocities[body.name as usize]);
             body.velocity = after;
             let mass = self.inverse_mass(particle).recip();
-            self.tally.supplied.add(0.5 * mass * (after - before).dot(&(after + before)));
+            self.counts.totals.supplied.add(0.5 * mass * (after - before).dot(&(after + before)));
             self.note_confined_change(particle, &before);
         }
         self.move_again();
@@ -165,51 +165,52 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn set_positions(&mut self, scene: &Scene, positions: &[Vector], states: PairStates) {
         let before = self.energy();
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
-            self.stream(particle, self.now);
-            self.bodies[particle as usize].position = positions[self.bodies[particle as usize].name as usize];
+            self.stream(particle, self.clock.now);
+            self.state.bodies[particle as usize].position =
+                positions[self.state.bodies[particle as usize].name as usize];
             self.bring_in(particle);
         }
         let search = self.neighbours.search();
         self.reorder();
         self.sort_in(search);
         if states == PairStates::FromDistances {
-            self.memory = PairMemory::new(if TABLE { self.bodies.len() } else { 0 });
+            self.pairs.states = CapturedPairs::new(if TABLE { self.state.bodies.len() } else { 0 });
             if TABLE {
-                self.remember_pairs(scene);
+                self.set_pair_states(scene);
             }
         }
         self.fill_lists();
         self.enlarge();
         self.move_again();
         let after = self.energy();
-        self.tally.supplied.add(after.potential - before.potential);
+        self.counts.totals.supplied.add(after.potential - before.potential);
     }
 
     /// Wraps a particle into the box from any distance.
     fn bring_in(&mut self, particle: u32) {
         if self.sources.lees_edwards.is_some() {
             // Not through the side to where velocities are others: what is outside is so by rounding.
-            let (lower, upper) = (self.space.lower[GRADIENT], self.space.upper()[GRADIENT].next_down());
-            let at = &mut self.bodies[particle as usize].position[GRADIENT];
+            let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
+            let at = &mut self.state.bodies[particle as usize].position[GRADIENT];
             *at = at.clamp(lower, upper);
         }
-        let position = self.bodies[particle as usize].position;
-        for axis in (0..3).filter(|&axis| self.periods[axis].is_finite()) {
-            let (lower, period) = (self.space.lower[axis], self.periods[axis]);
+        let position = self.state.bodies[particle as usize].position;
+        for axis in (0..3).filter(|&axis| self.state.periods[axis].is_finite()) {
+            let (lower, period) = (self.state.space.lower[axis], self.state.periods[axis]);
             let periods = ((position[axis] - lower) / period).floor();
             if periods != 0.0 {
-                self.bodies[particle as usize].position[axis] -= periods * period;
+                self.state.bodies[particle as usize].position[axis] -= periods * period;
                 #[expect(
                     clippy::cast_possible_truncation,
                     reason = "a float that is too large becomes the largest image"
                 )]
                 let images = periods as i32;
-                let image = &mut self.images[particle as usize][axis];
+                let image = &mut self.state.images[particle as usize][axis];
                 *image = image.wrapping_add(images);
             }
         }
         // Rounding can leave it one period off.
-        let position = self.bodies[particle as usize].position;
+        let position = self.state.bodies[particle as usize].position;
         self.wrap(particle, &position);
     }
 
@@ -219,8 +220,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Goes on from a state that was set: whatever stood still does so no more.
     fn move_again(&mut self) {
-        self.lost_speed = None;
-        (self.clock.since, self.clock.events) = (self.now, 0);
+        self.clock.standstill.lost_speed = None;
+        (self.clock.standstill.since, self.clock.standstill.events) = (self.clock.now, 0);
         self.start_anew();
     }
 }

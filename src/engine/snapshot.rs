@@ -47,12 +47,14 @@ pub struct Energy {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn snapshot(&self) -> Snapshot {
-        let (positions, velocities) = self.numbers.iter().map(|&particle| self.state_at(particle, self.now)).unzip();
-        let mut images: Vec<[i32; 3]> = self.numbers.iter().map(|&particle| self.images[particle as usize]).collect();
+        let (positions, velocities) =
+            self.state.numbers.iter().map(|&particle| self.state_at(particle, self.clock.now)).unzip();
+        let mut images: Vec<[i32; 3]> =
+            self.state.numbers.iter().map(|&particle| self.state.images[particle as usize]).collect();
         let mut displacement = 0.0;
         if let Some(shear) = &self.sources.lees_edwards {
             let periods;
-            (displacement, periods) = shear.displacement_within(self.now, self.periods[FLOW]);
+            (displacement, periods) = shear.displacement_within(self.clock.now, self.state.periods[FLOW]);
             for image in &mut images {
                 image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
             }
@@ -67,10 +69,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut pair = Sum::default();
         let mut momentum = [Sum::default(); 3];
         let mut streaming_momentum = [Sum::default(); 3];
-        for &particle in self.numbers.iter().filter(|&&p| !self.is_static(p)) {
-            let species = &self.rules.species[usize::from(self.species[particle as usize])];
+        for &particle in self.state.numbers.iter().filter(|&&p| !self.is_static(p)) {
+            let species = &self.pairs.rules.species[usize::from(self.state.species[particle as usize])];
             let mass = species.inverse_mass.recip();
-            let (position, velocity) = self.state_at(particle, self.now);
+            let (position, velocity) = self.state_at(particle, self.clock.now);
             kinetic.add(0.5 * mass * velocity.norm_squared());
             if self.sources.lees_edwards.is_some() {
                 let streaming = self.streaming_velocity(&position);
@@ -82,18 +84,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             if FALLING {
                 for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
-                    let image = self.images[particle as usize][axis];
+                    let image = self.state.images[particle as usize][axis];
                     // The period of an axis that is not periodic is infinite, and its image 0.
                     let unwrapped =
-                        position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.periods[axis] };
+                        position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };
                     external.add(-mass * species.acceleration[axis] * unwrapped);
                 }
             }
             if TABLE {
-                for known in self.memory.of(particle) {
-                    // Two moving particles know each other both: half of the energy each.
-                    let share = if self.is_static(known.partner) { 1.0 } else { 0.5 };
-                    pair.add(share * self.rules.steps[usize::from(known.interaction)].energy(known.state));
+                for captured in self.pairs.states.of(particle) {
+                    // Two moving particles keep the pair's state both: half of the energy each.
+                    let share = if self.is_static(captured.partner) { 1.0 } else { 0.5 };
+                    pair.add(share * self.pairs.rules.steps[usize::from(captured.interaction)].energy(captured.state));
                 }
             }
         }

@@ -129,7 +129,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         match prediction.contact {
             Contact::Pair(side) => {
                 let partner = prediction.partner;
-                if self.bodies[partner as usize].events != prediction.partner_events {
+                if self.state.bodies[partner as usize].events != prediction.partner_events {
                     return Ok(None);
                 }
                 self.execute_pair(particle, partner, side, time).map(Some)
@@ -143,7 +143,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn execute_transition(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         match self.neighbours {
             Neighbours::Cells(_) => self.cross(particle, time),
-            Neighbours::Lists(_) => self.recentre(particle, time),
+            Neighbours::Lists(_) => self.rebuild_list(particle, time),
         }
     }
 
@@ -158,10 +158,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut steps = self.steps_of_all();
         match repredict {
             Repredict::One(particle) => {
-                self.repredict(particle, self.now);
+                self.repredict(particle, self.clock.now);
                 steps = 0;
             }
-            Repredict::Some(particles) => particles.into_iter().for_each(|particle| self.repredict(particle, self.now)),
+            Repredict::Some(particles) => {
+                particles.into_iter().for_each(|particle| self.repredict(particle, self.clock.now))
+            }
             Repredict::All => self.start_anew(),
         }
         self.sources.schedule_global();
@@ -182,6 +184,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Predicting all particles anew takes as long as so many steps.
     pub(super) fn steps_of_all(&self) -> u64 {
-        self.bodies.len() as u64 / PER_STEP
+        self.state.bodies.len() as u64 / PER_STEP
     }
 }

@@ -45,11 +45,11 @@ pub struct States {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn states(&self, states: &mut States) {
-        states.elapsed = Elapsed { epoch: self.epoch, since_epoch: self.now, epochs: self.epochs };
+        states.elapsed = Elapsed { epoch: self.clock.epoch, since_epoch: self.clock.now, epochs: self.clock.epochs };
         states.positions.clear();
         states.velocities.clear();
-        for &particle in &self.numbers {
-            let (position, velocity) = self.state_at(particle, self.now);
+        for &particle in &self.state.numbers {
+            let (position, velocity) = self.state_at(particle, self.clock.now);
             states.positions.push(position);
             states.velocities.push(velocity);
         }
@@ -58,11 +58,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn captured_pairs(&self) -> Vec<([ParticleId; 2], u16)> {
         let mut pairs = Vec::new();
         for particle in self.particles().filter(|_| TABLE) {
-            for known in self.memory.of(particle).iter().filter(|known| known.state > 0) {
-                // Two moving particles know each other both; a static one knows nobody.
-                if particle < known.partner || self.is_static(known.partner) {
-                    let [a, b] = [particle, known.partner].map(|number| self.name(number));
-                    pairs.push(([a.min(b), a.max(b)], known.state));
+            for captured in self.pairs.states.of(particle).iter().filter(|captured| captured.state > 0) {
+                // Two moving particles keep the pair's state both; a static one keeps none.
+                if particle < captured.partner || self.is_static(captured.partner) {
+                    let [a, b] = [particle, captured.partner].map(|number| self.name(number));
+                    pairs.push(([a.min(b), a.max(b)], captured.state));
                 }
             }
         }

@@ -21,7 +21,7 @@
 
 pub mod accelerated;
 pub mod inertial;
-pub(crate) mod many;
+pub(crate) mod lanes;
 pub(crate) mod never;
 pub mod plane;
 pub mod roots;

@@ -92,7 +92,7 @@ impl EventCounts {
         Self { pairs, singles: BTreeMap::new() }
     }
 
-    /// Those of one species of hard spheres, which a tally knows.
+    /// Those of one species of hard spheres, from the totals.
     pub(crate) fn of_one_species(species: usize, tally: &Tally) -> Self {
         let mut counts = Self::new(0);
         counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [tally.core, 0, 0, 0, 0])]));

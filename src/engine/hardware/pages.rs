@@ -1,9 +1,9 @@
 //! Large pages for large arrays.
 //!
 //! Events are scattered over memory, and the processor has to look up where each page is. With pages of two megabytes instead of four
-//! kilobytes it knows most of them; that makes a system of 10^5 particles or more a tenth to a fifth faster.
+//! kilobytes it keeps most of them at hand; that makes a system of 10^5 particles or more a tenth to a fifth faster.
 
-/// Asks for large pages under an array that has just been filled, where the system knows such a thing. Changes nothing but speed.
+/// Asks for large pages under an array that has just been filled, where the system has such. Changes nothing but speed.
 pub fn enlarge<T>(array: &[T]) {
     #[cfg(target_os = "linux")]
     {
@@ -12,7 +12,7 @@ pub fn enlarge<T>(array: &[T]) {
         let first = (bytes.start as usize).next_multiple_of(PAGE);
         let last = bytes.end as usize / PAGE * PAGE;
         if first < last {
-            // SAFETY: advice about whole pages within the array changes none of its bytes; a system that does not know it says so.
+            // SAFETY: advice about whole pages within the array changes none of its bytes; a system without them says so.
             unsafe {
                 libc::madvise(first as *mut libc::c_void, last - first, libc::MADV_HUGEPAGE);
                 libc::madvise(first as *mut libc::c_void, last - first, libc::MADV_COLLAPSE);

@@ -1,6 +1,6 @@
 //! A grid of cells no smaller than the longest interaction.
 //!
-//! A particle can only meet strangers in its own cell and the ones next to it. Which cell a particle is in is state: it is
+//! An uncaptured pair can only meet in the same cell or in ones next to each other. Which cell a particle is in is state: it is
 //! set once at the start and then changed by cell transitions only, never recomputed from a position, because round-off
 //! puts positions on the wrong side of a cell's face. Along axes that are not periodic the outermost cells reach to infinity.
 
@@ -14,7 +14,7 @@ use crate::model::space::Space;
 use serde::{Deserialize, Serialize};
 
 /// No particle: the end of a cell's list.
-pub const NOBODY: u32 = u32::MAX;
+pub const NO_PARTICLE: u32 = u32::MAX;
 
 /// What a transition did.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,8 +52,8 @@ impl Cells {
     pub fn new(space: &Space, range: f64, positions: &[Vector]) -> Self {
         let grid = Grid::new(space, range, positions, FINE, CELLS_PER_PARTICLE);
         let mut cells = Self {
-            first: vec![NOBODY; grid.count()],
-            next: vec![NOBODY; positions.len()],
+            first: vec![NO_PARTICLE; grid.count()],
+            next: vec![NO_PARTICLE; positions.len()],
             homes: vec![0; positions.len()],
             grid,
         };
@@ -129,7 +129,7 @@ impl Cells {
     pub fn for_each_across(&self, cell: u32, axes: [usize; 2], mut visit: impl FnMut(u32)) {
         self.grid.for_each_across(cell, axes, |across| {
             let mut at = self.first[across as usize];
-            while at != NOBODY {
+            while at != NO_PARTICLE {
                 visit(at);
                 at = self.next[at as usize];
             }
@@ -148,12 +148,12 @@ impl Cells {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::neighbours::near::Near;
+    use crate::engine::neighbours::candidates::Candidates;
     use crate::model::space::Boundary;
 
     fn near(grid: &Cells, cell: u32) -> Vec<u32> {
-        let mut near = Near::default();
-        grid.find_near(cell, &mut near);
+        let mut near = Candidates::default();
+        grid.find_candidates(cell, &mut near);
         let mut found = near.found().to_vec();
         found.sort_unstable();
         found
@@ -201,8 +201,8 @@ mod tests {
                 for face in faces {
                     let before = near(&grid, 0);
                     let to = grid.cross(0, face).unwrap().cell;
-                    let mut found = Near::default();
-                    grid.find_new(to, face, &mut found);
+                    let mut found = Candidates::default();
+                    grid.find_new_candidates(to, face, &mut found);
                     let new = found.found();
                     assert!(new.iter().all(|id| *id == 0 || !before.contains(id)));
                     let after = near(&grid, to);

@@ -1,8 +1,8 @@
-//! Neighbour lists: whom a particle could meet before it leaves its shell.
+//! Verlet lists: the particles that one could meet before it leaves the skin of its list.
 //!
-//! Each moving particle has a centre, where it was when its list was made, and stays within its shell, a ball of radius
+//! Each moving particle has a centre, where it was when its list was built, and stays within its skin, a ball of radius
 //! `delta` around it; an event is due when it leaves. Two particles whose centres are further apart than their range and two
-//! shells cannot meet, so a list holds the others whose centres are nearer. Every pair is in the lists of both, but for static
+//! such radii cannot meet, so a list holds the others whose centres are nearer. Every pair is in the lists of both, but for static
 //! particles, which keep none. (Alias: Verlet list.)
 
 use crate::base::numbers::id;
@@ -21,7 +21,7 @@ struct Span {
     length: u32,
 }
 
-/// Lists of others, in one array. Unused entries of a particle name itself, whom it never meets.
+/// Lists of others, in one array. Unused entries of a particle name itself, which it never meets.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Lists {
     spans: Vec<Span>,
@@ -30,7 +30,7 @@ pub struct Lists {
     free: Vec<Vec<u32>>,
     /// Scratch: a list before it is made anew.
     old: Vec<u32>,
-    /// Who has come into the list that was last renewed, and how many.
+    /// The particles that have come into the list that was last renewed, and their number.
     newcomers: Vec<u32>,
     coming: usize,
 }
@@ -73,15 +73,15 @@ impl Lists {
         (&self.entries[first..first + length.next_multiple_of(BLOCK)], length)
     }
 
-    /// Expects questions about where a list is.
+    /// Prefetches the place of a list.
     #[inline]
-    pub fn expect_span(&self, particle: u32) {
+    pub fn prefetch_span(&self, particle: u32) {
         prefetch(&self.spans, particle as usize);
     }
 
-    /// Expects questions about who is in a list.
+    /// Prefetches the entries of a list.
     #[inline]
-    pub fn expect_list(&self, particle: u32) {
+    pub fn prefetch_list(&self, particle: u32) {
         let span = self.spans[particle as usize];
         prefetch(&self.entries, span.first as usize * BLOCK);
         prefetch(&self.entries, (span.first as usize + 1) * BLOCK);
@@ -115,7 +115,7 @@ impl Lists {
         self.entries[last] = particle;
     }
 
-    /// Makes `new` the list of a particle; whoever leaves it or comes into it has the particle leave or come into its own list,
+    /// Makes `new` the list of a particle; one that leaves it or comes into it has the particle leave or come into its own list,
     /// unless it keeps none.
     pub fn renew(&mut self, particle: u32, new: &[u32], keeps_none: impl Fn(u32) -> bool) {
         let (mut old, mut newcomers) = (std::mem::take(&mut self.old), std::mem::take(&mut self.newcomers));
@@ -135,7 +135,7 @@ impl Lists {
         self.set(particle, new);
     }
 
-    /// Who has come into the list that was last renewed, filled up as lists are, and how many.
+    /// The particles that have come into the list that was last renewed, filled up as lists are, and their number.
     #[inline]
     #[must_use]
     pub fn newcomers(&self) -> (&[u32], usize) {
@@ -150,7 +150,7 @@ impl Lists {
             reason = "no more than all particles, which have numbers of 32 bits"
         )]
         let needed = new.len().div_ceil(BLOCK) as u32;
-        // Room that it once needed is given to those who need it now.
+        // Room that it once needed is given to those that need it now.
         if needed > blocks || room_for(needed) < blocks {
             self.spans[particle as usize].length = 0;
             self.make_room(particle, needed);

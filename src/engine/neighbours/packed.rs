@@ -1,17 +1,17 @@
-//! Centres of shells, packed by cell: eight next to each other, so that all near a place are looked at in one stream.
+//! Centres of Verlet lists, packed by cell: eight next to each other, so that all near a place are read in one stream.
 //!
-//! What is packed is rounded to single precision and decides nothing: it says who *may* be within reach, and never leaves out
-//! anybody who is.
+//! What is packed is rounded to single precision and decides nothing: it says which *may* be within reach, and never leaves out
+//! one that is.
 
-use super::cells::NOBODY;
+use super::candidates::Candidates;
+use super::cells::NO_PARTICLE;
 use super::grid::Grid;
-use super::near::Near;
 use crate::Vector;
 use crate::base::numbers::{id, single};
 use crate::engine::hardware::pages::enlarge;
 use crate::engine::hardware::prefetch::{prefetch, prefetch_both};
 use crate::model::space::{Boundary, Space};
-use crate::physics::detection::many::Width;
+use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
 
 /// Centres in a block.
@@ -39,7 +39,7 @@ struct Block {
 }
 
 impl Block {
-    const EMPTY: Self = Self { at: [[f32::NAN; LANES]; 3], ids: [NOBODY; LANES] };
+    const EMPTY: Self = Self { at: [[f32::NAN; LANES]; 3], ids: [NO_PARTICLE; LANES] };
 }
 
 /// Where a block belongs.
@@ -66,8 +66,8 @@ pub struct Packed {
     periods: [f32; 3],
     /// The largest coordinate of the box along its periodic axes.
     scale: f64,
-    #[serde(skip, default = "Width::most")]
-    width: Width,
+    #[serde(skip, default = "Simd::most")]
+    width: Simd,
 }
 
 /// What is looked for.
@@ -94,7 +94,7 @@ impl Packed {
             slots: vec![NONE; positions.len()],
             periods: space.periods().map(single).into(),
             scale: periodic.map(corner).fold(0.0, f64::max),
-            width: Width::most(),
+            width: Simd::most(),
             grid,
         };
         for (position, particle) in positions.iter().zip(0..) {
@@ -115,9 +115,9 @@ impl Packed {
     pub fn lift(&mut self, particle: u32) {
         let (at, lane) = place(self.slots[particle as usize]);
         let block = &mut self.blocks[at as usize];
-        block.ids[lane] = NOBODY;
+        block.ids[lane] = NO_PARTICLE;
         block.at[0][lane] = f32::NAN;
-        if block.ids == [NOBODY; LANES] {
+        if block.ids == [NO_PARTICLE; LANES] {
             self.give_back(at);
         }
     }
@@ -145,7 +145,7 @@ impl Packed {
     fn put_into(&mut self, cell: u32, particle: u32, centre: &Vector) {
         let mut at = self.first[cell as usize];
         while at != NONE {
-            if let Some(lane) = self.blocks[at as usize].ids.iter().position(|id| *id == NOBODY) {
+            if let Some(lane) = self.blocks[at as usize].ids.iter().position(|id| *id == NO_PARTICLE) {
                 return self.write(particle, at, lane, centre);
             }
             at = self.links[at as usize].next;
@@ -185,8 +185,8 @@ impl Packed {
         self.links[place(self.slots[particle as usize]).0 as usize].cell
     }
 
-    /// Puts everybody in `cell` and the cells next to it into `near`.
-    pub fn find_near(&self, cell: u32, near: &mut Near) {
+    /// Finds all particles in `cell` and the cells next to it.
+    pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         near.clear();
         self.for_each_block(cell, |block| {
             for id in block.ids {
@@ -195,19 +195,19 @@ impl Packed {
         });
     }
 
-    /// Puts everybody into `near` whose centre may be within `reach` of a centre, and hardly anybody else.
+    /// Finds all particles whose centres may be within `reach` of a centre, and hardly any others.
     ///
-    /// `largest` bounds the coordinates of that centre. Who is found from two centres with the same bound is symmetric.
+    /// `largest` bounds the coordinates of that centre. What is found from two centres with the same bound is symmetric.
     ///
     /// Rounding moves each of the six coordinates and the three differences by half a unit in the last place at most, and a period
     /// likewise: less than 8 roundings of the largest of them along each axis, 14 in space. The sum of squares is left with 4.
     #[inline]
-    pub fn find_within(&self, centre: &Vector, reach: f64, largest: f64, wraps: bool, near: &mut Near) {
+    pub fn find_within(&self, centre: &Vector, reach: f64, largest: f64, wraps: bool, near: &mut Candidates) {
         near.clear();
         let cell = self.grid.cell_at(centre);
         let scale = self.scale.max(largest) + reach;
         if scale >= FAR {
-            return self.find_near(cell, near);
+            return self.find_candidates(cell, near);
         }
         let radius = reach + 14.0 * ROUNDING * scale;
         let ball = Ball {
@@ -231,7 +231,7 @@ impl Packed {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn find_in_ball_avx2(&self, cell: u32, ball: &Ball, wraps: bool, near: &mut Near) {
+    fn find_in_ball_avx2(&self, cell: u32, ball: &Ball, wraps: bool, near: &mut Candidates) {
         if wraps {
             self.for_each_block(cell, |block| near.put_eight(avx2::in_ball::<true>(block, ball)));
         } else {
@@ -254,19 +254,19 @@ impl Packed {
 
     /// Expects questions about the cell of a particle.
     #[inline]
-    pub fn expect_home(&self, particle: u32) {
+    pub fn prefetch_home(&self, particle: u32) {
         prefetch(&self.slots, particle as usize);
     }
 
-    /// Expects a search near a cell.
+    /// Prefetches the heads of the cells that a search reads.
     #[inline]
-    pub fn expect_rows(&self, cell: u32) {
+    pub fn prefetch_rows(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
     /// Expects a search near a cell now that its rows are there.
     #[inline]
-    pub fn expect_near(&self, cell: u32) {
+    pub fn prefetch_near(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, count| {
             for &at in &self.first[first..first + count] {
                 if at != NONE {
@@ -370,10 +370,10 @@ mod tests {
         space
     }
 
-    /// Who is found from a centre in every way that the processor knows, which have to agree.
+    /// What is found from a centre with each set of instructions that the processor has, which have to agree.
     fn found(packed: &mut Packed, centre: &Vector, largest: f64) -> Vec<u32> {
-        let mut ways = Width::all().into_iter().map(|width| {
-            let mut near = Near::default();
+        let mut ways = Simd::all().into_iter().map(|width| {
+            let mut near = Candidates::default();
             packed.width = width;
             packed.find_within(centre, REACH, largest, true, &mut near);
             near.found().to_vec()
@@ -442,8 +442,8 @@ mod tests {
                 packed.lift(particle);
                 packed.put_into(cell, particle, &centres[particle as usize]);
             }
-            let mut near = Near::default();
-            packed.find_near(cell, &mut near);
+            let mut near = Candidates::default();
+            packed.find_candidates(cell, &mut near);
             assert_eq!(near.found().len(), 40);
         }
         assert!(packed.blocks.len() <= 2 * blocks, "{} blocks of {blocks} at first", packed.blocks.len());

@@ -84,7 +84,7 @@ pub struct Edges {
     pub outer: f64,
 }
 
-/// What two strangers (in pair state 0) of given species do when they approach.
+/// What an uncaptured pair (in state 0) of given species does when it approaches.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Meeting {
     /// The square of the potential's range `[length^2]`.
@@ -98,7 +98,7 @@ pub struct Meeting {
 }
 
 impl Meeting {
-    /// The square of the range of a pair that meets without relative acceleration; negative infinity for others, whom Algorithm 2
+    /// The square of the range of a pair that meets without relative acceleration; negative infinity for others, which Algorithm 2
     /// then never finds to meet.
     fn inertial_squared(&self) -> f64 {
         if self.exists && !self.is_accelerated { self.squared } else { f64::NEG_INFINITY }
@@ -173,8 +173,8 @@ impl Rules {
         Self { rows, inertial, species, steps: scene.interactions.iter().map(Steps::new).collect(), meetings }
     }
 
-    /// The squares of the distances at which strangers of each species meet one of a given species, negative infinity for those
-    /// who never meet it, or only with a relative acceleration.
+    /// The squares of the distances at which uncaptured particles of each species meet one of a given species, negative infinity for those
+    /// that never meet it, or only with a relative acceleration.
     #[inline]
     #[must_use]
     pub fn inertial_squared(&self, species: u16) -> &[f64] {
@@ -182,7 +182,7 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// What strangers of two species do.
+    /// What uncaptured pairs of two species do.
     #[inline]
     #[must_use]
     pub fn meeting(&self, a: u16, b: u16) -> &Meeting {

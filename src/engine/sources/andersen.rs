@@ -70,10 +70,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         let time = bath.next;
-        self.now = time;
+        self.clock.now = time;
         // By id, so that the order in memory decides nothing. There is one that moves, or there were no bath.
         let particle = loop {
-            let id = bath.random.below(self.numbers.len());
+            let id = bath.random.below(self.state.numbers.len());
             #[expect(
                 clippy::cast_possible_truncation,
                 reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
@@ -84,26 +84,28 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         };
         self.stream(particle, time);
-        let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
+        let inverse_mass = self.pairs.rules.species[usize::from(self.state.species[particle as usize])].inverse_mass;
         let width = (bath.temperature * inverse_mass).sqrt();
-        let before = self.bodies[particle as usize].velocity;
+        let before = self.state.bodies[particle as usize].velocity;
         let mut after = before;
-        let streaming = self.streaming_velocity(&self.bodies[particle as usize].position);
+        let streaming = self.streaming_velocity(&self.state.bodies[particle as usize].position);
         for axis in (0..3).filter(|&axis| bath.axes[axis]) {
             after[axis] = streaming[axis] + width * bath.random.normal();
         }
         bath.wait();
         self.sources.andersen = Some(bath);
-        let body = &mut self.bodies[particle as usize];
+        let body = &mut self.state.bodies[particle as usize];
         body.velocity = after;
         body.events = body.events.wrapping_add(1);
         let position = body.position;
         self.note_confined_change(particle, &before);
         let gained = 0.5 / inverse_mass * (after - before).dot(&(after + before));
-        self.tally.supplied.add(gained);
-        self.tally.kick += 1;
+        self.counts.totals.supplied.add(gained);
+        self.counts.totals.kick += 1;
         if TABLE {
-            self.counts.note_single(usize::from(self.species[particle as usize]), CountedKind::Thermostat);
+            self.counts
+                .by_species
+                .note_single(usize::from(self.state.species[particle as usize]), CountedKind::Thermostat);
         }
         let change = after - before;
         let event = Event {
@@ -127,7 +129,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(in crate::engine) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
         let bath = bath.filter(|_| moving > 0);
-        self.sources.andersen = bath.map(|bath| Andersen::new(seed, stage, self.now, moving, bath));
+        self.sources.andersen = bath.map(|bath| Andersen::new(seed, stage, self.clock.now, moving, bath));
         self.sources.schedule_global();
     }
 }

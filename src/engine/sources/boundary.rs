@@ -62,20 +62,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) {
         for wall in self.sources.walls.iter().filter(|wall| is_near(wall.face)) {
             let axis = usize::from(wall.face.axis);
-            let radius = self.rules.species[usize::from(self.species[me.id as usize])].radius;
+            let radius = self.pairs.rules.species[usize::from(self.state.species[me.id as usize])].radius;
             let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
             let height = inwards * (me.position[axis] - wall.at) - radius;
             if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
                 && me.time + dt < prediction.contact_time
             {
-                prediction.reach(wall.face, me.time + dt, self.bodies[me.id as usize].name);
+                prediction.reach(wall.face, me.time + dt, self.state.bodies[me.id as usize].name);
             }
         }
     }
 
     /// A particle reaches a wall.
     pub(in crate::engine) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Result<Event, InvariantBroken> {
-        let flown = time - self.bodies[i as usize].time;
+        let flown = time - self.state.bodies[i as usize].time;
         self.stream(i, time);
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
@@ -83,8 +83,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         else {
             return Err(self.broken(i, None, Invariant::Wall));
         };
-        let species = self.rules.species[usize::from(self.species[i as usize])];
-        let body = self.bodies[i as usize];
+        let species = self.pairs.rules.species[usize::from(self.state.species[i as usize])];
+        let body = self.state.bodies[i as usize];
         let vn = inwards * body.velocity[axis];
         let depth = species.radius - inwards * (body.position[axis] - at);
         if depth > 0.0 {
@@ -93,14 +93,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.note_overlap(depth, unit_of_wall(species.radius), round_off);
         }
         if vn >= 0.0 {
-            self.tally.turning_point += 1;
+            self.counts.totals.turning_point += 1;
         }
         if let Some(temperature) = temperature {
             return self.execute_thermal_wall(i, face, temperature);
         }
         let mut after = if vn < 0.0 { -restitution * vn } else { vn };
         let mut tangential_scale = 1.0;
-        if self.contact_times.is_some() {
+        if self.pairs.contact_times.is_some() {
             let closing = -inwards * species.acceleration[axis];
             let tangential = (body.velocity.norm_squared() - vn * vn).max(0.0).sqrt();
             let arriving = (-vn).max(0.0);
@@ -110,7 +110,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             tangential_scale = leaving.tangential_scale;
         }
         let before = body.velocity;
-        let body = &mut self.bodies[i as usize];
+        let body = &mut self.state.bodies[i as usize];
         if tangential_scale != 1.0 {
             body.velocity *= tangential_scale;
         }
@@ -119,7 +119,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let dissipated =
             if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
         let (position, velocity) = (body.position, body.velocity);
-        self.tally.dissipated.add(dissipated);
+        self.counts.totals.dissipated.add(dissipated);
         self.note_confined_change(i, &before);
         self.count_wall(i, face, (after - vn) / species.inverse_mass);
         let mut normal = Vector::zeros();
@@ -141,10 +141,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn count_wall(&mut self, i: u32, face: Face, impulse: f64) {
-        self.tally.wall += 1;
+        self.counts.totals.wall += 1;
         self.note_push(i, face, impulse);
         if TABLE {
-            self.counts.note_single(usize::from(self.species[i as usize]), CountedKind::Wall);
+            self.counts.by_species.note_single(usize::from(self.state.species[i as usize]), CountedKind::Wall);
         }
     }
 
@@ -153,22 +153,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn execute_thermal_wall(&mut self, i: u32, face: Face, temperature: f64) -> Result<Event, InvariantBroken> {
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
-        let species = self.rules.species[usize::from(self.species[i as usize])];
+        let species = self.pairs.rules.species[usize::from(self.state.species[i as usize])];
         let width = (temperature * species.inverse_mass).sqrt();
-        let body = self.bodies[i as usize];
+        let body = self.state.bodies[i as usize];
         let (body_position, before) = (body.position, body.velocity);
         let Some(random) = &mut self.sources.wall_random else {
             return Err(self.broken(i, None, Invariant::WallRandom));
         };
-        let mut after = random.normal_vector(&self.space) * width;
+        let mut after = random.normal_vector(&self.state.space) * width;
         after[axis] = inwards * width * (2.0 * random.exponential()).sqrt();
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
         let gained = 0.5 / species.inverse_mass * (after - before).dot(&(after + before));
         let impulse = (after[axis] - before[axis]) * inwards / species.inverse_mass;
         self.count_wall(i, face, impulse);
-        self.tally.supplied.add(gained);
-        let body = &mut self.bodies[i as usize];
+        self.counts.totals.supplied.add(gained);
+        let body = &mut self.state.bodies[i as usize];
         body.velocity = after;
         body.events = body.events.wrapping_add(1);
         self.note_confined_change(i, &before);

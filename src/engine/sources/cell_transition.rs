@@ -1,11 +1,10 @@
-//! Cells in the event loop: who is near a particle, and when it goes into the next cell.
+//! Cells in the event loop: contacts in the cells around a particle, and when it goes into the next cell.
 
 use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::{Face, Grid};
-use crate::engine::neighbours::near::Near;
-use crate::engine::predict::Streamed;
+use crate::engine::predict::{Scratch, Streamed};
 use crate::engine::prediction::Prediction;
 use crate::engine::sources::lees_edwards::GRADIENT;
 use crate::engine::{Invariant, InvariantBroken};
@@ -18,13 +17,16 @@ const TIED: f64 = 1e-6;
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first meeting with those in the cells around the particle, and when it leaves its own.
     #[inline]
-    pub(in crate::engine) fn predict_in_cell(&mut self, me: &Streamed, prediction: &mut Prediction) {
-        let mut near = std::mem::take(&mut self.near);
-        self.neighbours.find_near(me.id, &mut near);
-        self.predict_near(me, near, prediction);
-        if let Neighbours::Cells(cells) = &self.neighbours {
-            self.predict_bounds(me, cells, prediction);
-        }
+    pub(in crate::engine) fn predict_in_cell(
+        &self,
+        me: &Streamed,
+        cells: &Cells,
+        scratch: &mut Scratch,
+        prediction: &mut Prediction,
+    ) {
+        cells.find_candidates(cells.home(me.id), &mut scratch.near);
+        self.predict_candidates(me, scratch, prediction);
+        self.predict_bounds(me, cells, prediction);
     }
 
     /// What is fixed in space: walls near the particle's cell, and the cell's faces.
@@ -42,25 +44,29 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_transition(me, &cells.grid, cell, prediction);
     }
 
-    /// The strangers of the scratch list, which is given back; those that the particle knows are unmarked.
-    fn predict_near(&mut self, me: &Streamed, mut near: Near, prediction: &mut Prediction) {
+    /// The first contact with the uncaptured ones among the neighbour candidates.
+    fn predict_candidates(&self, me: &Streamed, scratch: &mut Scratch, prediction: &mut Prediction) {
+        let Scratch { near, is_captured } = scratch;
         if TABLE {
-            near.retain(|other| !self.is_known[other as usize]);
-            for known in self.memory.of(me.id) {
-                self.is_known[known.partner as usize] = false;
+            let captured = self.pairs.states.of(me.id);
+            for captured in captured {
+                is_captured[captured.partner as usize] = true;
+            }
+            near.retain(|other| !is_captured[other as usize]);
+            for captured in captured {
+                is_captured[captured.partner as usize] = false;
             }
         }
-        if self.tied_axes.contains(&true) {
+        if self.ranges.tied_axes.contains(&true) {
             self.predict_ties(me, near.found(), prediction);
         }
         if !self.is_one_by_one() {
-            let (strangers, length) = near.filled_up(me.id);
-            self.predict_strangers(me, true, strangers, length, prediction);
+            let (others, length) = near.filled_up(me.id);
+            self.predict_uncaptured(me, true, others, length, prediction);
         } else {
-            near.found().iter().for_each(|&other| self.predict_stranger(me, other, prediction));
+            near.found().iter().for_each(|&other| self.predict_uncaptured_pair(me, other, prediction));
             self.predict_across(me, prediction);
         }
-        self.near = near;
     }
 
     /// The first meeting with those that are half a period away, but for rounding, in the image on the other side.
@@ -70,14 +76,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for &other in others.iter().filter(|&&other| other != me.id) {
             let (nearest, _) = self.relative(me, other);
             let is_tied: [bool; 3] = std::array::from_fn(|axis| {
-                let half = 0.5 * self.periods[axis];
-                self.tied_axes[axis] && nearest.position[axis].abs() > half * (1.0 - TIED)
+                let half = 0.5 * self.state.periods[axis];
+                self.ranges.tied_axes[axis] && nearest.position[axis].abs() > half * (1.0 - TIED)
             });
             let squared = if TABLE {
-                let meeting = self.rules.meeting(self.species[me.id as usize], self.species[other as usize]);
+                let meeting =
+                    self.pairs.rules.meeting(self.state.species[me.id as usize], self.state.species[other as usize]);
                 if meeting.exists { meeting.squared } else { continue }
             } else {
-                self.rules.meeting(0, 0).squared
+                self.pairs.rules.meeting(0, 0).squared
             };
             // Along one axis, or along several at once.
             for sides in 1..8_u8 {
@@ -87,7 +94,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 let mut state = nearest;
                 for axis in (0..3).filter(|&axis| is_other(axis)) {
-                    state.position[axis] -= self.periods[axis].copysign(state.position[axis]);
+                    state.position[axis] -= self.state.periods[axis].copysign(state.position[axis]);
                 }
                 if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
                     self.offer(me, other, Side::Positive, dt, prediction);
@@ -99,8 +106,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Moves a particle into the next cell. Its motion stays as it is, and so does its predicted contact, unless one of the
     /// particles that are new to it comes first.
     pub(in crate::engine) fn cross(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
-        self.tally.transition += 1;
-        let mut prediction = self.predictions[particle as usize];
+        self.counts.totals.transition += 1;
+        let mut prediction = self.schedule.predictions[particle as usize];
         let face = prediction.exit;
         let Neighbours::Cells(cells) = &mut self.neighbours else {
             return Err(self.broken(particle, None, Invariant::Cells));
@@ -116,29 +123,25 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         if transition.wrap != 0 {
             let axis = usize::from(face.axis);
-            self.bodies[particle as usize].position[axis] += f64::from(transition.wrap) * self.periods[axis];
-            self.images[particle as usize][axis] -= transition.wrap;
+            self.state.bodies[particle as usize].position[axis] +=
+                f64::from(transition.wrap) * self.state.periods[axis];
+            self.state.images[particle as usize][axis] -= transition.wrap;
         }
-        if self.is_one_by_one() || self.is_apart(particle) {
+        if self.is_one_by_one() || self.has_own_interactions(particle) {
             self.repredict(particle, time);
             return Ok(());
         }
+        let mut scratch = self.take_scratch();
+        let Neighbours::Cells(cells) = &self.neighbours else {
+            return Err(self.broken(particle, None, Invariant::Cells));
+        };
         let me = self.streamed(particle, time);
-        if TABLE {
-            for known in self.memory.of(particle) {
-                self.is_known[known.partner as usize] = true;
-            }
-        }
-        let mut near = std::mem::take(&mut self.near);
-        if let Neighbours::Cells(cells) = &self.neighbours {
-            cells.find_new(transition.cell, face, &mut near);
-        }
-        self.predict_near(&me, near, &mut prediction);
-        if let Neighbours::Cells(cells) = &self.neighbours {
-            self.predict_bounds(&me, cells, &mut prediction);
-        }
-        self.predictions[particle as usize] = prediction;
-        self.schedule(particle);
+        cells.find_new_candidates(transition.cell, face, &mut scratch.near);
+        self.predict_candidates(&me, &mut scratch, &mut prediction);
+        self.predict_bounds(&me, cells, &mut prediction);
+        self.scratch = Some(scratch);
+        self.schedule.predictions[particle as usize] = prediction;
+        self.enqueue(particle);
         Ok(())
     }
 

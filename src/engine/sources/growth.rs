@@ -67,7 +67,7 @@ pub(in crate::engine) struct Carried {
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The factor of all diameters now.
     pub fn scale(&self) -> f64 {
-        self.scale_at(self.now)
+        self.scale_at(self.clock.now)
     }
 
     /// The factor of all diameters at a time since the epoch.
@@ -84,24 +84,26 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// What outlives the engine when another one takes over with other diameters.
     pub fn carried(&self) -> Carried {
-        Carried { tally: self.tally, counts: self.counts.clone(), executed: self.executed }
+        Carried { tally: self.counts.totals, counts: self.counts.by_species.clone(), executed: self.counts.executed }
     }
 
     /// Goes on counting where another engine has stopped.
     pub fn carry(&mut self, carried: Carried, images: &[[i32; 3]]) {
-        let wrapped = std::mem::take(&mut self.tally);
+        let wrapped = std::mem::take(&mut self.counts.totals);
         debug_assert_eq!(wrapped.physical(), 0, "it has just been made");
-        (self.tally, self.counts, self.executed) = (carried.tally, carried.counts, carried.executed);
-        self.transitions_at_event = self.tally.transition;
-        self.transitions_at_order = self.tally.transition;
-        for (particle, image) in self.images.iter_mut().enumerate() {
-            *image = images[self.bodies[particle].name as usize];
+        (self.counts.totals, self.counts.by_species, self.counts.executed) =
+            (carried.tally, carried.counts, carried.executed);
+        self.counts.transitions_at_event = self.counts.totals.transition;
+        self.counts.transitions_at_order = self.counts.totals.transition;
+        for (particle, image) in self.state.images.iter_mut().enumerate() {
+            *image = images[self.state.bodies[particle].name as usize];
         }
     }
 
     /// Lets all diameters grow from now on, up to `largest` times those of the scene.
     pub fn grow(&mut self, rate: f64, largest: f64) {
-        self.sources.growth = Some(GrowingDiameters { rate, start: self.now, reach: STAGE.min(largest), largest });
+        self.sources.growth =
+            Some(GrowingDiameters { rate, start: self.clock.now, reach: STAGE.min(largest), largest });
         self.sort_anew();
         self.start_anew();
         self.sources.schedule_global();
@@ -112,7 +114,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(growing) = &mut self.sources.growth else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
-        self.now = growing.next_stage().max(self.now);
+        self.clock.now = growing.next_stage().max(self.clock.now);
         growing.reach = (growing.reach * STAGE).min(growing.largest);
         self.sort_anew();
         Ok(GlobalOutcome { event: None, repredict: Repredict::All })
@@ -120,8 +122,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn sort_anew(&mut self) {
         for particle in self.particles() {
-            self.stream(particle, self.now);
-            let position = self.bodies[particle as usize].position;
+            self.stream(particle, self.clock.now);
+            let position = self.state.bodies[particle as usize].position;
             self.wrap(particle, &position);
         }
         self.sort_in(Search::Cells);

@@ -95,16 +95,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(in crate::engine) fn nearest_sheared(&self, state: &mut RelativeState, shear: &LeesEdwards, time: f64) -> bool {
         let height = state.position[GRADIENT];
-        let is_across = height.abs() > 0.5 * self.periods[GRADIENT];
+        let is_across = height.abs() > 0.5 * self.state.periods[GRADIENT];
         if is_across {
             let up = 1.0_f64.copysign(height);
-            state.position[GRADIENT] -= up * self.periods[GRADIENT];
+            state.position[GRADIENT] -= up * self.state.periods[GRADIENT];
             state.position[FLOW] -= up * shear.displacement(time);
             state.velocity[FLOW] -= up * shear.speed;
         }
-        let period = self.periods[FLOW];
+        let period = self.state.periods[FLOW];
         state.position[FLOW] -= period * (state.position[FLOW] / period).round();
-        state.position[2] = minimum_image_along(state.position[2], self.periods[2]);
+        state.position[2] = minimum_image_along(state.position[2], self.state.periods[2]);
         is_across
     }
 
@@ -117,9 +117,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first meeting with those beyond the sides that slide.
     pub(in crate::engine) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
         self.for_each_across(me.id, |other| {
-            let is_known = TABLE && self.memory.get(me.id, other).is_some();
-            if !is_known {
-                self.predict_stranger(me, other, prediction);
+            let is_captured = TABLE && self.pairs.states.get(me.id, other).is_some();
+            if !is_captured {
+                self.predict_uncaptured_pair(me, other, prediction);
             }
         });
     }
@@ -134,20 +134,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Result<(), InvariantBroken> {
         self.stream(particle, time);
         let up = if face.is_upper { 1.0 } else { -1.0 };
-        let inverse_mass = self.rules.species[usize::from(self.species[particle as usize])].inverse_mass;
-        let body = &mut self.bodies[particle as usize];
+        let inverse_mass = self.pairs.rules.species[usize::from(self.state.species[particle as usize])].inverse_mass;
+        let body = &mut self.state.bodies[particle as usize];
         let before = body.velocity[FLOW];
-        body.position[GRADIENT] -= up * self.periods[GRADIENT];
+        body.position[GRADIENT] -= up * self.state.periods[GRADIENT];
         body.position[FLOW] -= up * shear.displacement(time);
         body.velocity[FLOW] -= up * shear.speed;
         let after = body.velocity[FLOW];
-        self.tally.supplied.add(0.5 / inverse_mass * (after - before) * (after + before));
-        let period = self.periods[FLOW];
-        let periods = ((body.position[FLOW] - self.space.lower[FLOW]) / period).floor();
+        self.counts.totals.supplied.add(0.5 / inverse_mass * (after - before) * (after + before));
+        let period = self.state.periods[FLOW];
+        let periods = ((body.position[FLOW] - self.state.space.lower[FLOW]) / period).floor();
         body.position[FLOW] -= periods * period;
         let position = body.position;
-        self.images[particle as usize][GRADIENT] += trunc_to_i32(up);
-        self.images[particle as usize][FLOW] += trunc_to_i32(periods);
+        self.state.images[particle as usize][GRADIENT] += trunc_to_i32(up);
+        self.state.images[particle as usize][FLOW] += trunc_to_i32(periods);
         let Neighbours::Cells(cells) = &mut self.neighbours else {
             return Err(self.broken(particle, None, Invariant::Cells));
         };
@@ -162,9 +162,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// them over, so that `position + image_x (L_x, 0, 0) + image_y (displacement, L_y, 0) + image_z (0, 0, L_z)` goes on smoothly.
     pub(in crate::engine) fn shift_images(&mut self, shift: f64) {
         let Some(shear) = &mut self.sources.lees_edwards else { return };
-        let periods = shear.shift(shift, self.periods[FLOW]);
+        let periods = shear.shift(shift, self.state.periods[FLOW]);
         if periods != 0 {
-            for image in &mut self.images {
+            for image in &mut self.state.images {
                 image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
             }
         }
@@ -175,7 +175,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (Some(shear), Neighbours::Cells(cells)) = (&mut self.sources.lees_edwards, &self.neighbours) else {
             return Err(self.broken(0, None, Invariant::Cells));
         };
-        self.now = shear.next_refresh;
+        self.clock.now = shear.next_refresh;
         shear.next_refresh += shear.between_refreshes;
         let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
         let found = self.particles().filter(|particle| is_next_to_side(particle) && !self.is_static(*particle));

@@ -1,9 +1,10 @@
-//! Neighbour lists in the event loop: who is in a particle's list, and when the list has to be made anew.
+//! Verlet lists in the event loop: contacts with the particles in a list, and when the list has to be rebuilt.
 
 use crate::Vector;
 use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
-use crate::engine::neighbours::shells::Shells;
+use crate::engine::neighbours::verlet::VerletLists;
+use crate::engine::pairs::Pairs;
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::engine::{Invariant, InvariantBroken};
@@ -12,27 +13,27 @@ use crate::physics::motion::RelativeState;
 use crate::physics::overlap::{Quadratic, Side};
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// The first meeting with those in the particle's list, and when it leaves its shell.
+    /// The first contact with those in the particle's list, and when it leaves its skin.
     #[inline]
-    pub(in crate::engine) fn predict_in_shell(&self, me: &Streamed, shells: &Shells, prediction: &mut Prediction) {
-        let (strangers, length) = shells.lists.filled_up(me.id);
-        self.predict_strangers(me, shells.wraps(&me.position), strangers, length, prediction);
+    pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
+        let (others, length) = verlet.lists.filled_up(me.id);
+        self.predict_uncaptured(me, verlet.wraps(&me.position), others, length, prediction);
         if !self.sources.walls.is_empty() {
             self.predict_walls(me, |_| true, prediction);
         }
-        prediction.transition_time = self.leaves_shell(me, shells);
+        prediction.transition_time = self.leaves_skin(me, verlet);
     }
 
-    /// When the particle leaves its shell: like a bond to the centre that reaches its length.
+    /// When the particle leaves its skin: like a bond to the centre that reaches its length.
     ///
     /// A falling particle is taken to fly straight away from the centre and to be accelerated that way too, so that it leaves no
     /// earlier than this: `|v| t + |a| t^2 / 2 = delta - |r|`.
     #[inline]
-    fn leaves_shell(&self, me: &Streamed, shells: &Shells) -> f64 {
-        let position = me.position - shells.centres[me.id as usize];
-        let squared = shells.radius * shells.radius;
+    fn leaves_skin(&self, me: &Streamed, verlet: &VerletLists) -> f64 {
+        let position = me.position - verlet.centres[me.id as usize];
+        let squared = verlet.half_skin * verlet.half_skin;
         if FALLING && me.acceleration != Vector::zeros() {
-            let room = (shells.radius - position.norm()).max(0.0);
+            let room = (verlet.half_skin - position.norm()).max(0.0);
             let (v2, a) = (me.velocity.norm_squared(), me.acceleration.norm());
             return me.time + 2.0 * room / (v2.sqrt() + (v2 + 2.0 * a * room).sqrt());
         }
@@ -41,95 +42,105 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         me.time + dt.unwrap_or(f64::INFINITY)
     }
 
-    /// Makes the list of a particle that leaves its shell anew, around where it is now.
-    pub(in crate::engine) fn recentre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
-        self.tally.transition += 1;
+    /// Rebuilds the list of a particle that leaves its skin, around where it is now.
+    pub(in crate::engine) fn rebuild_list(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
+        self.counts.totals.transition += 1;
         let me = self.streamed(particle, time);
-        let Neighbours::Lists(shells) = &self.neighbours else {
+        let Neighbours::Lists(verlet) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
-        let is_apart = self.is_apart(particle);
-        if FALLING && !is_apart {
+        let has_own_interactions = self.has_own_interactions(particle);
+        if FALLING && !has_own_interactions {
             // The bound came true without the particle having gone far.
-            let gone = (me.position - shells.centres[particle as usize]).norm_squared();
-            if gone < 0.25 * shells.radius * shells.radius {
-                self.predictions[particle as usize].transition_time = self.leaves_shell(&me, shells);
-                self.schedule(particle);
+            let gone = (me.position - verlet.centres[particle as usize]).norm_squared();
+            if gone < 0.25 * verlet.half_skin * verlet.half_skin {
+                self.schedule.predictions[particle as usize].transition_time = self.leaves_skin(&me, verlet);
+                self.enqueue(particle);
                 return Ok(());
             }
         }
         self.wrap(particle, &me.position);
-        self.relist(particle, time)?;
-        if is_apart {
+        self.move_centre(particle, time)?;
+        if has_own_interactions {
             self.repredict(particle, time);
             return Ok(());
         }
-        // Its motion stays as it is, and so does its predicted contact, unless one of those who are new to it comes first.
+        // Its motion stays as it is, and so does its predicted contact, unless one of those that are new to it comes first.
         let me = self.streamed(particle, time);
-        let Neighbours::Lists(shells) = &self.neighbours else {
+        let Neighbours::Lists(verlet) = &self.neighbours else {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
-        let mut prediction = self.predictions[particle as usize];
-        let (newcomers, count) = shells.lists.newcomers();
-        self.predict_strangers(&me, shells.wraps(&me.position), newcomers, count, &mut prediction);
-        prediction.transition_time = self.leaves_shell(&me, shells);
-        self.predictions[particle as usize] = prediction;
-        self.schedule(particle);
+        let mut prediction = self.schedule.predictions[particle as usize];
+        let (newcomers, count) = verlet.lists.newcomers();
+        self.predict_uncaptured(&me, verlet.wraps(&me.position), newcomers, count, &mut prediction);
+        prediction.transition_time = self.leaves_skin(&me, verlet);
+        self.schedule.predictions[particle as usize] = prediction;
+        self.enqueue(particle);
         Ok(())
     }
 
     /// Brings a particle that has left the box on a periodic axis back in.
     pub(in crate::engine) fn wrap(&mut self, particle: u32, position: &Vector) {
         for axis in 0..3 {
-            let period = self.periods[axis];
+            let period = self.state.periods[axis];
             if period == f64::INFINITY {
                 continue;
             }
-            let periods = if position[axis] < self.space.lower[axis] {
+            let periods = if position[axis] < self.state.space.lower[axis] {
                 1
-            } else if position[axis] >= self.space.lower[axis] + period {
+            } else if position[axis] >= self.state.space.lower[axis] + period {
                 -1
             } else {
                 continue;
             };
-            self.bodies[particle as usize].position[axis] += f64::from(periods) * period;
-            self.images[particle as usize][axis] -= periods;
+            self.state.bodies[particle as usize].position[axis] += f64::from(periods) * period;
+            self.state.images[particle as usize][axis] -= periods;
         }
     }
 
     /// Moves a particle's centre to where it is at `time`, and changes the lists accordingly.
-    fn relist(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
+    fn move_centre(&mut self, particle: u32, time: f64) -> Result<(), InvariantBroken> {
         let (to, _) = self.state_at(particle, time);
-        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else {
+        let mut scratch = self.take_scratch();
+        let near = &mut scratch.near;
+        let Self { neighbours: Neighbours::Lists(verlet), pairs: Pairs { states, rules, .. }, state, .. } = self else {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
-        shells.centres[particle as usize] = to;
-        shells.cells.lift(particle);
+        let species = &state.species;
+        verlet.centres[particle as usize] = to;
+        verlet.cells.lift(particle);
         let all: &[u16] = if TABLE { species } else { &[] };
-        shells.find_within_reach(&to, mine(all, particle), all, to.amax(), near);
-        shells.cells.put(particle, &to);
+        verlet.find_neighbours_within(&to, mine(all, particle), all, to.amax(), near);
+        verlet.cells.put(particle, &to);
         if TABLE {
-            near.retain(|other| memory.get(particle, other).is_none());
+            near.retain(|other| states.get(particle, other).is_none());
         }
         let is_static = |other: u32| TABLE && rules.species[usize::from(species[other as usize])].is_static();
-        shells.lists.renew(particle, near.found(), is_static);
+        verlet.lists.renew(particle, near.found(), is_static);
+        self.scratch = Some(scratch);
         Ok(())
     }
 
-    /// Fills the lists of all, once the pairs that know each other are known.
+    /// Builds the lists of all, once captured pairs are known.
     pub(in crate::engine) fn fill_lists(&mut self) {
-        let Self { neighbours: Neighbours::Lists(shells), near, memory, species, rules, .. } = self else { return };
-        // One bound for all, so that whoever finds another is found by it.
-        let largest = shells.centres.iter().map(Vector::amax).fold(0.0, f64::max);
+        let mut scratch = self.take_scratch();
+        let near = &mut scratch.near;
+        let Self { neighbours: Neighbours::Lists(verlet), pairs: Pairs { states, rules, .. }, state, .. } = self else {
+            return;
+        };
+        let species = &state.species;
+        // One bound for all, so that a particle that finds another is found by it.
+        let largest = verlet.centres.iter().map(Vector::amax).fold(0.0, f64::max);
         let all: &[u16] = if TABLE { species } else { &[] };
-        for (particle, centre) in (0..).zip(&shells.centres) {
+        for (particle, centre) in (0..).zip(&verlet.centres) {
             if TABLE && rules.species[usize::from(species[particle as usize])].is_static() {
                 continue;
             }
-            shells.find_within_reach(centre, mine(all, particle), all, largest, near);
-            near.retain(|other| other != particle && !(TABLE && memory.get(particle, other).is_some()));
-            shells.lists.set(particle, near.found());
+            verlet.find_neighbours_within(centre, mine(all, particle), all, largest, near);
+            near.retain(|other| other != particle && !(TABLE && states.get(particle, other).is_some()));
+            verlet.lists.set(particle, near.found());
         }
+        self.scratch = Some(scratch);
     }
 }
 
@@ -149,27 +160,27 @@ mod tests {
     use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
     use std::ops::ControlFlow;
 
-    /// Every pair of strangers within reach is in both lists, nobody else is, and everybody is in its shell.
+    /// Every uncaptured pair within reach is in both lists, no other is, and each particle is in its skin.
     fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
         let mut engine = Engine::<FALLING, TABLE>::new(scene);
         for part in 1..=10 {
             engine.advance(Until::events(events * part / 10), &mut |_| ControlFlow::Continue(())).unwrap();
-            let Some(shells) = engine.neighbours.shells() else { continue };
+            let Some(verlet) = engine.neighbours.verlet() else { continue };
             for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
-                let (position, _) = engine.state_at(particle, engine.now);
-                let gone = (position - shells.centres[particle as usize]).norm();
-                assert!(gone < shells.radius * (1.0 + 1e-9), "{particle} left its shell: {gone}");
-                let list = shells.lists.of(particle);
+                let (position, _) = engine.state_at(particle, engine.clock.now);
+                let gone = (position - verlet.centres[particle as usize]).norm();
+                assert!(gone < verlet.half_skin * (1.0 + 1e-9), "{particle} left its half_skin: {gone}");
+                let list = verlet.lists.of(particle);
                 let is_moving = |other: &&u32| !engine.is_static(**other);
-                assert!(list.iter().filter(is_moving).all(|other| shells.lists.of(*other).contains(&particle)));
+                assert!(list.iter().filter(is_moving).all(|other| verlet.lists.of(*other).contains(&particle)));
                 for other in engine.particles() {
-                    let [a, b] = [particle, other].map(|id| shells.centres[id as usize]);
-                    let apart = minimum_image(a - b, &engine.periods).norm();
-                    let species = [particle, other].map(|id| usize::from(engine.species[id as usize]));
-                    let range = engine.ranges[species[0] * engine.rules.species.len() + species[1]];
-                    let is_known = TABLE && engine.memory.get(particle, other).is_some();
-                    let is_near = |factor| apart < (range + 2.0 * shells.radius) * factor;
-                    let may_meet = other != particle && range > 0.0 && !is_known;
+                    let [a, b] = [particle, other].map(|id| verlet.centres[id as usize]);
+                    let apart = minimum_image(a - b, &engine.state.periods).norm();
+                    let species = [particle, other].map(|id| usize::from(engine.state.species[id as usize]));
+                    let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
+                    let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
+                    let is_near = |factor| apart < (range + 2.0 * verlet.half_skin) * factor;
+                    let may_meet = other != particle && range > 0.0 && !is_captured;
                     let times = list.iter().filter(|entry| **entry == other).count();
                     // Centres are packed in single precision.
                     assert!(times <= usize::from(may_meet && is_near(1.0 + 1e-4)), "{particle} {other} {times}");
@@ -177,8 +188,8 @@ mod tests {
                 }
             }
         }
-        assert!(engine.neighbours.shells().is_some(), "dense enough for lists in the end");
-        assert!(engine.tally.transition > 100, "only {} lists were made anew", engine.tally.transition);
+        assert!(engine.neighbours.verlet().is_some(), "dense enough for lists in the end");
+        assert!(engine.counts.totals.transition > 100, "only {} lists were made anew", engine.counts.totals.transition);
     }
 
     #[test]

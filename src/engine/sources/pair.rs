@@ -59,7 +59,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     pub(in crate::engine) fn stream(&mut self, particle: u32, time: f64) {
         let (position, velocity) = self.state_at(particle, time);
-        let body = &mut self.bodies[particle as usize];
+        let body = &mut self.state.bodies[particle as usize];
         (body.position, body.velocity, body.time) = (position, velocity, time);
     }
 
@@ -71,7 +71,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         side: Side,
         time: f64,
     ) -> Result<Event, InvariantBroken> {
-        let flown = time - self.bodies[i as usize].time.max(self.bodies[j as usize].time);
+        let flown = time - self.state.bodies[i as usize].time.max(self.state.bodies[j as usize].time);
         self.stream(i, time);
         self.stream(j, time);
         let (state, interaction) = self.pair_state(i, j);
@@ -95,38 +95,38 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce {
             self.separate(&pair);
         }
-        self.bodies[i as usize].events = self.bodies[i as usize].events.wrapping_add(1);
+        self.state.bodies[i as usize].events = self.state.bodies[i as usize].events.wrapping_add(1);
         if self.inverse_mass(j) > 0.0 {
-            self.bodies[j as usize].events = self.bodies[j as usize].events.wrapping_add(1);
+            self.state.bodies[j as usize].events = self.state.bodies[j as usize].events.wrapping_add(1);
         }
 
-        self.tally.count(response.outcome);
+        self.counts.totals.count(response.outcome);
         if TABLE {
             self.count_by_species(i, j, &response, &seen);
         }
         if self.sources.confinement.is_some() {
             self.note_confined([i, j], &before);
         }
-        self.tally.virial += reduced_mass * (response.radial - radial) / pair.stretch;
+        self.counts.totals.virial += reduced_mass * (response.radial - radial) / pair.stretch;
         let (energy_step, dissipated) = match response.outcome {
             Outcome::Capture | Outcome::Release => (seen.energy_step, 0.0),
             _ if tangential_scale != 1.0 => (0.0, 0.0),
             _ => (0.0, -0.5 * impulse * (radial + response.radial)),
         };
         if dissipated != 0.0 {
-            self.tally.dissipated.add(dissipated);
+            self.counts.totals.dissipated.add(dissipated);
         }
         if self.sources.lees_edwards.is_some() {
             // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
             let faster = (before[0] - before[1]) - pair.velocity;
-            let gained = (self.bodies[i as usize].velocity - before[0]) / self.inverse_mass(i);
-            self.tally.supplied.add(faster.dot(&gained));
+            let gained = (self.state.bodies[i as usize].velocity - before[0]) / self.inverse_mass(i);
+            self.counts.totals.supplied.add(faster.dot(&gained));
         }
         if surface != 0.0 {
-            self.tally.supplied.add(impulse * surface * squared.sqrt());
+            self.counts.totals.supplied.add(impulse * surface * squared.sqrt());
         }
-        self.remember_outcome(i, j, response.outcome, state, interaction)?;
-        let positions = [i, j].map(|particle| self.bodies[particle as usize].position);
+        self.set_state_after(i, j, response.outcome, state, interaction)?;
+        let positions = [i, j].map(|particle| self.state.bodies[particle as usize].position);
         let length = squared.sqrt();
         Ok(Event {
             time: self.time(),
@@ -154,20 +154,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Outcome::Bounce if seen.energy_step == f64::INFINITY => CountedKind::Bond,
             Outcome::Bounce => CountedKind::Bounce,
         };
-        self.tally.core_static += u64::from(kind == CountedKind::Core && (self.is_static(i) || self.is_static(j)));
-        let [a, b] = [i, j].map(|particle| usize::from(self.species[particle as usize]));
-        self.counts.note_pair(a, b, kind);
+        self.counts.totals.core_static +=
+            u64::from(kind == CountedKind::Core && (self.is_static(i) || self.is_static(j)));
+        let [a, b] = [i, j].map(|particle| usize::from(self.state.species[particle as usize]));
+        self.counts.by_species.note_pair(a, b, kind);
     }
 
     #[inline]
     fn velocities(&self, i: u32, j: u32) -> [Vector; 2] {
-        [i, j].map(|particle| self.bodies[particle as usize].velocity)
+        [i, j].map(|particle| self.state.bodies[particle as usize].velocity)
     }
 
     /// A pair as it is now, both particles streamed to the same time.
     #[inline]
     fn encounter(&self, i: u32, j: u32, side: Side, surface: f64) -> Encounter {
-        let (a, b) = (&self.bodies[i as usize], &self.bodies[j as usize]);
+        let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);
         let (state, _) = self.nearest(a.position - b.position, a.velocity - b.velocity, a.time);
         let RelativeState { position: apart, velocity } = state;
         let stretch = stretch(apart.norm_squared());
@@ -204,7 +205,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.note_overlap(depth, seen.distance, round_off);
         }
         if (pair.velocity.dot(&pair.apart) - opening(pair.surface, squared)) * sign >= 0.0 {
-            self.tally.turning_point += 1;
+            self.counts.totals.turning_point += 1;
         }
     }
 
@@ -216,7 +217,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if seen.energy_step != f64::INFINITY {
             return (response, 1.0);
         }
-        if self.contact_times.is_none() {
+        if self.pairs.contact_times.is_none() {
             if restitution < 1.0 {
                 self.note_lost_speed(pair, restitution);
             }
@@ -253,15 +254,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn note_lost_speed(&mut self, pair: &Encounter, restitution: f64) {
         let approach = -pair.side.sign() * pair.approach.radial;
         let leaving = if restitution > 0.0 { restitution * approach } else { approach };
-        let (a, b) = (&self.bodies[pair.i as usize].velocity, &self.bodies[pair.j as usize].velocity);
+        let (a, b) = (&self.state.bodies[pair.i as usize].velocity, &self.state.bodies[pair.j as usize].velocity);
         let resolved = LOST * (a.amax() + b.amax());
         if approach > 0.0 && leaving * leaving < resolved * resolved * pair.approach.squared {
-            self.lost_speed = Some(approach / pair.approach.squared.sqrt());
+            self.clock.standstill.lost_speed = Some(approach / pair.approach.squared.sqrt());
         }
     }
 
     #[inline]
-    fn remember_outcome(
+    fn set_state_after(
         &mut self,
         i: u32,
         j: u32,
@@ -271,8 +272,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Result<(), InvariantBroken> {
         if TABLE {
             match outcome {
-                Outcome::Capture => self.know(i, j, state + 1, interaction),
-                Outcome::Release if state > 1 => self.know(i, j, state - 1, interaction),
+                Outcome::Capture => self.set_pair_state(i, j, state + 1, interaction),
+                Outcome::Release if state > 1 => self.set_pair_state(i, j, state - 1, interaction),
                 Outcome::Release => self.release(i, j, interaction)?,
                 Outcome::Core | Outcome::Bounce => {}
             }
@@ -291,8 +292,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let less = change * (wi.min(wj) / (wi + wj));
         let more = change - less;
         let (of_i, of_j) = if wi < wj { (less, more) } else { (more, less) };
-        self.bodies[i as usize].velocity += of_i;
-        self.bodies[j as usize].velocity -= of_j;
+        self.state.bodies[i as usize].velocity += of_i;
+        self.state.bodies[j as usize].velocity -= of_j;
     }
 
     /// Rounds a reflection outwards: the pair must leave the discontinuity in the numbers that detection will see.
@@ -304,10 +305,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let &Encounter { i, j, side, ref apart, ref line, surface, ref approach, .. } = pair;
         let opening = opening(surface, apart.norm_squared());
         let closing = |engine: &Self| {
-            let between = engine.bodies[i as usize].position - engine.bodies[j as usize].position;
-            let velocity = engine.bodies[i as usize].velocity - engine.bodies[j as usize].velocity;
+            let between = engine.state.bodies[i as usize].position - engine.state.bodies[j as usize].position;
+            let velocity = engine.state.bodies[i as usize].velocity - engine.state.bodies[j as usize].velocity;
             let velocity = if engine.sources.lees_edwards.is_some() {
-                engine.nearest(between, velocity, engine.bodies[i as usize].time).0.velocity
+                engine.nearest(between, velocity, engine.state.bodies[i as usize].time).0.velocity
             } else {
                 velocity
             };
@@ -319,7 +320,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if !closing(self) {
             return;
         }
-        let speed = self.bodies[i as usize].velocity.amax().max(self.bodies[j as usize].velocity.amax());
+        let speed = self.state.bodies[i as usize].velocity.amax().max(self.state.bodies[j as usize].velocity.amax());
         let mut change = side.sign() * f64::EPSILON * speed;
         let normal = line / approach.squared.sqrt();
         // 52 doublings take a float's spacing to the float itself.
@@ -337,15 +338,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.pair_state(self.number(a), self.number(b)).0
     }
 
-    /// State and interaction of a pair: what the moving one of them remembers, or a stranger's.
+    /// State and interaction of a pair: as the moving one of them keeps it, or that of an uncaptured pair.
     pub(in crate::engine) fn pair_state(&self, i: u32, j: u32) -> (u16, u16) {
         if !TABLE {
             return (0, 0);
         }
         let (keeper, other) = if self.is_static(i) { (j, i) } else { (i, j) };
-        self.memory.get(keeper, other).map_or_else(
-            || (0, self.rules.meeting(self.species[i as usize], self.species[j as usize]).interaction),
-            |known| (known.state, known.interaction),
+        self.pairs.states.get(keeper, other).map_or_else(
+            || {
+                (
+                    0,
+                    self.pairs
+                        .rules
+                        .meeting(self.state.species[i as usize], self.state.species[j as usize])
+                        .interaction,
+                )
+            },
+            |captured| (captured.state, captured.interaction),
         )
     }
 
@@ -353,8 +362,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// which no prediction is ever made.
     #[inline]
     fn discontinuity(&self, state: u16, interaction: u16, side: Side, time: f64) -> Option<(Discontinuity, f64, f64)> {
-        let interaction = if TABLE { interaction } else { self.rules.meeting(0, 0).interaction };
-        let steps = &self.rules.steps[usize::from(interaction)];
+        let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
+        let steps = &self.pairs.rules.steps[usize::from(interaction)];
         let mut seen = steps.seen_from(state, side)?;
         let surface = self.growth_of(seen.distance);
         if self.sources.growth.is_some() {
@@ -364,27 +373,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Some((seen, steps.restitution, surface))
     }
 
-    /// A pair in state 0 again: strangers, unless a bond of its own keeps its interaction.
+    /// A pair in state 0 again: uncaptured, unless a bond of its own keeps its interaction.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
-        let meeting = self.rules.meeting(self.species[i as usize], self.species[j as usize]);
+        let meeting = self.pairs.rules.meeting(self.state.species[i as usize], self.state.species[j as usize]);
         if meeting.exists && meeting.interaction == interaction {
-            return self.forget(i, j);
+            return self.remove_pair_state(i, j);
         }
-        self.know(i, j, 0, interaction);
+        self.set_pair_state(i, j, 0, interaction);
         Ok(())
     }
 
     #[inline]
     pub(in crate::engine) fn inverse_mass(&self, particle: u32) -> f64 {
-        let species = if TABLE { self.species[particle as usize] } else { 0 };
-        self.rules.species[usize::from(species)].inverse_mass
+        let species = if TABLE { self.state.species[particle as usize] } else { 0 };
+        self.pairs.rules.species[usize::from(species)].inverse_mass
     }
 
     /// `depth` and `round_off` are lengths, `unit` is the one that depths are compared with.
     pub(in crate::engine) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
-        self.tally.deepest_overlap = self.tally.deepest_overlap.max(depth / unit);
+        self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / unit);
         if depth > round_off.min(MOST_ROUND_OFF * unit) {
-            self.tally.in_invalid_state += 1;
+            self.counts.totals.in_invalid_state += 1;
         }
     }
 
@@ -398,13 +407,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         closing: f64,
         time: f64,
     ) -> Leaving {
-        let Some(times) = &mut self.contact_times else {
+        let Some(times) = &mut self.pairs.contact_times else {
             return Leaving { speed: restitution * approach, tangential_scale: 1.0 };
         };
         let is_recent = times.note(particles, time);
         let leaving = tc_contact(restitution, is_recent, approach, tangential, closing, times.contact_time);
-        self.tally.tc_contacts += 1;
-        self.tally.tc_altered += u64::from(leaving.speed != restitution * approach || leaving.tangential_scale != 1.0);
+        self.counts.totals.tc_contacts += 1;
+        self.counts.totals.tc_altered +=
+            u64::from(leaving.speed != restitution * approach || leaving.tangential_scale != 1.0);
         leaving
     }
 }

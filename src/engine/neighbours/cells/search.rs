@@ -2,36 +2,36 @@
 
 use super::Cells;
 use crate::engine::hardware::prefetch::prefetch;
+use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::grid::Face;
-use crate::engine::neighbours::near::Near;
 
 impl Cells {
-    /// Expects questions about the cell that a particle is in.
+    /// Prefetches the cell of a particle.
     #[inline]
-    pub fn expect_home(&self, particle: u32) {
+    pub fn prefetch_home(&self, particle: u32) {
         prefetch(&self.homes, particle as usize);
         prefetch(&self.next, particle as usize);
     }
 
-    /// Expects a search near a cell.
+    /// Prefetches the heads of the cells that a search reads.
     #[inline]
-    pub fn expect_rows(&self, cell: u32) {
+    pub fn prefetch_rows(&self, cell: u32) {
         self.grid.for_each_run(cell, |first, _| prefetch(&self.first, first));
     }
 
-    /// Expects a search near a cell, and questions about those it finds first.
+    /// Prefetches the first particles that a search finds.
     #[inline]
-    pub fn expect_near(&self, cell: u32, expect: impl Fn(u32)) {
+    pub fn prefetch_near(&self, cell: u32, expect: impl Fn(u32)) {
         self.grid.for_each_run(cell, |first, count| {
             for &head in &self.first[first..first + count] {
-                self.expect_head(head, &expect);
+                self.prefetch_head(head, &expect);
             }
         });
     }
 
     /// Puts every particle in `cell` and the cells next to it into `near`.
     #[inline]
-    pub fn find_near(&self, cell: u32, near: &mut Near) {
+    pub fn find_candidates(&self, cell: u32, near: &mut Candidates) {
         let mut heads = near.heads();
         self.grid.for_each_run(cell, |first, count| {
             for &head in &self.first[first..first + count] {
@@ -44,30 +44,30 @@ impl Cells {
 
     /// Puts every particle that is near to `cell` and was not near to the cell before a transition through `face` into `near`.
     #[inline]
-    pub fn find_new(&self, cell: u32, face: Face, near: &mut Near) {
+    pub fn find_new_candidates(&self, cell: u32, face: Face, near: &mut Candidates) {
         let mut heads = near.heads();
         self.grid.for_each_new(cell, face, |new| heads.put(self.first[new as usize]));
         let found = heads.length;
         near.follow(found, &self.next);
     }
 
-    /// Expects a particle to leave a cell through a face: the heads of its cell and of those that become near.
+    /// Prefetches what a transition through a face reads: the heads of its cell and of those that become near.
     #[inline]
-    pub fn expect_transition(&self, cell: u32, face: Face) {
+    pub fn prefetch_transition(&self, cell: u32, face: Face) {
         prefetch(&self.first, cell as usize);
         self.for_each_new_after(cell, face, |new| prefetch(&self.first, new as usize));
     }
 
-    /// Expects questions about those in the cells that become near.
+    /// Prefetches the first particles in the cells that become near.
     #[inline]
-    pub fn expect_new(&self, cell: u32, face: Face, expect: impl Fn(u32)) {
-        self.for_each_new_after(cell, face, |new| self.expect_head(self.first[new as usize], &expect));
+    pub fn prefetch_new(&self, cell: u32, face: Face, expect: impl Fn(u32)) {
+        self.for_each_new_after(cell, face, |new| self.prefetch_head(self.first[new as usize], &expect));
     }
 
-    /// Expects questions about the first particle of a cell. An empty cell stands for the last particle of all: that costs less than
+    /// Prefetches the first particle of a cell. An empty cell stands for the last particle of all: that costs less than
     /// a processor that has to guess which cells are empty.
     #[inline(always)]
-    fn expect_head(&self, head: u32, expect: &impl Fn(u32)) {
+    fn prefetch_head(&self, head: u32, expect: &impl Fn(u32)) {
         #[expect(
             clippy::cast_possible_truncation,
             reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"

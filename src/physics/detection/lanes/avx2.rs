@@ -1,6 +1,6 @@
-//! Four numbers for processors with AVX2; only code for them is given any, by [`super::Width::run`].
+//! Four numbers for processors with AVX2; only code for them is given any, by [`super::Simd::run`].
 
-use super::Many;
+use super::Lanes;
 use std::arch::x86_64::*;
 
 /// Numbers in one register.
@@ -10,7 +10,7 @@ pub struct Wide(__m256d);
 // SAFETY, of all that follows: only functions compiled for AVX2 call these, because nothing else can name the type; loads and stores
 // are of 4 numbers within slices of at least as many.
 #[allow(clippy::undocumented_unsafe_blocks, reason = "said once, above")]
-impl Many for Wide {
+impl Lanes for Wide {
     const COUNT: usize = 4;
     #[inline(always)]
     fn all(x: f64) -> Self {

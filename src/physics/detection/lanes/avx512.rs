@@ -1,6 +1,6 @@
-//! Eight numbers for processors with AVX-512 (its parts F and DQ); only code for them is given any, by [`super::Width::run`].
+//! Eight numbers for processors with AVX-512 (its parts F and DQ); only code for them is given any, by [`super::Simd::run`].
 
-use super::Many;
+use super::Lanes;
 use std::arch::x86_64::*;
 
 /// Numbers in one register.
@@ -10,7 +10,7 @@ pub struct Widest(__m512d);
 // SAFETY, of all that follows: only functions compiled for AVX-512 call these, because nothing else can name the type; loads and stores
 // are of 8 numbers within slices of at least as many.
 #[allow(clippy::undocumented_unsafe_blocks, reason = "said once, above")]
-impl Many for Widest {
+impl Lanes for Widest {
     const COUNT: usize = 8;
     #[inline(always)]
     fn all(x: f64) -> Self {

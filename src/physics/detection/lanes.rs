@@ -1,6 +1,6 @@
-//! Algorithms 2 and 3 for many pairs at once: the same operations in the same order as one by one, and so the same bits.
+//! SIMD lanes: Algorithms 2 and 3 for many pairs at once, the same operations in the same order as one by one, and so the same bits.
 //!
-//! [`Many`] is written down three times: for any processor, for those with AVX2, which compute four numbers with one instruction, and
+//! [`Lanes`] is written down three times: for any processor, for those with AVX2, which compute four numbers with one instruction, and
 //! for those with AVX-512, which compute eight. No operation is fused, and all are correctly rounded, so the three agree to the bit.
 
 #[cfg(target_arch = "x86_64")]
@@ -10,9 +10,9 @@ mod avx512;
 
 use std::array::from_fn;
 
-/// What the processor can do at once.
+/// The SIMD instructions in use, and so the number of lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Width(Instructions);
+pub struct Simd(Instructions);
 
 /// The instructions to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +24,7 @@ enum Instructions {
     Avx512,
 }
 
-impl Width {
+impl Simd {
     /// All that the processor can do, the most at once last. Results do not depend on the choice.
     #[must_use]
     pub fn all() -> Vec<Self> {
@@ -81,13 +81,13 @@ impl Width {
     }
 }
 
-/// Work on many numbers at once, whatever the instructions are.
+/// A calculation in lanes, whatever the instructions are.
 pub trait Work {
     /// What comes out.
     type Output;
 
     /// Does it. Has to be inlined into code for the instructions of `F`.
-    fn run<F: Many>(self) -> Self::Output;
+    fn run<F: Lanes>(self) -> Self::Output;
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -102,11 +102,11 @@ fn in_eights<W: Work>(work: W) -> W::Output {
     work.run::<avx512::Widest>()
 }
 
-/// The most numbers at once.
-pub const MOST: usize = 8;
+/// The most lanes.
+pub const MOST_LANES: usize = 8;
 
-/// Numbers, one per pair.
-pub trait Many: Copy {
+/// A vector of lanes: numbers, one per pair.
+pub trait Lanes: Copy {
     /// How many.
     const COUNT: usize;
     /// The same number for all.
@@ -148,7 +148,7 @@ impl Plain {
     }
 }
 
-impl Many for Plain {
+impl Lanes for Plain {
     const COUNT: usize = 4;
     #[inline(always)]
     fn all(x: f64) -> Self {
@@ -209,7 +209,7 @@ impl Many for Plain {
 /// overlap functions `V2 dt^2 + 2 B dt + R2`.
 #[inline(always)]
 #[must_use]
-pub fn positive<F: Many>(r2: F, b: F, v2: F) -> F {
+pub fn positive<F: Lanes>(r2: F, b: F, v2: F) -> F {
     let (zero, never) = (F::all(0.0), F::all(f64::INFINITY));
     let discriminant = b.mul(b).sub(v2.mul(r2));
     let root = r2.div(discriminant.sqrt().sub(b));
@@ -221,7 +221,7 @@ pub fn positive<F: Many>(r2: F, b: F, v2: F) -> F {
 /// Algorithm 3: the times from now to the next events on the negative side, of pairs.
 #[inline(always)]
 #[must_use]
-pub fn negative<F: Many>(r2: F, b: F, v2: F) -> F {
+pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
     let (zero, never) = (F::all(0.0), F::all(f64::INFINITY));
     let discriminant = b.mul(b).sub(v2.mul(r2));
     let root = discriminant.sqrt();
@@ -266,7 +266,7 @@ mod tests {
         type Output = [[f64; 8]; 2];
 
         #[inline(always)]
-        fn run<F: Many>(self) -> Self::Output {
+        fn run<F: Lanes>(self) -> Self::Output {
             let mut found = [[0.0; 8]; 2];
             for at in (0..8).step_by(F::COUNT) {
                 let [r2, b, v2] = [0, 1, 2].map(|k| F::each(&self.0[k][at..]));
@@ -282,7 +282,7 @@ mod tests {
         fn many_at_once_are_one_by_one(f in prop::array::uniform8((coefficient(), coefficient(), coefficient()))) {
             let f = f.map(|(r2, b, v2)| [r2, b, v2.abs()]);
             let coefficients = [0, 1, 2].map(|k| f.map(|f| f[k]));
-            for width in Width::all() {
+            for width in Simd::all() {
                 let found = width.run(Find(&coefficients));
                 for (k, [r2, b, v2]) in f.into_iter().enumerate() {
                     let f = Quadratic { r2, b, v2 };
@@ -300,7 +300,7 @@ mod tests {
         type Output = [[f64; 8]; 8];
 
         #[inline(always)]
-        fn run<F: Many>(self) -> Self::Output {
+        fn run<F: Lanes>(self) -> Self::Output {
             let mut columns = [[0.0; 8]; 8];
             for at in (0..8).step_by(F::COUNT) {
                 for (to, column) in columns.iter_mut().zip(F::columns(|k| &self.0[at + k])) {
@@ -315,7 +315,7 @@ mod tests {
     fn rows_become_columns() {
         let rows: [[f64; 8]; 8] = from_fn(|row| from_fn(|column| (10 * row + column) as f64));
         let expected: [[f64; 8]; 8] = from_fn(|column| from_fn(|row| (10 * row + column) as f64));
-        for width in Width::all() {
+        for width in Simd::all() {
             assert_eq!(width.run(Turn(&rows)), expected);
         }
     }
@@ -327,7 +327,7 @@ mod tests {
         type Output = (f64, u32);
 
         #[inline(always)]
-        fn run<F: Many>(self) -> Self::Output {
+        fn run<F: Lanes>(self) -> Self::Output {
             let (mut smallest, mut bits) = (f64::INFINITY, 0);
             for at in (0..8).step_by(F::COUNT) {
                 let x = F::each(&self.0[at..]);
@@ -341,7 +341,7 @@ mod tests {
     #[test]
     fn times_are_compared() {
         let times = [4.0, 3.0, f64::INFINITY, 5.0, 3.5, 2.0, 9.0, 8.0];
-        for width in Width::all() {
+        for width in Simd::all() {
             assert_eq!(width.run(Compare(&times)), (2.0, 0b10_0010));
         }
     }

@@ -1,10 +1,10 @@
-//! Who has been found near a particle: a list that is filled without a branch on what is found.
+//! Neighbour candidates: a list that is filled without a branch on what is found.
 
-use super::cells::NOBODY;
+use super::cells::NO_PARTICLE;
 
-/// Particles found. Room is kept from one search to the next.
+/// Neighbour candidates of one particle. Room is kept from one search to the next.
 #[derive(Debug, Clone, Default)]
-pub struct Near {
+pub struct Candidates {
     found: Vec<u32>,
     length: usize,
 }
@@ -18,18 +18,18 @@ pub struct Heads<'a> {
 }
 
 impl Heads<'_> {
-    /// Takes note of a particle, or of nobody.
+    /// Adds a particle, or nothing for [`NO_PARTICLE`].
     ///
     /// Cells hold one particle or none about as often: a processor that had to guess would be wrong half of the time.
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         self.particles[self.length % 32] = particle;
-        self.length += usize::from(particle != NOBODY);
+        self.length += usize::from(particle != NO_PARTICLE);
     }
 }
 
-impl Near {
-    /// Forgets all.
+impl Candidates {
+    /// Removes all.
     #[inline]
     pub fn clear(&mut self) {
         self.length = 0;
@@ -45,14 +45,14 @@ impl Near {
         Heads { particles, length: 0 }
     }
 
-    /// Takes note of a particle, or of nobody.
+    /// Adds a particle, or nothing for [`NO_PARTICLE`].
     #[inline(always)]
     pub fn put(&mut self, particle: u32) {
         if self.length == self.found.len() {
             self.grow();
         }
         self.found[self.length] = particle;
-        self.length += usize::from(particle != NOBODY);
+        self.length += usize::from(particle != NO_PARTICLE);
     }
 
     /// Takes note of the first `count` of eight particles.
@@ -68,10 +68,10 @@ impl Near {
     #[cold]
     #[inline(never)]
     fn grow(&mut self) {
-        self.found.resize(2 * self.found.len() + 64, NOBODY);
+        self.found.resize(2 * self.found.len() + 64, NO_PARTICLE);
     }
 
-    /// Goes on from each of the first `heads` particles to its successor, until there is nobody left.
+    /// Goes on from each of the first `heads` particles to its successor, until none is left.
     #[inline]
     pub fn follow(&mut self, heads: usize, next: &[u32]) {
         let (mut at, mut length) = (0, heads);
@@ -84,7 +84,7 @@ impl Near {
             while at < length && length < room {
                 let particle = next[found[at] as usize];
                 found[length] = particle;
-                length += usize::from(particle != NOBODY);
+                length += usize::from(particle != NO_PARTICLE);
                 at += 1;
             }
         }
@@ -110,7 +110,7 @@ impl Near {
         &self.found[..self.length]
     }
 
-    /// Those found, filled up to a multiple of eight with somebody, and how many there are.
+    /// Those found, filled up to a multiple of eight with `with`, and how many there are.
     #[inline]
     pub fn filled_up(&mut self, with: u32) -> (&[u32], usize) {
         let filled_up = self.length.next_multiple_of(8);
@@ -130,11 +130,11 @@ mod tests {
 
     #[test]
     fn successors_are_followed_to_the_last() {
-        // 5 -> 2 -> 0, 3 -> nobody, 1 -> 4.
-        let next = [NOBODY, 4, 0, NOBODY, NOBODY, 2];
-        let mut near = Near::default();
+        // 5 -> 2 -> 0, 3 -> none, 1 -> 4.
+        let next = [NO_PARTICLE, 4, 0, NO_PARTICLE, NO_PARTICLE, 2];
+        let mut near = Candidates::default();
         let mut heads = near.heads();
-        for first in [5, NOBODY, 3, 1, NOBODY] {
+        for first in [5, NO_PARTICLE, 3, 1, NO_PARTICLE] {
             heads.put(first);
         }
         let found = heads.length;

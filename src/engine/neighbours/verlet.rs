@@ -1,50 +1,50 @@
-//! Shells: where each particle may be until its neighbour list is made anew.
+//! Verlet lists with a skin: where each particle may be until its list is rebuilt.
 
+use super::candidates::Candidates;
 use super::lists::Lists;
-use super::near::Near;
 use super::packed::Packed;
 use crate::Vector;
 use crate::engine::hardware::pages::enlarge;
 use crate::model::space::{Boundary, Space, minimum_image};
 use serde::{Deserialize, Serialize};
 
-/// Shells are left this much early, so that the round-off of positions and times (below some `1e-10` of the box) never lets
+/// Skins are left this much early, so that the round-off of positions and times (below some `1e-10` of the box) never lets
 /// two particles meet that are not in each other's lists.
 const MARGIN: f64 = 1e-6;
 
-/// The centres of the particles' shells, and the lists of those within reach.
+/// Verlet lists: the centres of all particles, and the lists of those within reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Shells {
-    /// Radius `delta` of a shell `[length]`.
-    pub radius: f64,
-    /// Where each particle was when its list was made.
+pub struct VerletLists {
+    /// Half of the skin, `delta`: how far a particle may be from its centre `[length]`.
+    pub half_skin: f64,
+    /// Where each particle was when its list was built.
     pub centres: Vec<Vector>,
     /// The same, packed by cell.
     pub cells: Packed,
-    /// Who is within reach of whom; somewhat further ones may be in both lists of a pair, too.
+    /// The pairs within reach; somewhat further ones may be in both lists of a pair, too.
     pub lists: Lists,
     /// By species, the largest distance of the centre of another one within reach.
     pub reaches: Vec<f64>,
-    /// By species and species: the square of the distance of two centres within reach, negative for those who never meet.
+    /// By species and species: the square of the distance of two centres within reach, negative for those that never meet.
     squared: Vec<f64>,
     species: usize,
     periods: Vector,
-    /// Between these corners, the nearest image of whoever is within reach is itself.
+    /// Between these corners, the nearest image of each particle within reach is itself.
     inner: [Vector; 2],
 }
 
-impl Shells {
-    /// Shells of a radius in `space`; `ranges` are the distances at which strangers of each two species meet, negative for those
-    /// who never do; `longest` is the longest one, bonds included.
+impl VerletLists {
+    /// Lists of a half skin in `space`; `ranges` are the distances at which uncaptured pairs of each two species meet, negative for those
+    /// that never do; `longest` is the longest one, bonds included.
     #[must_use]
-    pub fn new(space: &Space, radius: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
-        let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * radius * (1.0 + MARGIN) };
+    pub fn new(space: &Space, half_skin: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
+        let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * half_skin * (1.0 + MARGIN) };
         let species = ranges.len().isqrt();
-        let widest = reach(longest) + 3.0 * radius;
+        let widest = reach(longest) + 3.0 * half_skin;
         let margin =
             Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Periodic { widest } else { f64::NEG_INFINITY });
         Self {
-            radius,
+            half_skin,
             lists: Lists::new(positions.len()),
             cells: Packed::new(space, ranges.iter().copied().map(reach).fold(0.0, f64::max), &positions),
             centres: positions,
@@ -56,10 +56,10 @@ impl Shells {
         }
     }
 
-    /// Whether shells of a radius fit a box: the nearest image of a pair stays the same one while both are in their shells.
+    /// Whether a half skin fits a box: the nearest image of a pair stays the same one while both are in their skins.
     #[must_use]
-    pub fn fit(space: &Space, radius: f64, range: f64) -> bool {
-        (0..3).all(|k| space.boundary[k] != Boundary::Periodic || space.size[k] > 2.0 * (range + 4.1 * radius))
+    pub fn fit(space: &Space, half_skin: f64, range: f64) -> bool {
+        (0..3).all(|k| space.boundary[k] != Boundary::Periodic || space.size[k] > 2.0 * (range + 4.1 * half_skin))
     }
 
     /// Whether a particle at `position` may meet others across a side of the box.
@@ -80,7 +80,14 @@ impl Shells {
     ///
     /// `species` are those of all, or empty if there is only one. `largest` bounds the coordinates of the centre.
     #[inline]
-    pub fn find_within_reach(&self, centre: &Vector, mine: u16, species: &[u16], largest: f64, near: &mut Near) {
+    pub fn find_neighbours_within(
+        &self,
+        centre: &Vector,
+        mine: u16,
+        species: &[u16],
+        largest: f64,
+        near: &mut Candidates,
+    ) {
         let reach = self.reaches[usize::from(mine)];
         self.cells.find_within(centre, reach, largest, self.wraps(centre), near);
         if self.species > 1 {

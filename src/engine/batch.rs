@@ -1,61 +1,67 @@
-//! The first of many others that a particle meets, many at a time.
+//! Batch prediction: the earliest contact of a particle with any of many others, several at a time in SIMD lanes.
 
-use super::body::Body;
 use super::predict::Streamed;
 use super::prediction::Prediction;
+use super::state::Body;
 use crate::Vector;
-use crate::engine::neighbours::cells::NOBODY;
-use crate::engine::pairs::memory::Known;
+use crate::engine::neighbours::cells::NO_PARTICLE;
 use crate::engine::pairs::rules::Steps;
-use crate::physics::detection::many::{MOST, Many, Width, Work, negative, positive};
+use crate::engine::pairs::states::PairState;
+use crate::physics::detection::lanes::{Lanes, MOST_LANES, Simd, Work, negative, positive};
 use crate::physics::overlap::Side;
 
-/// Others that are looked at before any of them is kept: longer lists come in parts.
+/// Batch that are predicted before any of them is kept: longer lists come in parts.
 const TOGETHER: usize = 32;
 
-/// What others are to a particle that looks for its first meeting.
-pub(super) struct Others<'a> {
-    pub width: Width,
+/// The others that a batch prediction reads, relative to one particle.
+pub(super) struct Batch<'a> {
+    pub width: Simd,
     pub bodies: &'a [Body],
     /// Periods of the box, infinite where it has none.
     pub periods: &'a Vector,
-    /// Whether the nearest image of a stranger may be another one than itself.
+    /// Whether the nearest image of another may be another one than itself.
     pub wraps: bool,
     /// Their common acceleration.
     pub acceleration: Vector,
-    /// By species, the square of the distance at which a stranger is met `[length^2]`; negative infinity for one that is not met here.
+    /// By species, the square of the distance at which an uncaptured one is met `[length^2]`; negative infinity for one that is not met here.
     pub squared: &'a [f64],
     /// The species of all, read only where there is more than one.
     pub species: &'a [u16],
 }
 
-/// The first of those that a particle meets, or nobody.
+/// The earliest contact of a particle with any of a batch, or none.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Met {
+pub(super) struct Earliest {
     pub time: f64,
     pub other: u32,
 }
 
-impl Others<'_> {
-    /// The earliest meeting of `me` with any of `strangers`, if there is one that comes no later than `before`.
+impl Batch<'_> {
+    /// The earliest contact of `me` with any of `others`, if there is one that comes no later than `before`.
     ///
-    /// Their number is a multiple of [`MOST`]; `me` itself fills it up, and only the first `length` are looked at.
+    /// Their number is a multiple of [`MOST_LANES`]; `me` itself fills it up, and only the first `length` are looked at.
     #[inline]
-    pub fn first_met<const FALLING: bool, const TABLE: bool>(
+    pub fn earliest_contact<const FALLING: bool, const TABLE: bool>(
         &self,
         me: &Streamed,
-        strangers: &[u32],
+        others: &[u32],
         length: usize,
         before: f64,
-    ) -> Met {
+    ) -> Earliest {
         let width = if length > 4 { self.width } else { self.width.at_most_four() };
-        width.run(FirstMet::<FALLING, TABLE> { others: self, me, strangers, length, before })
+        width.run(EarliestContact::<FALLING, TABLE> { batch: self, me, others, length, before })
     }
 
-    /// Keeps the earliest event of `me` with any of those that it knows, none of which accelerates relative to it.
+    /// Keeps the earliest event of `me` with any of its captured partners, none of which accelerates relative to it.
     #[inline]
-    pub fn first_known(&self, me: &Streamed, known: &[Known], steps: &[Steps], prediction: &mut Prediction) {
-        self.width.run(FirstKnown { others: self, me, known, steps, prediction });
+    pub fn earliest_of_captured(
+        &self,
+        me: &Streamed,
+        captured: &[PairState],
+        steps: &[Steps],
+        prediction: &mut Prediction,
+    ) {
+        self.width.run(EarliestOfCaptured { batch: self, me, captured, steps, prediction });
     }
 
     /// The user's id of a particle.
@@ -64,9 +70,9 @@ impl Others<'_> {
     }
 
     #[inline(always)]
-    fn offer_all<F: Many>(&self, me: &Streamed, ids: &[u32], due: F, side: Side, prediction: &mut Prediction) {
+    fn offer_all<F: Lanes>(&self, me: &Streamed, ids: &[u32], due: F, side: Side, prediction: &mut Prediction) {
         if due.at_most(prediction.contact_time) != 0 {
-            let mut times = [f64::INFINITY; MOST];
+            let mut times = [f64::INFINITY; MOST_LANES];
             due.write(&mut times);
             for (due, other) in times.into_iter().zip(ids) {
                 self.offer(me, *other, due, side, prediction);
@@ -76,7 +82,7 @@ impl Others<'_> {
 
     /// Where `me` is from others, and how it moves.
     #[inline(always)]
-    fn seen_from<F: Many, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
+    fn seen_from<F: Lanes, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
         let [x, y, z, vx, vy, vz, time, _] = F::columns(|k| self.bodies[ids[k] as usize].numbers());
         let (positions, velocities) = ([x, y, z], [vx, vy, vz]);
         let dt = F::all(me.time).sub(time);
@@ -109,36 +115,35 @@ impl Others<'_> {
     }
 }
 
-/// The search of [`Others::first_met`].
-struct FirstMet<'a, const FALLING: bool, const TABLE: bool> {
-    others: &'a Others<'a>,
+/// The search of [`Batch::earliest_contact`].
+struct EarliestContact<'a, const FALLING: bool, const TABLE: bool> {
+    batch: &'a Batch<'a>,
     me: &'a Streamed,
-    strangers: &'a [u32],
+    others: &'a [u32],
     length: usize,
     before: f64,
 }
 
-impl<const FALLING: bool, const TABLE: bool> Work for FirstMet<'_, FALLING, TABLE> {
-    type Output = Met;
+impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLING, TABLE> {
+    type Output = Earliest;
 
     #[inline(always)]
-    fn run<F: Many>(self) -> Met {
-        let Self { others, me, strangers, length, before } = self;
-        let mut first = Met { time: before, other: NOBODY };
+    fn run<F: Lanes>(self) -> Earliest {
+        let Self { batch, me, others, length, before } = self;
+        let mut first = Earliest { time: before, other: NO_PARTICLE };
         let mut due = [f64::INFINITY; TOGETHER];
-        for some in strangers[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
+        for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
             // No branch depends on what is found before all are done: the processor would guess it wrong.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
                 let squared = if TABLE {
-                    let squared: [f64; MOST] = std::array::from_fn(|k| {
-                        others.squared[usize::from(others.species[ids[k % F::COUNT] as usize])]
-                    });
+                    let squared: [f64; MOST_LANES] =
+                        std::array::from_fn(|k| batch.squared[usize::from(batch.species[ids[k % F::COUNT] as usize])]);
                     F::each(&squared)
                 } else {
-                    F::all(others.squared[0])
+                    F::all(batch.squared[0])
                 };
-                let (r, v) = others.seen_from::<F, FALLING>(me, ids);
+                let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
                 let dt = positive(dot(&r, &r).sub(squared), dot(&v, &r), dot(&v, &v));
                 let times = F::all(me.time).add(dt);
                 times.write(due);
@@ -153,8 +158,8 @@ impl<const FALLING: bool, const TABLE: bool> Work for FirstMet<'_, FALLING, TABL
                 }
                 while bits != 0 {
                     let other = some[bits.trailing_zeros() as usize];
-                    if least < first.time || first.other == NOBODY || others.name(other) < others.name(first.other) {
-                        first = Met { time: least, other };
+                    if least < first.time || first.other == NO_PARTICLE || batch.name(other) < batch.name(first.other) {
+                        first = Earliest { time: least, other };
                     }
                     bits &= bits - 1;
                 }
@@ -164,50 +169,50 @@ impl<const FALLING: bool, const TABLE: bool> Work for FirstMet<'_, FALLING, TABL
     }
 }
 
-/// The search of [`Others::first_known`].
-struct FirstKnown<'a> {
-    others: &'a Others<'a>,
+/// The search of [`Batch::earliest_of_captured`].
+struct EarliestOfCaptured<'a> {
+    batch: &'a Batch<'a>,
     me: &'a Streamed,
-    known: &'a [Known],
+    captured: &'a [PairState],
     steps: &'a [Steps],
     prediction: &'a mut Prediction,
 }
 
-impl Work for FirstKnown<'_> {
+impl Work for EarliestOfCaptured<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<F: Many>(self) {
-        let Self { others, me, known, steps, prediction } = self;
-        for some in known.chunks(F::COUNT) {
-            let mut ids = [me.id; MOST];
-            let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST], [f64::INFINITY; MOST]);
-            for (k, known) in some.iter().enumerate() {
-                ids[k] = known.partner;
-                let edges = steps[usize::from(known.interaction)].edges(known.state);
+    fn run<F: Lanes>(self) {
+        let Self { batch, me, captured, steps, prediction } = self;
+        for some in captured.chunks(F::COUNT) {
+            let mut ids = [me.id; MOST_LANES];
+            let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
+            for (k, captured) in some.iter().enumerate() {
+                ids[k] = captured.partner;
+                let edges = steps[usize::from(captured.interaction)].edges(captured.state);
                 (inner[k], outer[k]) = (edges.inner, edges.outer);
             }
             let ids = &ids[..F::COUNT];
-            let (r, v) = others.seen_from::<F, false>(me, ids);
+            let (r, v) = batch.seen_from::<F, false>(me, ids);
             let (squared, b, v2) = (dot(&r, &r), dot(&v, &r), dot(&v, &v));
             let dt = positive(squared.sub(F::each(&inner)), b, v2);
-            others.offer_all(me, ids, F::all(me.time).add(dt), Side::Positive, prediction);
+            batch.offer_all(me, ids, F::all(me.time).add(dt), Side::Positive, prediction);
             let distance = F::each(&outer);
             let dt = negative(squared.sub(distance), b, v2);
             let dt = distance.if_less(F::all(f64::INFINITY), dt, F::all(f64::INFINITY));
-            others.offer_all(me, ids, F::all(me.time).add(dt), Side::Negative, prediction);
+            batch.offer_all(me, ids, F::all(me.time).add(dt), Side::Negative, prediction);
         }
     }
 }
 
 #[inline(always)]
-fn dot<F: Many>(a: &[F; 3], b: &[F; 3]) -> F {
+fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
 /// The same as [`crate::model::space::minimum_image`] for one coordinate of many.
 #[inline(always)]
-fn minimum_image<F: Many>(apart: F, period: f64) -> F {
+fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
     let half = F::all(0.5 * period);
     let below = apart.if_less(F::all(-0.5 * period), F::all(-period), F::all(0.0));
     apart.sub(half.if_less(apart, F::all(period), below))
@@ -219,7 +224,7 @@ mod tests {
     use crate::engine::Until;
     use crate::engine::event_loop::Engine;
     use crate::model::potential::Potential;
-    use crate::physics::detection::many::Width;
+    use crate::physics::detection::lanes::Simd;
     use crate::scene::{Amount, Lattice, SceneBuilder};
     use std::ops::ControlFlow;
 
@@ -234,11 +239,11 @@ mod tests {
             .unwrap();
         let run = |width| {
             let mut engine = Engine::<false, TABLE>::new(&scene);
-            engine.width = width;
+            engine.hardware.width = width;
             engine.advance(Until::events(5_000), &mut |_| ControlFlow::Continue(())).unwrap();
-            (engine.snapshot().positions, engine.now)
+            (engine.snapshot().positions, engine.clock.now)
         };
-        Width::all().into_iter().map(run).collect()
+        Simd::all().into_iter().map(run).collect()
     }
 
     #[test]

@@ -1,0 +1,102 @@
+//! Prefetching: what the next entries of the queue will touch is brought nearer to the processor.
+//!
+//! Successive events are far apart in space and so in memory. Each entry needs a chain of loads, one of which says where the next one
+//! is: particle, list or cells, those in it. The links are taken some entries ahead, one after the other, so that none is waited for.
+
+use super::event_loop::Engine;
+use super::prediction::Prediction;
+use crate::engine::hardware::prefetch::prefetch;
+use crate::engine::neighbours::Neighbours;
+use crate::engine::neighbours::cells::{Cells, NO_PARTICLE};
+use crate::engine::neighbours::verlet::VerletLists;
+
+/// So many entries ahead, the particle and its partner are prefetched; where their neighbours are; and the neighbours.
+const SELF: usize = 7;
+const WHERE: usize = 4;
+const NEIGHBOURS: usize = 2;
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// Looks ahead; changes nothing but speed.
+    #[inline]
+    pub(super) fn prefetch_coming(&self) {
+        if let Some((particle, prediction)) = self.coming(SELF) {
+            self.prefetch_self(particle);
+            if prediction.partner != NO_PARTICLE {
+                self.prefetch_self(prediction.partner);
+                prefetch(&self.schedule.predictions, prediction.partner as usize);
+            }
+        }
+        match &self.neighbours {
+            Neighbours::Lists(verlet) => self.prefetch_listed(verlet),
+            Neighbours::Cells(cells) => self.prefetch_in_cells(cells),
+        }
+    }
+
+    #[inline]
+    fn coming(&self, ahead: usize) -> Option<(u32, &Prediction)> {
+        let particle = self.schedule.queue.coming(ahead)?;
+        Some((particle, &self.schedule.predictions[particle as usize]))
+    }
+
+    #[inline]
+    fn prefetch_self(&self, particle: u32) {
+        prefetch(&self.state.bodies, particle as usize);
+        match &self.neighbours {
+            Neighbours::Lists(verlet) => {
+                verlet.lists.prefetch_span(particle);
+                verlet.cells.prefetch_home(particle);
+                prefetch(&verlet.centres, particle as usize);
+            }
+            Neighbours::Cells(cells) => cells.prefetch_home(particle),
+        }
+        if TABLE {
+            self.pairs.states.prefetch(particle);
+        }
+    }
+
+    #[inline]
+    fn prefetch_listed(&self, verlet: &VerletLists) {
+        let participants = |particle: u32, prediction: &Prediction| {
+            let second = if prediction.partner == NO_PARTICLE { particle } else { prediction.partner };
+            [particle, second]
+        };
+        if let Some((particle, prediction)) = self.coming(WHERE) {
+            for particle in participants(particle, prediction) {
+                verlet.lists.prefetch_list(particle);
+            }
+            if prediction.is_transition() {
+                verlet.cells.prefetch_rows(verlet.cells.home(particle));
+            }
+        }
+        if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
+            for particle in participants(particle, prediction) {
+                for &other in verlet.lists.of(particle) {
+                    prefetch(&self.state.bodies, other as usize);
+                }
+            }
+            if prediction.is_transition() {
+                verlet.cells.prefetch_near(verlet.cells.home(particle));
+            }
+        }
+    }
+
+    #[inline]
+    fn prefetch_in_cells(&self, cells: &Cells) {
+        if let Some((particle, prediction)) = self.coming(WHERE) {
+            let home = cells.home(particle);
+            if prediction.is_transition() {
+                cells.prefetch_transition(home, prediction.exit);
+            } else {
+                cells.prefetch_rows(home);
+            }
+        }
+        if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
+            let home = cells.home(particle);
+            if prediction.is_transition() {
+                cells.prefetch_new(home, prediction.exit, |other| prefetch(&self.state.bodies, other as usize));
+            } else {
+                cells.prefetch_near(home, |other| prefetch(&self.state.bodies, other as usize));
+            }
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! How far a search for neighbours has to reach.
+
+use crate::Vector;
+use crate::model::{Scene, SpeciesId};
+use serde::{Deserialize, Serialize};
+
+/// The distances at which uncaptured pairs meet, and the images in which they do.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Ranges {
+    /// By species and species, row by row, the distances at which uncaptured pairs meet, negative for those that never do `[length]`.
+    pub between: Vec<f64>,
+    /// The longest, also of bonds.
+    pub longest: f64,
+    /// The one that cells alone have to reach.
+    pub of_cells: f64,
+    /// Images of a small box that have to be looked at one by one; empty for others.
+    pub further_images: Vec<Vector>,
+    /// Axes along which neighbours can be half a period apart, so that their nearest image is decided by rounding.
+    pub tied_axes: [bool; 3],
+}
+
+impl Ranges {
+    /// Those of the species that have a row.
+    #[must_use]
+    pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
+        Self {
+            between: species.iter().flat_map(|&a| species.iter().map(move |&b| scene.range(a, b))).collect(),
+            longest: scene.bonds().iter().fold(scene.longest_range(), |longest, bond| {
+                longest.max(scene.interactions()[bond.interaction.0 as usize].potential.range())
+            }),
+            of_cells: scene.longest_range(),
+            further_images: Vec::new(),
+            tied_axes: [false; 3],
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! The state of all particles: positions and velocities with local times, images, species, and the box.
+
+use super::order::along_curve;
+use super::pairs::rows::Rows;
+use crate::Vector;
+use crate::model::Scene;
+use crate::model::space::Space;
+use serde::{Deserialize, Serialize};
+
+/// A particle where an event last touched it: a *delayed state*, one cache line.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[repr(C, align(64))]
+pub(super) struct Body {
+    /// Position at the local time.
+    pub position: Vector,
+    /// Velocity at the local time.
+    pub velocity: Vector,
+    /// Local time, since the epoch.
+    pub time: f64,
+    /// Number of events that changed its motion: a prediction that names another number is void.
+    pub events: u32,
+    /// The user's id of it.
+    pub name: u32,
+}
+
+impl Body {
+    /// Position, velocity and time; the last number is none.
+    #[inline(always)]
+    pub fn numbers(&self) -> &[f64; 8] {
+        const { assert!(size_of::<Self>() == size_of::<[f64; 8]>()) };
+        // SAFETY: as large, aligned better, without padding, and any bits are a number.
+        unsafe { &*std::ptr::from_ref(self).cast() }
+    }
+}
+
+/// All particles, by their numbers in memory, and the box that they are in.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct State {
+    pub bodies: Vec<Body>,
+    /// The number of each particle that the user has an id for.
+    pub numbers: Vec<u32>,
+    pub species: Vec<u16>,
+    /// How many periods each particle has travelled along the axes.
+    pub images: Vec<[i32; 3]>,
+    pub space: Space,
+    /// Of the box, infinite along axes that are not periodic.
+    pub periods: Vector,
+}
+
+impl State {
+    /// The particles of a scene at its start, those next to each other in space with numbers next to each other.
+    pub fn of(scene: &Scene, rows: &Rows) -> Self {
+        let names = {
+            let positions: Vec<Vector> = scene.particles().iter().map(|p| p.position).collect();
+            along_curve(scene.space(), &positions)
+        };
+        let mut numbers = vec![0; names.len()];
+        for (&name, number) in names.iter().zip(0..) {
+            numbers[name as usize] = number;
+        }
+        let particles = || names.iter().map(|&name| &scene.particles()[name as usize]);
+        let bodies = particles()
+            .zip(&names)
+            .map(|(p, &name)| Body { position: p.position, velocity: p.velocity, time: 0.0, events: 0, name })
+            .collect();
+        Self {
+            bodies,
+            numbers,
+            species: particles().map(|p| rows.row(p.species)).collect(),
+            images: vec![[0; 3]; names.len()],
+            space: scene.space().clone(),
+            periods: scene.space().periods(),
+        }
+    }
+}
