@@ -1,8 +1,8 @@
 //! The fast engine against the reference engine, event by event, on random scenes.
 
 use carom::Vector;
-use carom::check::reference::Reference;
-use carom::engine::event::{Event, EventKind};
+use carom::check::reference::{self, Reference};
+use carom::engine::event::{Event, EventKind, Outcome};
 use carom::engine::{Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
@@ -27,6 +27,9 @@ struct Recipe {
     seed: u64,
     count: u64,
     potential: usize,
+    /// Depths of wells and heights of shoulders, in units of those of [`potential`].
+    depth: f64,
+    masses: [f64; 2],
     boundary: [usize; 3],
     gravity: bool,
     restitution: f64,
@@ -39,6 +42,8 @@ struct Recipe {
 fn recipe() -> impl Strategy<Value = Recipe> {
     (
         (0..1_000_000_u64, 8..24_u64, 0..6_usize, prop::array::uniform3(0..3_usize), any::<bool>()),
+        // Numbers that are no powers of two: products and quotients with these are rounded.
+        (0.3..1.6_f64, prop::array::uniform2((-1.5..1.5_f64).prop_map(f64::exp))),
         (
             prop::sample::select(vec![1.0, 0.9, 0.5]),
             0..4_usize,
@@ -48,11 +53,17 @@ fn recipe() -> impl Strategy<Value = Recipe> {
         ),
     )
         .prop_map(
-            |((seed, count, potential, boundary, gravity), (restitution, statics, bonds, contact_time, box_length))| {
+            |(
+                (seed, count, potential, boundary, gravity),
+                (depth, masses),
+                (restitution, statics, bonds, contact_time, box_length),
+            )| {
                 Recipe {
                     seed,
                     count,
                     potential,
+                    depth,
+                    masses,
                     boundary,
                     gravity,
                     restitution,
@@ -65,14 +76,14 @@ fn recipe() -> impl Strategy<Value = Recipe> {
         )
 }
 
-fn potential(kind: usize) -> Potential {
+fn potential(kind: usize, depth: f64) -> Potential {
     match kind {
         0 => Potential::hard_sphere(1.0),
-        1 => Potential::square_well(1.0, 1.5, 0.7),
-        2 => Potential::square_shoulder(1.0, 1.4, 0.8),
-        3 => Potential::penetrable(1.0, 0.6),
-        4 => Potential::stepped_lennard_jones(1.0, 1.0, 2.0, 5, 20.0),
-        _ => Potential::new(vec![1.8, 1.5, 1.2, 1.0], vec![0.0, 0.4, -0.3, -1.0, f64::INFINITY]),
+        1 => Potential::square_well(1.0, 1.5, 0.7 * depth),
+        2 => Potential::square_shoulder(1.0, 1.4, 0.8 * depth),
+        3 => Potential::penetrable(1.0, 0.6 * depth),
+        4 => Potential::stepped_lennard_jones(1.0, depth, 2.0, 5, 20.0),
+        _ => Potential::new(vec![1.8, 1.5, 1.2, 1.0], vec![0.0, 0.4 * depth, -0.3 * depth, -depth, f64::INFINITY]),
     }
     .expect("a valid potential")
 }
@@ -94,13 +105,13 @@ impl Recipe {
             .seed(self.seed)
             .space(space)
             .gravity(gravity)
-            .species("A", 1.0, 1.0)
-            .species("B", 3.0, 1.2)
+            .species("A", self.masses[0], 1.0)
+            .species("B", self.masses[1], 1.2)
             .static_species("S", 1.0)
-            .interaction("A", "A", potential(self.potential), self.restitution)
-            .interaction("A", "B", potential((self.potential + 1) % 6), self.restitution)
+            .interaction("A", "A", potential(self.potential, self.depth), self.restitution)
+            .interaction("A", "B", potential((self.potential + 1) % 6, self.depth), self.restitution)
             .interaction("B", "B", Potential::hard_sphere(1.2).ok()?, self.restitution)
-            .interaction("A", "S", potential((self.potential + 2) % 6), self.restitution)
+            .interaction("A", "S", potential((self.potential + 2) % 6, self.depth), self.restitution)
             .interaction("B", "S", Potential::hard_sphere(1.1).ok()?, self.restitution)
             .bond_interaction("link", Potential::bond(0.3, 3.0).ok()?, self.restitution);
         if let Some(time) = self.contact_time {
@@ -112,11 +123,12 @@ impl Recipe {
             builder = builder.particle("S", at(1.0 + 2.0 * k as f64, 1.0, 1.0), Vector::zeros());
         }
         for k in 0..self.bonds {
-            let x = 1.0 + 2.0 * k as f64;
+            // Of no symmetry, by which pairs would meet at the same time.
+            let (x, part) = (1.0 + 2.0 * k as f64, 0.07 * (k * k) as f64);
             let first = u32::try_from(self.statics + 2 * k).unwrap();
             builder = builder
-                .particle("A", at(x, 4.0, 1.0), Vector::new(0.1 * x, -0.7, 0.9))
-                .particle("A", at(x, 6.0, 1.0), Vector::new(-0.3, 0.5 * x, 0.2))
+                .particle("A", at(x, 4.0, 1.0), Vector::new(0.1 * x, part - 0.7, 0.9 - 0.7 * part))
+                .particle("A", at(x, 6.0, 1.0), Vector::new(0.4 * part - 0.3, 0.5 * x, 0.2 + part * part))
                 .bond(first, first + 1, "link");
         }
         let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(self.count);
@@ -134,6 +146,18 @@ fn pair(event: &Event) -> (u32, Option<u32>) {
     }
 }
 
+/// What the reference calls it: the two share no types.
+fn kind(event: &Event) -> Option<reference::EventKind> {
+    match event.kind {
+        EventKind::Pair(Outcome::Core) => Some(reference::EventKind::Pair(reference::Outcome::Core)),
+        EventKind::Pair(Outcome::Capture) => Some(reference::EventKind::Pair(reference::Outcome::Capture)),
+        EventKind::Pair(Outcome::Release) => Some(reference::EventKind::Pair(reference::Outcome::Release)),
+        EventKind::Pair(Outcome::Bounce) => Some(reference::EventKind::Pair(reference::Outcome::Bounce)),
+        EventKind::Wall { axis, is_upper } => Some(reference::EventKind::Wall { axis, is_upper }),
+        _ => None,
+    }
+}
+
 fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     let mut events = Vec::new();
     let mut simulation = Simulation::without_plan(scene.clone());
@@ -143,40 +167,65 @@ fn fast_events(scene: &Scene, count: usize) -> Vec<Event> {
     events
 }
 
-/// Compares until two events of the reference are too close in time for rounding to order them.
-fn compare(scene: &Scene) -> Result<usize, TestCaseError> {
-    let mut reference = Reference::new(scene);
+/// Slowest normal motion of a contact whose time is compared: positions that differ by what times do, [`TOLERANCE`] at the end, move the
+/// time of a slow one by so much more. By chance one is as slow once in `2 / v^2` events; those of an inelastic collapse are.
+const SLOWEST: f64 = 1e-3;
+
+/// Events that both engines executed alike, and whether rounding has ended the comparison: two of the reference are too close in time to be
+/// ordered, or a pair collapses.
+struct Compared {
+    events: usize,
+    is_cut_short: bool,
+}
+
+/// Compares up to a number of events, to a tie, or until nothing happens any more.
+fn compare(scene: &Scene) -> Result<Compared, TestCaseError> {
+    let mut reference = Reference::new(scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
     let fast = fast_events(scene, EVENTS);
-    let expected: Vec<Event> = std::iter::from_fn(|| reference.step_before(LONGEST)).take(EVENTS).collect();
+    let expected: Vec<_> = std::iter::from_fn(|| reference.step_before(LONGEST)).take(EVENTS).collect();
     for (k, ours) in fast.iter().enumerate() {
         let Some(theirs) = expected.get(k) else { break };
-        if expected.get(k + 1).is_some_and(|next| next.time - theirs.time < TOLERANCE) {
-            return Ok(k);
+        let speed = (theirs.before[0] - theirs.before[1]).dot(&theirs.normal).abs();
+        if speed < SLOWEST || expected.get(k + 1).is_some_and(|next| next.time - theirs.time < TOLERANCE) {
+            return Ok(Compared { events: k, is_cut_short: true });
         }
-        prop_assert_eq!((ours.kind, pair(ours)), (theirs.kind, pair(theirs)), "event {}: {:?} {:?}", k, ours, theirs);
+        let between = (theirs.particle.0, theirs.partner.map(|partner| partner.0));
+        prop_assert_eq!((kind(ours), pair(ours)), (Some(theirs.kind), between), "event {}: {:?} {:?}", k, ours, theirs);
         prop_assert!((ours.time - theirs.time).abs() < TOLERANCE, "event {k}: {ours:?} {theirs:?}");
         prop_assert!((ours.impulse.abs() - theirs.impulse.abs()).abs() < 1e3 * TOLERANCE, "{ours:?} {theirs:?}");
         prop_assert!((ours.energy_step - theirs.energy_step).abs() < 1e-12, "{ours:?} {theirs:?}");
     }
     prop_assert_eq!(fast.len(), expected.len());
-    Ok(fast.len())
+    Ok(Compared { events: fast.len(), is_cut_short: false })
 }
+
+/// Scenes of the property test.
+const CASES: u32 = 400;
+
+/// Fewest events that it has to compare, of at most 16,000. Six scenes of a hundred are open and disperse before their fortieth event, which
+/// takes 22 events from them in the mean: in twelve runs 15,480 were left, with a standard deviation of 110, for which
+/// `sqrt(400 * 0.06) * sqrt(22^2 + 12^2) = 120` was to be expected. Five of those less.
+const FEWEST: usize = 14_880;
+
+/// Most scenes that rounding may cut short. Six in a run of 400 did in the mean, all by a collapse on a wall or at the end of a bond; a number
+/// from the Poisson distribution is within five of its standard deviations, `6 + 5 sqrt(6)`.
+const MOST_CUT_SHORT: usize = 18;
 
 #[test]
 fn the_fast_engine_executes_the_events_of_the_reference() {
-    let cases = 400;
-    let mut runner = TestRunner::new(ProptestConfig { cases, ..ProptestConfig::default() });
-    let compared = Cell::new(0);
+    let mut runner = TestRunner::new(ProptestConfig { cases: CASES, ..ProptestConfig::default() });
+    let (compared, cut_short) = (Cell::new(0), Cell::new(0));
     let result = runner.run(&recipe(), |recipe| {
         let Some(scene) = recipe.scene() else { return Err(TestCaseError::reject("no such scene")) };
-        compared.set(compared.get() + compare(&scene)?);
+        let Compared { events, is_cut_short } = compare(&scene)?;
+        compared.set(compared.get() + events);
+        cut_short.set(cut_short.get() + usize::from(is_cut_short));
         Ok(())
     });
     result.unwrap_or_else(|failure| panic!("{failure}"));
-    // A tie ends the comparison of its scene: of 40 events of each, most have to be left.
-    let most = cases as usize * EVENTS;
-    println!("{} events of at most {most} were compared", compared.get());
-    assert!(2 * compared.get() > most, "{} events of at most {most}", compared.get());
+    println!("{} events compared, {} scenes cut short", compared.get(), cut_short.get());
+    assert!(compared.get() >= FEWEST, "{} events", compared.get());
+    assert!(cut_short.get() <= MOST_CUT_SHORT, "{} scenes cut short", cut_short.get());
 }
 
 #[test]
@@ -196,7 +245,7 @@ fn a_hard_sphere_fluid_agrees_for_its_first_events() {
         Some(" one hard-sphere species")
     );
     let compared = compare(&scene).expect("the engines agree");
-    assert!(compared > 20, "{compared}");
+    assert_eq!((compared.events, compared.is_cut_short), (EVENTS, false));
 }
 
 #[test]
@@ -208,6 +257,8 @@ fn walls_are_met_by_both() {
         seed: 1,
         count: 12,
         potential: 1,
+        depth: 1.0,
+        masses: [1.0, 3.0],
         boundary: [1, 1, 1],
         gravity: true,
         restitution: 0.9,
@@ -218,7 +269,7 @@ fn walls_are_met_by_both() {
     };
     let scene = recipe.scene().expect("a valid scene");
     assert!(count(&scene) > 0);
-    compare(&scene).expect("the engines agree");
+    assert_eq!(compare(&scene).expect("the engines agree").events, EVENTS);
 }
 
 #[test]
@@ -227,6 +278,8 @@ fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
         seed: 462_767,
         count: 10,
         potential: 0,
+        depth: 1.0,
+        masses: [1.0, 3.0],
         boundary: [2, 0, 0],
         gravity: false,
         restitution: 1.0,
@@ -236,5 +289,6 @@ fn in_a_box_of_three_cells_the_second_nearest_image_is_met_too() {
         box_length: 5.0,
     };
     let compared = compare(&recipe.scene().expect("a valid scene")).expect("the engines agree");
-    assert!(compared > 5, "{compared}");
+    // Open along x: what is left after some thirty events never meets again.
+    assert!(!compared.is_cut_short && compared.events >= 20, "{}", compared.events);
 }

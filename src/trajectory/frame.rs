@@ -66,7 +66,7 @@ const TAKEN: [&str; 46] = [
 pub struct FrameSpecies {
     /// Name, unique in the frame.
     pub name: String,
-    /// Whether particles of this species never move: a mesh, a pivot.
+    /// Whether particles of this species never move: a static surface, a pivot.
     pub is_static: bool,
     /// Mass `[mass]`, infinite where the species is static; `None` where a file does not say.
     pub mass: Option<f64>,

@@ -150,13 +150,18 @@ fn every_test_and_benchmark_of_cargo_is_there() {
 /// Folders whose files the documents name.
 const FOLDERS: [&str; 8] = ["tests/", "benches/", "configs/", "docs/", "examples/", "fuzz/", "src/", ".ci/"];
 
+/// Folders of `src`.
+const LAYERS: [&str; 5] = ["analysis/", "check/", "engine/", "physics/", "scene/"];
+
 #[test]
 fn every_file_of_the_repository_that_is_named_is_there() {
     let mut count = 0;
     for page in pages() {
         for (line, code) in page.spans() {
             let path = code.split_whitespace().next().unwrap_or_default();
-            let is_module = path.ends_with(".rs") && !path.contains("::");
+            // A module, or a folder of modules, within `src`.
+            let is_module =
+                (path.ends_with(".rs") || LAYERS.iter().any(|layer| path.starts_with(layer))) && !path.contains("::");
             if is_module || FOLDERS.iter().any(|folder| path.starts_with(folder)) {
                 let is_there = root().join(path).exists() || root().join("src").join(path).exists();
                 assert!(is_there, "{}:{line}: there is no {path}", page.path);

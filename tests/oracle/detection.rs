@@ -75,7 +75,11 @@ impl Algorithm {
                 let [height, velocity, acceleration] = height(state);
                 plane::next_event(height, velocity, acceleration)
             }
-            Self::General(side) => reference::next_event(&Polynomial::overlap(&quartic(state), side)),
+            Self::General(side) => {
+                let side = if side == Side::Positive { reference::Side::Positive } else { reference::Side::Negative };
+                let State { position, velocity, acceleration, distance } = state;
+                reference::next_event(&Polynomial::overlap(side, *distance, position, velocity, acceleration))
+            }
         }
     }
 

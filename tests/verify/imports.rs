@@ -1,11 +1,13 @@
-//! What the verifier takes from the rest of the program: the scene, what it is shown, and Algorithm 1 as printed. Whatever it shared
-//! with the engine it could not check.
+//! What the verifier and the reference engine take from the rest of the program: the scene, and what the verifier is shown; and the verifier
+//! Algorithm 1 as printed. Whatever they shared with the engine they could not check.
 
 use std::fs;
 use std::path::Path;
 
 /// Parts of the program, and what may be taken from them; nothing is everything.
-const ALLOWED: [(&str, &[&str]); 6] = [
+type Allowed = [(&'static str, &'static [&'static str])];
+
+const OF_VERIFIER: &Allowed = &[
     ("Vector", &[]),
     ("check::reference", &["Polynomial", "next_event"]),
     // The form in which states are shown, and how a run says that it cannot go on.
@@ -14,6 +16,8 @@ const ALLOWED: [(&str, &[&str]); 6] = [
     ("model", &[]),
     ("scene", &[]),
 ];
+/// The scene as data, and a cast. Of itself it says `self::` or `super::`.
+const OF_REFERENCE: &Allowed = &[("Vector", &[]), ("base::numbers", &["id"]), ("model", &[])];
 /// Where the run is replayed that is to be proven.
 const REPLAY: &str = "replay.rs";
 
@@ -34,13 +38,13 @@ fn taken(text: &str) -> Vec<String> {
     taken
 }
 
-fn is_allowed(file: &str, path: &str) -> bool {
+fn is_allowed(allowed: &Allowed, file: &str, path: &str) -> bool {
     if file == REPLAY && path.starts_with("engine::") {
         return true;
     }
     // The longest that fits: `engine::event` before `engine`.
     let rests =
-        ALLOWED.iter().filter_map(|(part, names)| path.strip_prefix(part).map(|rest| (part.len(), rest, names)));
+        allowed.iter().filter_map(|(part, names)| path.strip_prefix(part).map(|rest| (part.len(), rest, names)));
     let within =
         rests.filter(|(_, rest, _)| rest.is_empty() || rest.starts_with("::")).max_by_key(|(length, _, _)| *length);
     within.is_some_and(|(_, rest, names)| {
@@ -48,35 +52,53 @@ fn is_allowed(file: &str, path: &str) -> bool {
     })
 }
 
-#[test]
-fn the_verifier_shares_no_code_with_the_engine() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = vec![root.join("check/verify.rs")];
-    files.extend(fs::read_dir(root.join("check/verify")).unwrap().map(|entry| entry.unwrap().path()));
-    assert!(files.len() > 10);
+/// Asserts that a module and the files in its folder take nothing else from other parts of the program. How many things it takes.
+fn assert_independent(module: &str, allowed: &Allowed) -> usize {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/check");
+    let mut files = vec![root.join(module).with_extension("rs")];
+    let entries = fs::read_dir(root.join(module)).unwrap().map(|entry| entry.unwrap().path());
+    // Unit tests compare with what is not to be used.
+    files.extend(entries.filter(|path| path.is_file() && !path.ends_with("tests.rs")));
+    assert!(files.len() > 4);
     let mut all = 0;
     for file in files {
         let name = file.file_name().unwrap().to_string_lossy().into_owned();
         for path in taken(&fs::read_to_string(&file).unwrap()) {
             all += 1;
-            assert!(is_allowed(&name, &path), "{name} takes {path} from the engine");
+            assert!(is_allowed(allowed, &name, &path), "{module}: {name} takes {path}");
         }
     }
-    assert!(all > 30);
+    all
+}
+
+#[test]
+fn the_verifier_shares_no_code_with_the_engine() {
+    assert!(assert_independent("verify", OF_VERIFIER) > 30);
+}
+
+#[test]
+fn the_reference_engine_shares_no_code_with_the_engine() {
+    assert!(assert_independent("reference", OF_REFERENCE) > 8);
 }
 
 #[test]
 fn what_the_engine_uses_would_be_noticed() {
     let text = "use crate::{\n    engine::pairs::rules::Rules,\n    Vector,\n};\nuse crate::engine::{Elapsed,\n    Simulation};";
     let taken = taken(text);
-    assert!(taken.iter().any(|path| !is_allowed("world.rs", path)), "{taken:?}");
-    for path in [
-        "physics::response::respond",
-        "engine::pairs::rules::Rules",
-        "engine::schedule::EventQueue",
-        "engine::neighbours::Neighbours",
-    ] {
-        assert!(!is_allowed("world.rs", path), "{path}");
+    for allowed in [OF_VERIFIER, OF_REFERENCE] {
+        assert!(taken.iter().any(|path| !is_allowed(allowed, "world.rs", path)), "{taken:?}");
+        for path in [
+            "physics::response::respond",
+            "engine::pairs::rules::Rules",
+            "engine::schedule::EventQueue",
+            "engine::neighbours::Neighbours",
+        ] {
+            assert!(!is_allowed(allowed, "world.rs", path), "{path}");
+        }
     }
+    let is_allowed = |file, path| is_allowed(OF_VERIFIER, file, path);
     assert!(!is_allowed("world.rs", "engine::Simulation") && is_allowed("replay.rs", "engine::Simulation"));
+    for path in ["physics::overlap::Quartic", "engine::event::Event", "check::verify::Step", "base::sum::Sum"] {
+        assert!(!self::is_allowed(OF_REFERENCE, "reference.rs", path), "{path}");
+    }
 }

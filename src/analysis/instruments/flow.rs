@@ -14,7 +14,7 @@ use crate::model::measurement_plan::Flow as Plan;
 use crate::model::space::Boundary;
 use passages::Passages;
 
-/// Samples that a run is looked at with if nothing else is asked for.
+/// Samples of a run unless an interval is given.
 const SAMPLES: u32 = 2000;
 
 /// A rectangle is looked at no more often than this for one particle between two samples.

@@ -1,7 +1,9 @@
 //! Algorithm 1 as printed (with its corrections), for any polynomial overlap function.
 
-use crate::physics::overlap::{Quartic, Side};
 use roots::{Convergency, find_root_brent};
+
+use super::rules::Side;
+use crate::Vector;
 
 /// A polynomial, by its coefficients with the constant first.
 #[derive(Debug, Clone, PartialEq)]
@@ -15,10 +17,12 @@ impl Polynomial {
         Self(coefficients[..degree].to_vec())
     }
 
-    /// The overlap function of a pair, seen from one side of a discontinuity.
+    /// The overlap function of a pair at a discontinuity of distance `s` (paper, equation 6), with `r_ij`, `v_ij` and `a_ij`:
+    /// `f+ = a^2/4 dt^4 + a.v dt^3 + (a.r + v^2) dt^2 + 2 v.r dt + r^2 - s^2`, and `f- = -f+`.
     #[must_use]
-    pub fn overlap(f: &Quartic, side: Side) -> Self {
-        Self::new(&f.coefficients.map(|c| side.sign() * c))
+    pub fn overlap(side: Side, s: f64, r: &Vector, v: &Vector, a: &Vector) -> Self {
+        let f = [r.dot(r) - s * s, 2.0 * v.dot(r), a.dot(r) + v.dot(v), a.dot(v), 0.25 * a.dot(a)];
+        Self::new(&f.map(|coefficient| side.sign() * coefficient))
     }
 
     /// Its value (Horner).

@@ -94,7 +94,7 @@ pub(super) fn three_spheres() -> Compared {
 /// The part by which the string of the pendulum is slack.
 pub(super) const SLACK: f64 = 1e-4;
 const PERIODS: usize = 10;
-/// Contacts with the ends of the string between two looks at whether to go on.
+/// Contacts with the ends of the string between two calls of `watch`.
 const CHUNK: u64 = 1000;
 /// More than ten swings take; a swing takes some thousand.
 const MOST_CHUNKS: usize = 10_000;

@@ -15,7 +15,7 @@ use crate::scene::{Amount, Lattice, SceneBuilder};
 pub(super) const COUNT: u64 = 50;
 /// Contacts: two thousand for each pair of rods.
 const EVENTS: u64 = 500_000;
-/// Contacts between two looks at whether to go on.
+/// Contacts between two calls of `watch`.
 const CHUNK: u64 = 50_000;
 
 pub(super) const QUANTITIES: &[&str] = &["compressibility factor", "contacts"];

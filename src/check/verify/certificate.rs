@@ -82,7 +82,7 @@ pub struct Counts {
     pub turning_points: u64,
     /// Events in an invalid state, beyond round-off.
     pub in_invalid_state: u64,
-    /// Windows of simulated time that have passed: looks at all pairs.
+    /// Windows of simulated time that have passed: searches of all pairs.
     pub windows: u64,
     /// How often Algorithm 1 was asked.
     pub asked: u64,
@@ -100,7 +100,7 @@ impl Counts {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Certificate {
-    /// Number of the first event that was looked at, from 1.
+    /// Number of the first event that was verified, from 1.
     pub first_event: u64,
     /// Simulated time at the start of the range.
     pub start: f64,
@@ -133,7 +133,7 @@ impl Certificate {
         }
     }
 
-    /// Whether every event that was looked at is proven, and the simulation could go on.
+    /// Whether every event that was verified is proven, and the simulation could go on.
     #[must_use]
     pub fn is_proven(&self) -> bool {
         !matches!(self.end, End::Violated(_) | End::Arrested(_) | End::Broken(_) | End::Driven | End::Departed { .. })

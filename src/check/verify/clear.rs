@@ -9,7 +9,7 @@ use super::rules::Side;
 /// What rounding leaves uncertain of a position, in parts of the lengths that add up to it.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// Pieces of a flight that are looked at before nothing is shown.
+/// Pieces of a flight that are searched before nothing is shown.
 const MOST_PIECES: u32 = 10_000;
 
 /// A little beyond what is far enough.

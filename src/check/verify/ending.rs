@@ -9,7 +9,7 @@ use super::window::{MARGIN, reach_along, wall_approach};
 use crate::Vector;
 use crate::model::ParticleId;
 
-/// So many images of all pairs together are looked at before the search is given up.
+/// So many images of all pairs together are searched before that is given up.
 const MOST_IMAGES: f64 = 1e6;
 
 /// What is left of a search to infinite time.
@@ -18,7 +18,7 @@ enum Search {
     Never,
     /// Due at this time from now `[time]`.
     Due(f64),
-    /// Two that move past each other's images for ever, and have not met in those that were looked at.
+    /// Two that move past each other's images for ever, and have not met in those that were searched.
     Open,
 }
 

@@ -1,8 +1,8 @@
 //! An interval of simulated time, and everything that Algorithm 1 says will be due in it.
 //!
-//! At its start all pairs are looked at once. What is too far apart to meet within the window is left out; the rest is asked
+//! At its start all pairs are searched once. What is too far apart to meet within the window is left out; the rest is asked
 //! when its next event is due. An event changes the flight of two particles: what was due for them is void, and their pairs with
-//! all others are looked at anew.
+//! all others are searched anew.
 
 use super::approach::{Approach, Boundary};
 use super::contact::{Claim, Contact};
@@ -18,7 +18,7 @@ use std::collections::BinaryHeap;
 
 /// Rounding of the comparison that leaves out what is too far apart: some tens of roundings of lengths.
 pub(super) const MARGIN: f64 = 1.0 + 1e-12;
-/// More images than this of one pair are not looked at. Within a window no particle goes round the box, and a range is at most
+/// More images than this of one pair are not searched. Within a window no particle goes round the box, and a range is at most
 /// half a period: that makes six images along an axis.
 const MOST_IMAGES: f64 = 4096.0;
 

@@ -83,7 +83,7 @@ impl Bodies {
                 radius: camera.length(particle.radius),
                 colour: colour_of(particle),
             };
-            // A pivot is part of what it holds; a mesh must not hide it.
+            // A pivot is part of what it holds; a static surface must not hide it.
             let is_veil = style.static_opacity < 1.0 && frame.is_static(particle) && !holds_bond.contains(&particle.id);
             if is_veil { &mut bodies.veil } else { &mut bodies.balls }.push(ball);
         }

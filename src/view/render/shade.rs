@@ -15,7 +15,7 @@ const SUN: f32 = 0.68;
 const SHINE: f32 = 0.16;
 const SHININESS: i32 = 40;
 
-/// Opacity of a mesh that hides nothing but the background, relative to the one before other bodies.
+/// Opacity of a static surface that hides nothing but the background, relative to the one before other bodies.
 const LAST_SIDE: f32 = 2.2;
 
 /// What opacity gains at the rim of a translucent sphere.

@@ -9,7 +9,7 @@ use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
 /// A box of edge 10 (0 where flat) with balls: species, position, radius. Species 0 and 1 move, 2 is static.
 fn frame(size: [f64; 3], balls: &[(u32, [f64; 3], f64)]) -> Frame {
-    let species = [("a", false), ("b", false), ("mesh", true)];
+    let species = [("a", false), ("b", false), ("static", true)];
     Frame {
         time: 0.0,
         lower: Vector::zeros(),
@@ -119,7 +119,7 @@ fn directions_are_those_of_the_axes() {
 }
 
 #[test]
-fn what_a_mesh_holds_stays_in_sight() {
+fn what_a_static_surface_holds_stays_in_sight() {
     let held = frame([10.0; 3], &[(0, [5.0, 6.0, 5.0], 1.0), (2, [5.0, 2.0, 5.0], 1.0)]);
     assert!(is_red(pixel(&draw(&held, &level()).unwrap(), 0.5, 0.5)));
     let opaque = Style { static_opacity: 1.0, ..level() };

@@ -84,7 +84,7 @@ fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
         list.text("thermostat", &describe::thermostat(thermostat));
     }
     if !scene.static_surfaces.is_empty() {
-        let names: Vec<&str> = scene.static_surfaces.iter().map(|mesh| mesh.name.as_str()).collect();
+        let names: Vec<&str> = scene.static_surfaces.iter().map(|surface| surface.name.as_str()).collect();
         list.text("meshes", &names.join(", "));
     }
 }

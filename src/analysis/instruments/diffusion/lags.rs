@@ -1,4 +1,4 @@
-//! At which times the motion of particles is looked at, after each of several origins.
+//! Sampling times of the motion of particles, after each of several origins.
 
 use serde::{Deserialize, Serialize};
 

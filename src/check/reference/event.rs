@@ -1,0 +1,44 @@
+//! An event of the reference engine.
+
+use super::response::Outcome;
+use crate::Vector;
+use crate::model::ParticleId;
+
+/// What kind of event took place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    /// Two particles at a discontinuity of their potential.
+    Pair(Outcome),
+    /// A particle at a wall of the box.
+    Wall {
+        /// The wall's axis: 0, 1 or 2.
+        axis: u8,
+        /// Whether it is the wall at the upper corner.
+        is_upper: bool,
+    },
+}
+
+/// An event, as the reference engine executed it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// What took place.
+    pub kind: EventKind,
+    /// The particle; of a pair, the one with the lower id.
+    pub particle: ParticleId,
+    /// The other one of a pair.
+    pub partner: Option<ParticleId>,
+    /// Unit vector from the partner (or the wall) to the particle.
+    pub normal: Vector,
+    /// Momentum that the particle gained along `normal` `[mass length / time]`.
+    pub impulse: f64,
+    /// Potential energy gained `[energy]`.
+    pub energy_step: f64,
+    /// Kinetic energy lost at an infinite barrier `[energy]`.
+    pub dissipated: f64,
+    /// Velocities of the particle and of its partner before the event `[length / time]`; zero for a wall.
+    pub before: [Vector; 2],
+    /// Their velocities after the event `[length / time]`.
+    pub after: [Vector; 2],
+}

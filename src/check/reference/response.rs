@@ -1,0 +1,132 @@
+//! What a discontinuity does to the motion along the line of centres, and what the TC model makes of infinite barriers.
+
+use super::rules::{Discontinuity, Side};
+use crate::Vector;
+
+/// What a pair does at a discontinuity (paper, figure 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Outcome {
+    /// Off an infinite inner barrier.
+    Core,
+    /// One step inwards.
+    Capture,
+    /// One step outwards.
+    Release,
+    /// Back from a finite step that costs too much, or from the end of a bond.
+    Bounce,
+}
+
+/// The outcome of a pair that reaches a discontinuity with the normal velocity `vn = v_ij . rhat`, and `vn` after it.
+///
+/// It crosses if the radial kinetic energy `mu/2 vn^2` is more than the step `dU`: `vn'^2 = vn^2 - 2 dU / mu`. If not, it is reflected:
+/// `vn' = -e vn` from an infinite barrier, `vn' = -vn` from a finite step.
+pub(super) fn respond(seen: &Discontinuity, side: Side, vn: f64, mu: f64, restitution: f64) -> (Outcome, f64) {
+    let across = -side.sign();
+    if 0.5 * mu * vn * vn > seen.energy_step {
+        let outcome = if side == Side::Positive { Outcome::Capture } else { Outcome::Release };
+        return (outcome, across * (vn * vn - 2.0 * seen.energy_step / mu).max(0.0).sqrt());
+    }
+    let is_barrier = seen.energy_step == f64::INFINITY;
+    let outcome = if is_barrier && side == Side::Positive { Outcome::Core } else { Outcome::Bounce };
+    let e = if is_barrier { restitution } else { 1.0 };
+    // At a turning point rounding may have it recede already.
+    (outcome, if across * vn > 0.0 { -e * vn } else { vn })
+}
+
+/// Two particles at a discontinuity, or a particle at a wall: a partner without curvature that never moves.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Encounter {
+    pub seen: Discontinuity,
+    pub side: Side,
+    /// `rhat`.
+    pub normal: Vector,
+    /// `v_ij`.
+    pub velocity: Vector,
+    /// `a_ij`.
+    pub acceleration: Vector,
+    /// `1 / |r_ij|`, 0 for a wall.
+    pub curvature: f64,
+    /// `mu = 1 / (w_i + w_j)` `[mass]`.
+    pub reduced_mass: f64,
+    /// `e` of infinite barriers.
+    pub restitution: f64,
+}
+
+impl Encounter {
+    /// The outcome, and `v_ij` after it. `moving` are the particles that are not static.
+    pub fn leave(&self, tc_model: Option<&mut TcModel>, moving: &[u32], time: f64) -> (Outcome, Vector) {
+        let Self { seen, side, normal, velocity, acceleration, .. } = self;
+        let vn = velocity.dot(normal);
+        let along = velocity - normal * vn;
+        let (outcome, after) = respond(seen, *side, vn, self.reduced_mass, self.restitution);
+        let Some(tc_model) = tc_model.filter(|_| seen.energy_step == f64::INFINITY) else {
+            return (outcome, along + normal * after);
+        };
+        let arrival = Arrival {
+            restitution: self.restitution,
+            approach: (-side.sign() * vn).max(0.0),
+            tangential: along.norm(),
+            // d^2|r|/dt^2 = a . rhat + |v along|^2 / |r|.
+            closing: -side.sign() * (acceleration.dot(normal) + along.norm_squared() * self.curvature),
+        };
+        let (speed, scale) = tc_model.contact(moving, time, &arrival);
+        let recedes = arrival.approach == 0.0 && speed == 0.0;
+        (outcome, along * scale + normal * if recedes { vn } else { side.sign() * speed })
+    }
+}
+
+/// A motion that reaches an infinite barrier.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Arrival {
+    /// `e`.
+    pub restitution: f64,
+    /// Speed towards the barrier, 0 if it recedes `[length / time]`.
+    pub approach: f64,
+    /// Speed along the barrier `[length / time]`.
+    pub tangential: f64,
+    /// Acceleration towards the barrier, of forces and of its curvature `[length / time^2]`.
+    pub closing: f64,
+}
+
+/// The TC model (Luding and McNamara, Granular Matter 1, 113, 1998): a contact is elastic when one of the two had its previous contact
+/// less than `t_c` ago.
+#[derive(Debug)]
+pub(super) struct TcModel {
+    /// `t_c` `[time]`.
+    contact_time: f64,
+    /// When each particle had its last contact.
+    last: Vec<f64>,
+}
+
+impl TcModel {
+    /// Without a contact so far.
+    pub fn new(contact_time: f64, particles: usize) -> Self {
+        Self { contact_time, last: vec![f64::NEG_INFINITY; particles] }
+    }
+
+    /// A contact at `time` of particles that move: the speed away from the barrier, and the factor of the motion along it.
+    ///
+    /// Beyond the published model, which leaves restitutions near 0 without a speed to keep: what has arrived fast enough leaves with
+    /// `closing t_c / 2` at least, which brings it back after `t_c`. And what has arrived with next to no normal speed, a 64th of that,
+    /// gets it from the motion along the barrier, at constant kinetic energy.
+    pub fn contact(&mut self, particles: &[u32], time: f64, arrival: &Arrival) -> (f64, f64) {
+        let &Arrival { restitution, approach, tangential, closing } = arrival;
+        let last = |&particle: &u32| self.last[particle as usize];
+        let is_recent = particles.iter().map(last).any(|last| time - last < self.contact_time);
+        particles.iter().for_each(|&particle| self.last[particle as usize] = time);
+
+        let back_after_contact_time = 0.5 * closing * self.contact_time;
+        let slowest = back_after_contact_time / 64.0;
+        if approach < slowest {
+            let total = libm::hypot(approach, tangential);
+            let speed = slowest.min(total);
+            let along = ((total - speed) * (total + speed)).sqrt();
+            return (speed, if tangential > 0.0 { along / tangential } else { 1.0 });
+        }
+        let e = if is_recent { 1.0 } else { restitution };
+        ((e * approach).max(approach.min(back_after_contact_time)), 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,69 @@
+//! What a pair sees of its potential, in the state that it is in (paper, figures 1 and 2).
+
+use crate::model::potential::Potential;
+
+/// From which side a pair sees a discontinuity: where its valid states are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Side {
+    /// Valid beyond the distance: `f+`, Core and Capture.
+    Positive,
+    /// Valid within it: `f-`, Bounce and Release.
+    Negative,
+}
+
+impl Side {
+    /// 1 or -1: `f+` times this is the side's overlap function, and the distance grows on the valid side in this direction.
+    #[must_use]
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
+        }
+    }
+}
+
+/// A discontinuity of a potential, as a pair on one of its sides sees it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Discontinuity {
+    /// `s` `[length]`.
+    pub distance: f64,
+    /// `dU`, the energy that crossing it costs `[energy]`.
+    pub energy_step: f64,
+}
+
+/// The discontinuity on one side of a pair in state `k`: the outer one, `s_k`, is seen from its negative side, the inner one, `s_{k+1}`,
+/// from its positive side. `U_k` is the energy between the two.
+pub(super) fn seen(potential: &Potential, k: usize, side: Side) -> Option<Discontinuity> {
+    let (s, u) = (potential.radii(), potential.energies());
+    // Lists count from 0: `s_1` is `s[0]`, and `U_0` is `u[0]`.
+    let (radius, beyond) = match side {
+        Side::Positive => (k, k + 1),
+        Side::Negative => (k.checked_sub(1)?, k - 1),
+    };
+    Some(Discontinuity { distance: *s.get(radius)?, energy_step: u.get(beyond)? - u.get(k)? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(potential: &Potential) -> Vec<[Option<(f64, f64)>; 2]> {
+        let of = |k, side| seen(potential, k, side).map(|seen| (seen.distance, seen.energy_step));
+        (0..=potential.radii().len()).map(|k| [of(k, Side::Negative), of(k, Side::Positive)]).collect()
+    }
+
+    #[test]
+    fn a_pair_in_state_k_sees_radius_k_from_inside_and_the_next_from_outside() {
+        let inf = f64::INFINITY;
+        let well = Potential::square_well(2.0, 1.5, 0.5).unwrap();
+        assert_eq!(
+            all(&well),
+            [[None, Some((3.0, -0.5))], [Some((3.0, 0.5)), Some((2.0, inf))], [Some((2.0, -inf)), None]]
+        );
+        let bond = Potential::bond(1.0, 1.5).unwrap();
+        assert_eq!(all(&bond)[1], [Some((1.5, inf)), Some((1.0, inf))]);
+        let steps = Potential::new(vec![4.0, 2.0, 1.0], vec![0.0, 0.25, -1.0, 3.0]).unwrap();
+        assert_eq!(all(&steps)[2], [Some((2.0, 1.25)), Some((1.0, 4.0))]);
+        assert_eq!(all(&steps)[3], [Some((1.0, -4.0)), None]);
+    }
+}
