@@ -1,8 +1,8 @@
 //! Execution: a predicted contact of a pair becomes an event.
 
-use crate::Vector;
 mod restitution;
 
+use crate::Vector;
 use crate::engine::audit::MOST_ROUND_OFF;
 use crate::engine::event::{CountedKind, Event, EventKind};
 use crate::engine::event_loop::Engine;
