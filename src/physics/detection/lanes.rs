@@ -228,7 +228,8 @@ pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
     let q = b.add(b.if_less(zero, zero.sub(root), root));
     let (one, other) = (zero.sub(q).div(v2), zero.sub(r2).div(q));
     let last = one.if_less(other, other, one);
-    let dt = zero.if_less(discriminant, last, zero.sub(b).div(v2));
+    let no_root = r2.if_less(zero, never, zero.sub(b).div(v2));
+    let dt = zero.if_less(discriminant, last, no_root);
     zero.if_less(v2, dt.if_less(zero, zero, dt), never)
 }
 
@@ -253,7 +254,10 @@ mod tests {
                 -f64::EPSILON,
                 1e50,
                 -1e50,
-                1e-50
+                1e-50,
+                1e-170,
+                -1e-170,
+                1e-321
             ]),
             -4.0..4.0_f64
         ]
