@@ -70,7 +70,7 @@ fn every_scene_and_every_part_of_one_is_valid() {
             assert_eq!(mistakes(&schema, &value), [""; 0], "{place}");
             // A coordinate file would have to be there.
             if !table.contains_key("file") {
-                Scene::from_toml(&toml::to_string(&table).unwrap(), "scene.toml")
+                Scene::from_toml(toml::to_string(&table).unwrap(), "scene.toml")
                     .unwrap_or_else(|error| panic!("{place}: {error}"));
             }
             *if block.info == "toml" { &mut scenes } else { &mut fragments } += 1;
