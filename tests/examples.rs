@@ -75,12 +75,15 @@ fn an_instrument_of_ones_own_is_in_the_files_of_the_run() {
     let finished = own_instrument::measured_in(&run).unwrap();
     assert_eq!(finished.ending, Ending::Time);
     let curve = &finished.measured.curves[0];
-    // Maxwell's distribution at the temperature of 255 particles, in bins of a quarter: a percent of the largest value.
+    // Maxwell's distribution at the temperature of 255 particles. Five standard errors, and what the curvature makes of the mean over a bin:
+    // `w^2 / 24` of a second derivative of at most 2.
     let temperature = 255.0_f64 / 256.0;
-    for (v, p) in curve.variables[0].values.iter().zip(&curve.series[0].values) {
-        let maxwell =
-            (2.0 / std::f64::consts::PI).sqrt() * v * v / temperature.powf(1.5) * (-v * v / (2.0 * temperature)).exp();
-        assert!((p.unwrap() - maxwell).abs() < 0.015, "{v}: {p:?} {maxwell}");
+    let (middles, series) = (&curve.variables[0].values, &curve.series[0]);
+    for ((v, p), error) in middles.iter().zip(&series.values).zip(&series.standard_errors) {
+        let square = v * v / temperature;
+        let maxwell = (2.0 / std::f64::consts::PI / temperature).sqrt() * square * (-0.5 * square).exp();
+        let limit = 5.0 * error.unwrap_or(0.0) + 0.006;
+        assert!((p.unwrap() - maxwell).abs() < limit && limit < 0.1, "{v}: {p:?} +- {error:?}, expected {maxwell}");
     }
     let table = std::fs::read_to_string(run.join("measurements/speeds.csv")).unwrap();
     assert!(table.starts_with("v [length / time],p(v) [time / length]"), "{table}");

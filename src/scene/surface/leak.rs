@@ -193,7 +193,7 @@ mod tests {
                 [[particle]]
                 species = "ball"
                 position = [5.0, 5.0, 5.0]
-                [[surface]]
+                [[mesh]]
                 name = "lower"
                 species = "mesh"
                 surface = "cylinder"
@@ -202,7 +202,7 @@ mod tests {
                 radius = 4.0
                 length = 9.0
                 spacing = {spacing}
-                [[surface]]
+                [[mesh]]
                 name = "upper"
                 species = "mesh"
                 surface = "cylinder"
