@@ -26,7 +26,7 @@ use crate::scene::unvalidated::{
 ///     .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.4))
 ///     .temperature(1.0)
 ///     .build()?;
-/// assert_eq!(scene.particles.len(), 500);
+/// assert_eq!(scene.particles().len(), 500);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
