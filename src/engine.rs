@@ -192,12 +192,12 @@ impl Simulation {
     /// # Errors
     /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
     pub fn advance(&mut self, until: Until) -> Result<Reason, EngineError> {
-        self.advance_with(until, |_| {})
+        self.advance_observed(until, None)
     }
 
     /// Goes on, and shows every event to `observe` as it happens.
     ///
-    /// A closure that returns nothing sees them all; one that returns [`ControlFlow`] ends the run with [`Reason::Observer`] after the
+    /// A closure that returns nothing sees them all; one that returns [`ControlFlow`](std::ops::ControlFlow) ends the run with [`Reason::Observer`] after the
     /// event at which it breaks. To go on from there gives the same bits as a run without a stop.
     ///
     /// # Errors
@@ -209,7 +209,7 @@ impl Simulation {
         until: Until,
         mut observe: impl FnMut(&Event) -> F,
     ) -> Result<Reason, EngineError> {
-        self.advance_observed(until, &mut |event| observe(event).control())
+        self.advance_observed(until, Some(&mut |event| observe(event).control()))
     }
 
     /// Goes on as [`Self::advance_with`] does, but pauses with `None` after a number of steps: an event, a cell transition, a prediction
@@ -226,15 +226,20 @@ impl Simulation {
         until: Until,
         mut observe: impl FnMut(&Event) -> F,
     ) -> Result<Option<Reason>, EngineError> {
-        self.advance_observed_for(steps, until, &mut |event| observe(event).control())
+        self.advance_observed_for(steps, until, Some(&mut |event| observe(event).control()))
     }
 
     /// [`Self::advance_with`] without a type parameter.
-    fn advance_observed(&mut self, until: Until, observe: Observe<'_>) -> Result<Reason, EngineError> {
+    fn advance_observed(&mut self, until: Until, mut observe: Observe<'_>) -> Result<Reason, EngineError> {
         if self.tally().physical() >= until.events {
             return Ok(Reason::Events);
         }
-        with_engine!(&mut self.engine, engine => engine.advance(until, observe))
+        with_engine!(&mut self.engine, engine => engine.advance(until, &mut observe))
+    }
+
+    /// [`Self::advance_for`] without an observer.
+    pub(crate) fn advance_unobserved_for(&mut self, steps: u64, until: Until) -> Result<Option<Reason>, EngineError> {
+        self.advance_observed_for(steps, until, None)
     }
 
     /// [`Self::advance_for`] without a type parameter.
@@ -242,12 +247,12 @@ impl Simulation {
         &mut self,
         steps: u64,
         until: Until,
-        observe: Observe<'_>,
+        mut observe: Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
         if self.tally().physical() >= until.events {
             return Ok(Some(Reason::Events));
         }
-        with_engine!(&mut self.engine, engine => engine.advance_for(steps.max(1), until, observe))
+        with_engine!(&mut self.engine, engine => engine.advance_for(steps.max(1), until, &mut observe))
     }
 
     /// Executes the next event of a pair or a wall and stops at its time, if there is one up to a simulated time; otherwise goes on to

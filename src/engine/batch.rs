@@ -226,7 +226,6 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::physics::detection::lanes::Simd;
     use crate::scene::{Amount, Lattice, SceneBuilder};
-    use std::ops::ControlFlow;
 
     /// Where a fluid is after some events, for every set of instructions that the processor has.
     fn ends<const TABLE: bool>(potential: &Potential, packing_fraction: f64) -> Vec<(Vec<Vector>, f64)> {
@@ -240,7 +239,7 @@ mod tests {
         let run = |width| {
             let mut engine = Engine::<false, TABLE>::new(&scene);
             engine.hardware.width = width;
-            engine.advance(Until::events(5_000), &mut |_| ControlFlow::Continue(())).unwrap();
+            engine.advance(Until::events(5_000), &mut None).unwrap();
             (engine.snapshot().positions, engine.clock.now)
         };
         Simd::all().into_iter().map(run).collect()

@@ -154,6 +154,7 @@ impl fmt::Display for Invariant {
 mod tests {
     use super::*;
     use crate::Vector;
+    use crate::engine::event::Event;
     use crate::engine::event_loop::Engine;
     use crate::engine::neighbours::grid::Face;
     use crate::engine::prediction::{Contact, Prediction};
@@ -217,10 +218,11 @@ mod tests {
         engine.enqueue(particle);
         let mut shown = 0;
         let mut run = || {
-            engine.advance(Until::time(4.0), &mut |_| {
+            let mut show = |_: &Event| {
                 shown += 1;
                 ControlFlow::Continue(())
-            })
+            };
+            engine.advance(Until::time(4.0), &mut Some(&mut show))
         };
         let first = run();
         if first.is_err() {
@@ -272,7 +274,7 @@ mod tests {
     #[test]
     fn a_pair_that_only_one_of_two_has_captured_ends_the_run() {
         let mut engine = wells::<true>(Some(1.5));
-        engine.advance(Until::events(1), &mut |_| ControlFlow::Continue(())).unwrap();
+        engine.advance(Until::events(1), &mut None).unwrap();
         let [a, b] = [40, 41].map(|id| engine.number(ParticleId(id)));
         assert!(engine.pairs.states.remove(b, a));
         let (found, shown) = end(engine, 40, |_| {});

@@ -167,7 +167,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Runs until a time or a number of physical events, calls `observe` for each event and ends where that breaks.
-    pub fn advance(&mut self, until: Until, observe: Observe<'_>) -> Result<Reason, EngineError> {
+    pub fn advance(&mut self, until: Until, observe: &mut Observe<'_>) -> Result<Reason, EngineError> {
         loop {
             if let Some(reason) = self.advance_for(u64::MAX, until, observe)? {
                 return Ok(reason);
@@ -183,7 +183,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         steps: u64,
         until: Until,
-        observe: Observe<'_>,
+        observe: &mut Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
         if let Some(broken) = self.broken {
             return Err(broken.into());
@@ -234,11 +234,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             self.schedule.queue.pop();
             self.clock.now = entry.time;
-            let Some(event) = self.execute(particle, &prediction, entry.time)? else {
+            let Some(flow) = self.execute(particle, &prediction, entry.time, observe)? else {
                 self.repredict(particle, entry.time);
                 continue;
             };
-            let flow = observe(&event);
             self.repredict(particle, entry.time);
             if let Some(partner) = prediction.partner_in_contact()
                 && !self.is_static(partner)

@@ -4,8 +4,17 @@ use super::event::Event;
 use super::{EngineError, Reason, Simulation, Until};
 use std::ops::ControlFlow;
 
-/// A callback of the event loop.
-pub(super) type Observe<'a> = &'a mut dyn FnMut(&Event) -> ControlFlow<()>;
+/// A callback of the event loop, if there is one.
+pub(super) type Observe<'a> = Option<&'a mut dyn FnMut(&Event) -> ControlFlow<()>>;
+
+/// Shows an event to the callback, and puts it together only if there is one.
+#[inline]
+pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> ControlFlow<()> {
+    match observe {
+        Some(observe) => observe(&event()),
+        None => ControlFlow::Continue(()),
+    }
+}
 
 /// What an observer returns: nothing, or a [`ControlFlow`] whose `Break` ends the run after the event.
 #[doc(alias = "callback")]

@@ -22,7 +22,7 @@ use super::confinement::Confinement;
 use super::event::Event;
 use super::event_loop::Engine;
 use super::neighbours::Neighbours;
-use super::observe::Observe;
+use super::observe::{Observe, show};
 use super::pairs::rows::Rows;
 use super::prediction::{Contact, Prediction};
 use super::{Invariant, InvariantBroken};
@@ -118,23 +118,25 @@ impl Sources {
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Executes the predicted contact of a particle; none if its partner has had an event since, so that it has to be predicted anew.
+    /// Executes the predicted contact of a particle, and says whether the observer goes on; none if its partner has had an event since,
+    /// so that it has to be predicted anew.
     #[inline]
     pub(super) fn execute(
         &mut self,
         particle: u32,
         prediction: &Prediction,
         time: f64,
-    ) -> Result<Option<Event>, InvariantBroken> {
+        observe: &mut Observe<'_>,
+    ) -> Result<Option<ControlFlow<()>>, InvariantBroken> {
         match prediction.contact {
             Contact::Pair(side) => {
                 let partner = prediction.partner;
                 if self.state.bodies[partner as usize].events != prediction.partner_events {
                     return Ok(None);
                 }
-                self.execute_pair(particle, partner, side, time).map(Some)
+                self.execute_pair([particle, partner], side, time, observe).map(Some)
             }
-            Contact::Wall(face) => self.execute_wall(particle, face, time).map(Some),
+            Contact::Wall(face) => self.execute_wall(particle, face, time, observe).map(Some),
         }
     }
 
@@ -148,7 +150,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Executes the global event that is due, and says how many steps that was and whether the observer goes on.
-    pub(super) fn execute_global(&mut self, observe: Observe<'_>) -> Result<(u64, ControlFlow<()>), InvariantBroken> {
+    pub(super) fn execute_global(
+        &mut self,
+        observe: &mut Observe<'_>,
+    ) -> Result<(u64, ControlFlow<()>), InvariantBroken> {
         let GlobalOutcome { event, repredict } = match self.sources.due_global() {
             Some(GlobalEvent::AndersenCollision) => self.andersen_collision()?,
             Some(GlobalEvent::ImageRefresh) => self.refresh_images()?,
@@ -167,7 +172,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Repredict::All => self.start_anew(),
         }
         self.sources.schedule_global();
-        Ok((steps, event.iter().try_for_each(observe)))
+        let flow = event.map_or(ControlFlow::Continue(()), |event| show(observe, || event));
+        Ok((steps, flow))
     }
 
     /// Counts all times of the sources from an epoch that is later by `shift`.

@@ -216,7 +216,7 @@ impl Replay {
             let Some(stage) = self.stage() else { return Some(self.ended()) };
             let chunk = self.simulation.tally().physical().saturating_add(CHUNK);
             let until = Until { events: stage.events.min(range.from).min(chunk), ..stage };
-            match self.simulation.advance_for(STEPS, until, |_| {}) {
+            match self.simulation.advance_unobserved_for(STEPS, until) {
                 Ok(None | Some(Reason::Events | Reason::Observer)) => {}
                 Ok(Some(Reason::Time)) => self.end_stage(),
                 Ok(Some(Reason::Idle)) => return Some(End::Idle),

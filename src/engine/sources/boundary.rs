@@ -5,6 +5,7 @@ use crate::engine::audit::unit_of_wall;
 use crate::engine::event::{CountedKind, Event, EventKind};
 use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::grid::Face;
+use crate::engine::observe::{Observe, show};
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::engine::{Invariant, InvariantBroken};
@@ -13,6 +14,7 @@ use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Face as SpaceFace};
 use crate::physics::detection::plane;
 use serde::{Deserialize, Serialize};
+use std::ops::ControlFlow;
 
 /// The random numbers of walls are those of a stage that no scene has.
 const STAGE: usize = 1 << 40;
@@ -74,7 +76,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// A particle reaches a wall.
-    pub(in crate::engine) fn execute_wall(&mut self, i: u32, face: Face, time: f64) -> Result<Event, InvariantBroken> {
+    pub(in crate::engine) fn execute_wall(
+        &mut self,
+        i: u32,
+        face: Face,
+        time: f64,
+        observe: &mut Observe<'_>,
+    ) -> Result<ControlFlow<()>, InvariantBroken> {
         let flown = time - self.state.bodies[i as usize].time;
         self.stream(i, time);
         let axis = usize::from(face.axis);
@@ -96,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.counts.totals.turning_point += 1;
         }
         if let Some(temperature) = temperature {
-            return self.execute_thermal_wall(i, face, temperature);
+            return self.execute_thermal_wall(i, face, temperature, observe);
         }
         let mut after = if vn < 0.0 { -restitution * vn } else { vn };
         let mut tangential_scale = 1.0;
@@ -124,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.count_wall(i, face, (after - vn) / species.inverse_mass);
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
-        Ok(Event {
+        Ok(show(observe, || Event {
             time: self.time(),
             kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
             particle: self.name(i),
@@ -137,7 +145,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions: [position, Vector::zeros()],
             before: [before, Vector::zeros()],
             after: [velocity, Vector::zeros()],
-        })
+        }))
     }
 
     fn count_wall(&mut self, i: u32, face: Face, impulse: f64) {
@@ -150,7 +158,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// A particle leaves a wall with a velocity from the flux of a gas of the wall's temperature: its normal component has the density
     /// `(m v / T) exp(- m v^2 / 2 T)`, the others are normal.
-    fn execute_thermal_wall(&mut self, i: u32, face: Face, temperature: f64) -> Result<Event, InvariantBroken> {
+    fn execute_thermal_wall(
+        &mut self,
+        i: u32,
+        face: Face,
+        temperature: f64,
+        observe: &mut Observe<'_>,
+    ) -> Result<ControlFlow<()>, InvariantBroken> {
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
         let species = self.pairs.rules.species[usize::from(self.state.species[i as usize])];
@@ -172,7 +186,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         body.velocity = after;
         body.events = body.events.wrapping_add(1);
         self.note_confined_change(i, &before);
-        Ok(Event {
+        Ok(show(observe, || Event {
             time: self.time(),
             kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
             particle: self.name(i),
@@ -185,6 +199,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             positions: [body_position, Vector::zeros()],
             before: [before, Vector::zeros()],
             after: [after, Vector::zeros()],
-        })
+        }))
     }
 }

@@ -158,13 +158,12 @@ mod tests {
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Face, Space, minimum_image};
     use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
-    use std::ops::ControlFlow;
 
     /// Every uncaptured pair within reach is in both lists, no other is, and each particle is in its skin.
     fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
         let mut engine = Engine::<FALLING, TABLE>::new(scene);
         for part in 1..=10 {
-            engine.advance(Until::events(events * part / 10), &mut |_| ControlFlow::Continue(())).unwrap();
+            engine.advance(Until::events(events * part / 10), &mut None).unwrap();
             let Some(verlet) = engine.neighbours.verlet() else { continue };
             for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
                 let (position, _) = engine.state_at(particle, engine.clock.now);

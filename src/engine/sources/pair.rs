@@ -6,12 +6,14 @@ use crate::Vector;
 use crate::engine::audit::MOST_ROUND_OFF;
 use crate::engine::event::{CountedKind, Event, EventKind};
 use crate::engine::event_loop::Engine;
+use crate::engine::observe::{Observe, show};
 use crate::engine::pairs::rules::Discontinuity;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 use crate::physics::response::{Approach, Outcome, Response};
+use std::ops::ControlFlow;
 
 /// A pair at a discontinuity.
 struct Encounter {
@@ -64,11 +66,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// A pair reaches a discontinuity.
     pub(in crate::engine) fn execute_pair(
         &mut self,
-        i: u32,
-        j: u32,
+        [i, j]: [u32; 2],
         side: Side,
         time: f64,
-    ) -> Result<Event, InvariantBroken> {
+        observe: &mut Observe<'_>,
+    ) -> Result<ControlFlow<()>, InvariantBroken> {
         let flown = time - self.state.bodies[i as usize].time.max(self.state.bodies[j as usize].time);
         self.stream(i, time);
         self.stream(j, time);
@@ -124,22 +126,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             self.counts.totals.supplied.add(impulse * surface * squared.sqrt());
         }
         self.set_state_after(i, j, response.outcome, state, interaction)?;
-        let positions = [i, j].map(|particle| self.state.bodies[particle as usize].position);
-        let length = squared.sqrt();
-        Ok(Event {
-            time: self.time(),
-            kind: EventKind::Pair(response.outcome),
-            particle: self.name(i),
-            partner: Some(self.name(j)),
-            normal: pair.line / length,
-            impulse: impulse * length,
-            distance: seen.distance,
-            energy_step,
-            dissipated,
-            positions,
-            before,
-            after: self.velocities(i, j),
-        })
+        Ok(show(observe, || {
+            let length = squared.sqrt();
+            Event {
+                time: self.time(),
+                kind: EventKind::Pair(response.outcome),
+                particle: self.name(i),
+                partner: Some(self.name(j)),
+                normal: pair.line / length,
+                impulse: impulse * length,
+                distance: seen.distance,
+                energy_step,
+                dissipated,
+                positions: [i, j].map(|particle| self.state.bodies[particle as usize].position),
+                before,
+                after: self.velocities(i, j),
+            }
+        }))
     }
 
     /// Counts an event of a pair for its species.

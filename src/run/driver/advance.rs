@@ -129,7 +129,7 @@ impl<R: Recorder> Driver<'_, R> {
         let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
         let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
         if instruments.is_none() && recorder.is_none() {
-            return Ok(self.simulation.advance_for(self.steps, until, |_| {}));
+            return Ok(self.simulation.advance_unobserved_for(self.steps, until));
         }
         let mut failure = None;
         let system = &self.system;
