@@ -8,7 +8,7 @@ use super::observe::Observe;
 use super::pairs::Pairs;
 use super::pairs::states::PairState;
 use super::predict::Scratch;
-use super::prediction::Schedule;
+use super::prediction::{Prediction, Schedule};
 use super::schedule::{Pending, QueueEntry};
 use super::sources::Sources;
 use super::state::State;
@@ -17,7 +17,7 @@ use crate::Vector;
 use crate::model::ParticleId;
 use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 
 /// What is due next.
 enum Due {
@@ -234,21 +234,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             self.schedule.queue.pop();
             self.clock.now = entry.time;
-            let Some(flow) = self.execute(particle, &prediction, entry.time, observe)? else {
-                self.repredict(particle, entry.time);
-                continue;
-            };
-            self.repredict(particle, entry.time);
-            if let Some(partner) = prediction.partner_in_contact()
-                && !self.is_static(partner)
-            {
-                self.repredict(partner, entry.time);
-            }
-            self.counts.executed += 1;
-            self.counts.transitions_at_event = self.counts.totals.transition;
-            self.count_standstill();
-            self.check_standstill(particle, &prediction)?;
-            if flow.is_break() {
+            if self.execute_contact(particle, &prediction, observe)?.is_break() {
                 return Ok(Some(Reason::Observer));
             }
             // At the time of the last event, whatever else goes on until the next one.
@@ -256,6 +242,32 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 return Ok(Some(Reason::Events));
             }
         }
+    }
+
+    /// Executes the contact of a particle that is due now, shows it, and predicts anew what it has changed.
+    #[inline]
+    fn execute_contact(
+        &mut self,
+        particle: u32,
+        prediction: &Prediction,
+        observe: &mut Observe<'_>,
+    ) -> Result<ControlFlow<()>, EngineError> {
+        let now = self.clock.now;
+        let Some(flow) = self.execute(particle, prediction, now, observe)? else {
+            self.repredict(particle, now);
+            return Ok(ControlFlow::Continue(()));
+        };
+        self.repredict(particle, now);
+        if let Some(partner) = prediction.partner_in_contact()
+            && !self.is_static(partner)
+        {
+            self.repredict(partner, now);
+        }
+        self.counts.executed += 1;
+        self.counts.transitions_at_event = self.counts.totals.transition;
+        self.count_standstill();
+        self.check_standstill(particle, prediction)?;
+        Ok(flow)
     }
 
     /// What is due next, up to a time since the epoch.

@@ -36,7 +36,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 if is_out_of_reach(&state, &acceleration, seen.squared, horizon) {
                     continue;
                 }
-                if let Some(dt) = self.detect(me, captured.partner, &state, seen.squared, Side::Positive, horizon) {
+                if let Some(dt) = self.detect(me, captured.partner, &state, (seen.squared, Side::Positive), horizon) {
                     self.offer(me, captured.partner, Side::Positive, dt, prediction);
                 }
             }

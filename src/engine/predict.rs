@@ -87,7 +87,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             for side in [Side::Positive, Side::Negative] {
                 let Some(seen) = steps.seen_from(captured.state, side) else { continue };
                 let horizon = prediction.contact_time - me.time;
-                if let Some(dt) = self.detect(me, captured.partner, &state, seen.squared, side, horizon) {
+                if let Some(dt) = self.detect(me, captured.partner, &state, (seen.squared, side), horizon) {
                     self.offer(me, captured.partner, side, dt, prediction);
                 }
             }
@@ -152,21 +152,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let (state, is_across) = self.relative(me, other);
         let horizon = prediction.contact_time - me.time;
-        if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, horizon) {
+        if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), horizon) {
             self.offer(me, other, Side::Positive, dt, prediction);
         }
         if is_across {
             for beside in [-self.state.periods[FLOW], self.state.periods[FLOW]] {
                 let mut state = state;
                 state.position[FLOW] += beside;
-                if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+                if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), f64::INFINITY) {
                     self.offer(me, other, Side::Positive, dt, prediction);
                 }
             }
         }
         for image in &self.ranges.further_images {
             let state = RelativeState { position: state.position + image, ..state };
-            if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+            if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), f64::INFINITY) {
                 self.offer(me, other, Side::Positive, dt, prediction);
             }
         }
@@ -190,15 +190,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (state, is_across)
     }
 
-    /// Time from now to the pair's next event at one discontinuity; may leave out one later than `horizon`.
+    /// Time from now to the pair's next event at one discontinuity, its squared distance and the side that the pair is on; may leave out one
+    /// later than `horizon`.
     #[inline]
     pub(super) fn detect(
         &self,
         me: &Streamed,
         other: u32,
         state: &RelativeState,
-        squared: f64,
-        side: Side,
+        (squared, side): (f64, Side),
         horizon: f64,
     ) -> Option<f64> {
         if FALLING && TABLE {

@@ -8,11 +8,13 @@ use crate::engine::neighbours::grid::Face;
 use crate::engine::observe::{Observe, show};
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
+use crate::engine::sources::pair::Arrival;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::Scene;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Face as SpaceFace};
 use crate::physics::detection::plane;
+use crate::physics::response::Leaving;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
 
@@ -87,10 +89,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.stream(i, time);
         let axis = usize::from(face.axis);
         let inwards = if face.is_upper { -1.0 } else { 1.0 };
-        let Some(&Wall { at, restitution, temperature, .. }) = self.sources.walls.iter().find(|wall| wall.face == face)
-        else {
+        let Some(&wall) = self.sources.walls.iter().find(|wall| wall.face == face) else {
             return Err(self.broken(i, None, Invariant::Wall));
         };
+        let Wall { at, temperature, .. } = wall;
         let species = self.pairs.rules.species[usize::from(self.state.species[i as usize])];
         let body = self.state.bodies[i as usize];
         let vn = inwards * body.velocity[axis];
@@ -106,17 +108,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if let Some(temperature) = temperature {
             return self.execute_thermal_wall(i, face, temperature, observe);
         }
-        let mut after = if vn < 0.0 { -restitution * vn } else { vn };
-        let mut tangential_scale = 1.0;
-        if self.pairs.contact_times.is_some() {
-            let closing = -inwards * species.acceleration[axis];
-            let tangential = (body.velocity.norm_squared() - vn * vn).max(0.0).sqrt();
-            let arriving = (-vn).max(0.0);
-            let leaving = self.tc_model(&[i], restitution, arriving, tangential, closing, time);
-            // What the model leaves as it is, or makes elastic: a particle that recedes within round-off keeps its speed.
-            after = if leaving.speed == arriving { vn.abs() } else { leaving.speed };
-            tangential_scale = leaving.tangential_scale;
-        }
+        let Leaving { speed: after, tangential_scale } = self.leave_wall(i, wall, vn, time);
         let before = body.velocity;
         let body = &mut self.state.bodies[i as usize];
         if tangential_scale != 1.0 {
@@ -146,6 +138,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             before: [before, Vector::zeros()],
             after: [velocity, Vector::zeros()],
         }))
+    }
+
+    /// The normal speed with which a particle leaves a wall that reflects, and the factor of its tangential velocity.
+    #[inline]
+    fn leave_wall(&mut self, i: u32, wall: Wall, vn: f64, time: f64) -> Leaving {
+        let restitution = wall.restitution;
+        if self.pairs.contact_times.is_none() {
+            return Leaving { speed: if vn < 0.0 { -restitution * vn } else { vn }, tangential_scale: 1.0 };
+        }
+        let velocity = self.state.bodies[i as usize].velocity;
+        let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+        let closing = -inwards * self.acceleration(i)[usize::from(wall.face.axis)];
+        let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
+        let arriving = (-vn).max(0.0);
+        let leaving = self.tc_model(&[i], restitution, Arrival { speed: arriving, tangential, closing }, time);
+        // What the model leaves as it is, or makes elastic: a particle that recedes within round-off keeps its speed.
+        Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
 
     fn count_wall(&mut self, i: u32, face: Face, impulse: f64) {

@@ -96,7 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 for axis in (0..3).filter(|&axis| is_other(axis)) {
                     state.position[axis] -= self.state.periods[axis].copysign(state.position[axis]);
                 }
-                if let Some(dt) = self.detect(me, other, &state, squared, Side::Positive, f64::INFINITY) {
+                if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), f64::INFINITY) {
                     self.offer(me, other, Side::Positive, dt, prediction);
                 }
             }

@@ -2,6 +2,8 @@
 
 mod restitution;
 
+pub(in crate::engine) use restitution::Arrival;
+
 use crate::Vector;
 use crate::engine::audit::MOST_ROUND_OFF;
 use crate::engine::event::{CountedKind, Event, EventKind};
@@ -87,19 +89,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // Per length of the line.
         let change = (response.radial - radial) / squared;
         let impulse = reduced_mass * change;
-        self.change_relative_velocity(i, j, &(pair.line * change));
-        if tangential_scale != 1.0 {
-            let tangential = pair.velocity - pair.line * (radial / squared);
-            self.change_relative_velocity(i, j, &(tangential * (tangential_scale - 1.0)));
-        }
+        self.change_velocities(&pair, change, tangential_scale);
         if seen.energy_step == f64::INFINITY || response.outcome == Outcome::Bounce {
             self.separate(&pair);
         }
-        self.state.bodies[i as usize].events = self.state.bodies[i as usize].events.wrapping_add(1);
-        if self.inverse_mass(j) > 0.0 {
-            self.state.bodies[j as usize].events = self.state.bodies[j as usize].events.wrapping_add(1);
-        }
-
         self.counts.totals.count(response.outcome);
         if TABLE {
             self.count_by_species(i, j, &response, &seen);
@@ -143,6 +136,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 after: self.velocities(i, j),
             }
         }))
+    }
+
+    /// Gives both their new velocities, from the change of `v_ij` along the line, per length of it, and the factor of what is across; their
+    /// predictions are void.
+    #[inline]
+    fn change_velocities(&mut self, pair: &Encounter, change: f64, tangential_scale: f64) {
+        let Encounter { i, j, ref line, ref velocity, ref approach, .. } = *pair;
+        self.change_relative_velocity(i, j, &(line * change));
+        if tangential_scale != 1.0 {
+            let tangential = velocity - line * (approach.radial / approach.squared);
+            self.change_relative_velocity(i, j, &(tangential * (tangential_scale - 1.0)));
+        }
+        self.state.bodies[i as usize].events = self.state.bodies[i as usize].events.wrapping_add(1);
+        if self.inverse_mass(j) > 0.0 {
+            self.state.bodies[j as usize].events = self.state.bodies[j as usize].events.wrapping_add(1);
+        }
     }
 
     /// Counts an event of a pair for its species.

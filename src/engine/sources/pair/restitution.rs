@@ -9,6 +9,17 @@ use crate::physics::response::{Leaving, Response, respond, tc_contact};
 /// of each, of the last event and the one before.
 const LOST: f64 = 2.0 * f64::EPSILON;
 
+/// How particles come to a contact, for the TC model.
+#[derive(Debug, Clone, Copy)]
+pub(in crate::engine) struct Arrival {
+    /// Normal speed of approach `[length / time]`.
+    pub speed: f64,
+    /// Tangential speed `[length / time]`.
+    pub tangential: f64,
+    /// What brings them together again: the normal acceleration towards each other `[length / time^2]`.
+    pub closing: f64,
+}
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The radial motion after the event, and the factor of the tangential motion.
     #[inline]
@@ -42,7 +53,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             (_, true) => &[i],
             _ => &[i, j],
         };
-        let leaving = self.tc_model(moving, restitution, arriving, tangential.sqrt(), closing, time);
+        let leaving = self.tc_model(
+            moving,
+            restitution,
+            Arrival { speed: arriving, tangential: tangential.sqrt(), closing },
+            time,
+        );
         // What the model leaves as it is, or makes elastic, goes without the rounding of a square root.
         if leaving.speed == arriving {
             response = respond(side, seen.energy_step, approach, 1.0);
@@ -73,11 +89,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         particles: &[u32],
         restitution: f64,
-        approach: f64,
-        tangential: f64,
-        closing: f64,
+        arrival: Arrival,
         time: f64,
     ) -> Leaving {
+        let Arrival { speed: approach, tangential, closing } = arrival;
         let Some(times) = &mut self.pairs.contact_times else {
             return Leaving { speed: restitution * approach, tangential_scale: 1.0 };
         };

@@ -1,0 +1,96 @@
+//! Neighbours found among packed centres, against all of them one by one.
+
+use super::*;
+use crate::model::space::minimum_image;
+use proptest::prelude::*;
+
+const SIZE: f64 = 7.3;
+const REACH: f64 = 1.3;
+
+fn space(is_periodic: bool, lower: f64) -> Space {
+    let mut space = Space::periodic_cube(SIZE);
+    space.lower = Vector::repeat(lower);
+    if !is_periodic {
+        space.boundary = [Boundary::OPEN; 3];
+    }
+    space
+}
+
+/// What is found from a centre with each set of instructions that the processor has, which have to agree.
+fn found(packed: &mut Packed, centre: &Vector, largest: f64) -> Vec<u32> {
+    let mut ways = Simd::all().into_iter().map(|width| {
+        let mut near = Candidates::default();
+        packed.width = width;
+        packed.find_within(centre, REACH, largest, true, &mut near);
+        near.found().to_vec()
+    });
+    let first = ways.next().unwrap();
+    assert!(ways.all(|way| way == first));
+    first
+}
+
+proptest! {
+    #[test]
+    fn all_within_reach_are_found_and_hardly_any_other(
+        start in prop::collection::vec(prop::array::uniform3(0.0..SIZE), 2..120),
+        moves in prop::collection::vec((0..120_usize, prop::array::uniform3(0.0..SIZE)), 0..200),
+        is_periodic: bool,
+        lower in prop::sample::select(vec![0.0, -3.65, 1e4, -1e6]),
+    ) {
+        let space = space(is_periodic, lower);
+        let mut centres: Vec<Vector> = start.into_iter().map(|x| Vector::from(x).add_scalar(lower)).collect();
+        let mut packed = Packed::new(&space, REACH, &centres);
+        for (particle, to) in moves {
+            let particle = particle % centres.len();
+            centres[particle] = Vector::from(to).add_scalar(lower);
+            packed.lift(id(particle));
+            packed.put(id(particle), &centres[particle]);
+        }
+        let largest = centres.iter().map(Vector::amax).fold(0.0, f64::max);
+        let all: Vec<Vec<u32>> = centres.iter().map(|centre| found(&mut packed, centre, largest)).collect();
+        let slack = 30.0 * ROUNDING * (lower.abs() + SIZE);
+        for (a, centre) in centres.iter().enumerate() {
+            prop_assert_eq!(packed.home(id(a)), packed.grid.cell_at(centre));
+            for (b, other) in centres.iter().enumerate() {
+                let apart = minimum_image(centre - other, &space.periods()).norm();
+                let times = all[a].iter().filter(|other| **other == id(b)).count();
+                prop_assert!(times <= 1);
+                prop_assert!(times == 1 || apart > REACH, "{} is not found from {}", b, a);
+                prop_assert!(times == 0 || apart < REACH + slack, "{} is found from {} at {}", b, a, apart);
+                prop_assert_eq!(times == 1, all[b].contains(&id(a)), "not symmetric");
+            }
+        }
+    }
+}
+
+#[test]
+fn far_away_all_in_the_same_cells_are_found() {
+    let far = |x: f64| Vector::new(x, 0.5, 0.5);
+    for x in [1e9, 1e14, 1e30] {
+        let centres = [far(0.1), far(0.1 + SIZE), far(x), far(x.next_up()), far(2.0 * x)];
+        let mut packed = Packed::new(&space(false, 0.0), REACH, &centres[..2]);
+        packed.slots.resize(5, NONE);
+        for particle in 2..5 {
+            packed.put(particle, &centres[particle as usize]);
+        }
+        let near = found(&mut packed, &centres[2], x);
+        assert!(near.contains(&2) && near.contains(&3) && !near.contains(&0), "{x} {near:?}");
+    }
+}
+
+#[test]
+fn blocks_are_given_back() {
+    let centres: Vec<Vector> = (0..40).map(|k| Vector::repeat(0.01 * f64::from(k))).collect();
+    let mut packed = Packed::new(&space(true, 0.0), REACH, &centres);
+    let blocks = packed.blocks.len();
+    for cell in [1, 0, 2, 0] {
+        for particle in 0..40 {
+            packed.lift(particle);
+            packed.put_into(cell, particle, &centres[particle as usize]);
+        }
+        let mut near = Candidates::default();
+        packed.find_candidates(cell, &mut near);
+        assert_eq!(near.found().len(), 40);
+    }
+    assert!(packed.blocks.len() <= 2 * blocks, "{} blocks of {blocks} at first", packed.blocks.len());
+}
