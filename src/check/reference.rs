@@ -388,3 +388,6 @@ impl Reference {
         })
     }
 }
+
+#[cfg(test)]
+mod tests;

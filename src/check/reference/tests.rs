@@ -1,0 +1,248 @@
+//! Events of the engine, each against the rules and the response of the reference from the state before it: no error of one event is in
+//! the next, so that all of a run can be compared to round-off.
+
+use super::response::{Encounter, TcModel};
+use super::rules::{Discontinuity, seen};
+use super::*;
+use crate::engine::event as engine;
+use crate::engine::{Simulation, Until};
+use crate::scene::{Fill, Lattice, SceneBuilder};
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use std::cell::RefCell;
+
+const SCENES: u32 = 60;
+const EVENTS: u64 = 300;
+/// Fewest events of each kind that have to be compared: all have some hundreds.
+const FEWEST: u32 = 50;
+
+/// Roundings of a velocity in all operations of an event, of either side, and in what the engine adds to make a reflection count.
+const ROUNDINGS: f64 = 32.0 * f64::EPSILON;
+
+/// Times that are equal but for this part may be on either side of the contact time.
+const TIE: f64 = 1e-9;
+
+#[derive(Debug, Clone)]
+struct Recipe {
+    seed: u64,
+    masses: [f64; 2],
+    energies: [f64; 3],
+    restitution: f64,
+    gravity: f64,
+    contact_time: Option<f64>,
+}
+
+fn recipe() -> impl Strategy<Value = Recipe> {
+    let mass = || (-2.0..2.0_f64).prop_map(f64::exp);
+    (
+        (any::<u64>(), [mass(), mass()], prop::array::uniform3(-1.5..1.5_f64)),
+        (
+            prop_oneof![Just(1.0), 0.5..1.0_f64],
+            prop_oneof![Just(0.0), 0.1..1.0_f64],
+            prop::option::of((-7.0..-1.0_f64).prop_map(f64::exp)),
+        ),
+    )
+        .prop_map(|((seed, masses, energies), (restitution, gravity, contact_time))| Recipe {
+            seed,
+            masses,
+            energies,
+            restitution,
+            gravity,
+            contact_time,
+        })
+}
+
+impl Recipe {
+    /// Steps up and down around a hard core, around a core that can be entered, and bonds, beside static spheres and between walls.
+    fn scene(&self) -> Scene {
+        let [u, v, w] = self.energies;
+        let steps = |last| Potential::new(vec![1.6, 1.3, 1.0], vec![0.0, u, v, last]).unwrap();
+        let walls = Boundary::walls(self.restitution);
+        let mut builder = SceneBuilder::new("random")
+            .seed(self.seed)
+            .space(crate::model::space::Space {
+                boundary: [walls; 3],
+                ..crate::model::space::Space::periodic_cube(8.0)
+            })
+            .gravity(Vector::new(0.0, 0.3 * self.gravity, -self.gravity))
+            .species("A", self.masses[0], 1.0)
+            .species("B", self.masses[1], 0.9)
+            .static_species("S", 1.0)
+            .interaction("A", "A", steps(f64::INFINITY), self.restitution)
+            .interaction("A", "B", steps(w), self.restitution)
+            .interaction("B", "B", Potential::hard_sphere(0.9).unwrap(), self.restitution)
+            .interaction("A", "S", Potential::square_well(1.0, 1.5, v).unwrap(), self.restitution)
+            .interaction("B", "S", Potential::hard_sphere(0.95).unwrap(), self.restitution)
+            .bond_interaction("link", Potential::bond(0.7, 1.9).unwrap(), self.restitution);
+        if let Some(time) = self.contact_time {
+            builder = builder.contact_time(time);
+        }
+        for k in 0..3_u32 {
+            let x = 1.5 + 2.5 * f64::from(k);
+            builder = builder
+                .particle("S", Vector::new(x, 1.0, 1.0), Vector::zeros())
+                .particle("A", Vector::new(x, 3.0, 1.0), Vector::new(0.3 * x, -1.1, 0.9))
+                .particle("B", Vector::new(x, 4.5, 1.0), Vector::new(-0.7, 0.4 * x, 0.8))
+                .bond(3 * k + 1, 3 * k + 2, "link");
+        }
+        let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(24);
+        fill.composition = vec![("A".into(), 0.5), ("B".into(), 0.5)];
+        fill.temperature = Some(1.0);
+        fill.region =
+            Some(crate::model::Region { lower: Vector::new(0.1, 0.1, 2.6), upper: Vector::new(7.9, 7.9, 7.9) });
+        builder.add_fill(fill).build().unwrap()
+    }
+}
+
+/// What the reference makes of each event of the engine.
+struct Judge<'a> {
+    reference: &'a mut Reference,
+    /// With contact times that are shorter and longer by rounding, and as they are.
+    tc_models: Vec<TcModel>,
+    counts: &'a RefCell<BTreeMap<String, u32>>,
+}
+
+impl Judge<'_> {
+    fn pair(&mut self, event: &engine::Event, j: ParticleId, found: engine::Outcome) -> Result<(), TestCaseError> {
+        let i = event.particle;
+        let known = self.reference.pairs.get_mut(&(i.0.min(j.0), i.0.max(j.0)));
+        let (interaction, state) = known.ok_or_else(|| TestCaseError::fail(format!("no interaction: {event:?}")))?;
+        let Interaction { potential, restitution, .. } = &self.reference.scene.interactions[interaction.0 as usize];
+        let sides = [Side::Positive, Side::Negative].map(|side| (side, seen(potential, *state, side)));
+        let at = sides
+            .into_iter()
+            .find_map(|(side, seen)| seen.filter(|seen| seen.distance == event.distance).map(|seen| (side, seen)));
+        let (side, seen) = at.ok_or_else(|| TestCaseError::fail(format!("not in state {state}: {event:?}")))?;
+        let species = [i, j].map(|particle| self.reference.scene.species_of(particle));
+        let weights = species.map(Species::inverse_mass);
+        let apart = event.positions[0] - event.positions[1];
+        let encounter = Encounter {
+            seen,
+            side,
+            normal: apart.normalize(),
+            velocity: event.before[0] - event.before[1],
+            acceleration: species[0].acceleration - species[1].acceleration,
+            curvature: 1.0 / apart.norm(),
+            reduced_mass: 1.0 / (weights[0] + weights[1]),
+            restitution: *restitution,
+        };
+        let moving: Vec<u32> = [i, j].into_iter().zip(weights).filter(|(_, w)| *w > 0.0).map(|(p, _)| p.0).collect();
+        let outcome = match found {
+            engine::Outcome::Core => Outcome::Core,
+            engine::Outcome::Capture => Outcome::Capture,
+            engine::Outcome::Release => Outcome::Release,
+            engine::Outcome::Bounce => Outcome::Bounce,
+        };
+        match outcome {
+            Outcome::Capture => *state += 1,
+            Outcome::Release => *state -= 1,
+            Outcome::Core | Outcome::Bounce => {}
+        }
+        let partner = if moving.len() == 1 { ", static" } else { "" };
+        let barrier = if seen.energy_step == f64::INFINITY { ", barrier" } else { "" };
+        self.compare(event, &encounter, weights, &moving, (outcome, &format!("{outcome:?}{barrier}{partner}")))
+    }
+
+    fn wall(&mut self, event: &engine::Event, axis: u8) -> Result<(), TestCaseError> {
+        let species = self.reference.species(event.particle.0);
+        let Boundary::Bounded { lower: Face::Wall { restitution }, .. } =
+            self.reference.scene.space.boundary[usize::from(axis)]
+        else {
+            return Err(TestCaseError::fail("no wall"));
+        };
+        let weights = [species.inverse_mass(), 0.0];
+        let encounter = Encounter {
+            seen: Discontinuity { distance: event.distance, energy_step: f64::INFINITY },
+            side: Side::Positive,
+            normal: event.normal,
+            velocity: event.before[0],
+            acceleration: species.acceleration,
+            curvature: 0.0,
+            reduced_mass: species.mass,
+            restitution,
+        };
+        self.compare(event, &encounter, weights, &[event.particle.0], (Outcome::Core, "Wall"))
+    }
+
+    /// Whether the engine's event is one that the reference could have made: with the contact time as it is, or with one that rounding
+    /// cannot tell from it.
+    fn compare(
+        &mut self,
+        event: &engine::Event,
+        encounter: &Encounter,
+        weights: [f64; 2],
+        moving: &[u32],
+        (outcome, kind): (Outcome, &str),
+    ) -> Result<(), TestCaseError> {
+        let without = [encounter.leave(None, moving, event.time)];
+        let with = self.tc_models.iter_mut().map(|model| encounter.leave(Some(model), moving, event.time));
+        let mut possible: Vec<_> = with.collect();
+        if possible.is_empty() {
+            possible.extend(without);
+        }
+        let mut least = f64::INFINITY;
+        for (expected, after) in possible {
+            prop_assert_eq!(expected, outcome, "{:?}", event);
+            least = least.min(self.excess(event, encounter, weights, &after));
+        }
+        prop_assert!(least <= 1.0, "{kind} is {least} times as far off as rounding: {event:?}");
+        *self.counts.borrow_mut().entry(kind.to_owned()).or_default() += 1;
+        Ok(())
+    }
+
+    /// The largest difference of an event from what is expected, in units of what rounding explains.
+    fn excess(&self, event: &engine::Event, encounter: &Encounter, weights: [f64; 2], after: &Vector) -> f64 {
+        let &Encounter { seen, velocity, reduced_mass: mu, normal, .. } = encounter;
+        let is_crossed =
+            matches!(event.kind, engine::EventKind::Pair(engine::Outcome::Capture | engine::Outcome::Release));
+        let step = if is_crossed { 2.0 * seen.energy_step.abs() / mu } else { 0.0 };
+        let fastest = event.before[0].norm() + event.before[1].norm() + step.sqrt();
+        // The root of a square that is rounded.
+        let rounding = ROUNDINGS * fastest * fastest;
+        let root = if is_crossed { rounding / after.dot(&normal).abs().max(rounding.sqrt()) } else { 0.0 };
+        let bound = ROUNDINGS * fastest + root + if self.tc_models.is_empty() { 0.0 } else { TIE * after.norm() };
+        let impulse = (after - velocity) * mu;
+        let mut largest = (event.impulse - impulse.dot(&normal)).abs() / (mu * bound);
+        for (k, sign) in [(0, 1.0), (1, -1.0)] {
+            let expected = event.before[k] + impulse * (sign * weights[k]);
+            let bound = bound * (weights[k] * mu).max(f64::EPSILON) + ROUNDINGS * event.before[k].norm();
+            largest = largest.max((event.after[k] - expected).norm() / bound.max(f64::MIN_POSITIVE));
+        }
+        let energy_step = if is_crossed { seen.energy_step } else { 0.0 };
+        let lost = 0.5 * mu * (velocity.norm_squared() - after.norm_squared());
+        let dissipated = if is_crossed { 0.0 } else { lost };
+        let bound = 2.0 * mu * fastest * bound;
+        largest.max((event.energy_step - energy_step).abs() / bound).max((event.dissipated - dissipated).abs() / bound)
+    }
+}
+
+#[test]
+fn every_event_of_the_engine_follows_from_the_rules_and_the_response_of_the_reference() {
+    let counts = RefCell::new(BTreeMap::new());
+    let run = |recipe: Recipe| {
+        let scene = recipe.scene();
+        let mut reference = Reference::new(&scene).map_err(|error| TestCaseError::fail(error.to_string()))?;
+        let count = scene.particles.len();
+        let times = scene.contact_time.into_iter().flat_map(|time| [time, time * (1.0 - TIE), time * (1.0 + TIE)]);
+        let tc_models = times.map(|time| TcModel::new(time, count)).collect();
+        let mut judge = Judge { reference: &mut reference, tc_models, counts: &counts };
+        let mut simulation = Simulation::without_plan(scene);
+        let mut verdict = Ok(());
+        // A collapse ends a run as the absence of events does.
+        let _ = simulation.advance_with(Until { time: 1e3, events: EVENTS }, |event| {
+            if verdict.is_ok() {
+                verdict = match (event.kind, event.partner) {
+                    (engine::EventKind::Pair(outcome), Some(partner)) => judge.pair(event, partner, outcome),
+                    (engine::EventKind::Wall { axis, .. }, _) => judge.wall(event, axis),
+                    _ => Err(TestCaseError::fail(format!("not an event of this scene: {event:?}"))),
+                };
+            }
+        });
+        verdict
+    };
+    TestRunner::new(ProptestConfig { cases: SCENES, ..ProptestConfig::default() }).run(&recipe(), run).unwrap();
+    let counts = counts.into_inner();
+    assert!(counts.values().all(|&count| count >= FEWEST), "{counts:?}");
+    assert!(counts.len() >= 9, "{counts:?}");
+    assert!(counts.values().sum::<u32>() > SCENES * u32::try_from(EVENTS).unwrap() / 2, "{counts:?}");
+}
