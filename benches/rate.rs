@@ -83,16 +83,16 @@ fn measure(arguments: &[String]) -> Result<(), Box<dyn Error>> {
     #[expect(clippy::cast_possible_truncation, reason = "some thousands of events per particle")]
     let before = (before * particles) as u64;
     simulation.advance(Until::events(before))?;
-    let (first, begin) = (simulation.tally().physical(), Instant::now());
+    let (first, begin) = (simulation.event_counts().physical(), Instant::now());
     while begin.elapsed() < TIMED {
-        simulation.advance(Until::events(simulation.tally().physical() + 50_000))?;
+        simulation.advance(Until::events(simulation.event_counts().physical() + 50_000))?;
     }
-    let rate = (simulation.tally().physical() - first) as f64 / begin.elapsed().as_secs_f64();
+    let rate = (simulation.event_counts().physical() - first) as f64 / begin.elapsed().as_secs_f64();
     let memory = peak_memory().map_or("unknown".to_owned(), |bytes| format!("{:.0}", bytes / particles));
     println!(
         "{}: {rate:.0} events per second, first event after {start:.2} s, {memory} bytes per particle, deepest overlap {:.1e}, {}",
         arguments.join(" "),
-        simulation.tally().deepest_overlap,
+        simulation.event_counts().deepest_overlap,
         simulation.engine(),
     );
     Ok(())

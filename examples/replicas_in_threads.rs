@@ -18,9 +18,9 @@ fn contact_rate(seed: u64) -> Result<f64, Box<dyn Error + Send + Sync>> {
         .build()?;
     let mut simulation = Simulation::new(scene)?;
     simulation.advance(Until::events(10_000))?;
-    let (start, contacts) = (simulation.time(), simulation.tally().core_contacts());
+    let (start, contacts) = (simulation.time(), simulation.event_counts().core_contacts());
     simulation.advance(Until::events(40_000))?;
-    let contacts = (simulation.tally().core_contacts() - contacts) as f64;
+    let contacts = (simulation.event_counts().core_contacts() - contacts) as f64;
     Ok(contacts / (simulation.time() - start) / simulation.moving() as f64)
 }
 

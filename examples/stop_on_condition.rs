@@ -28,7 +28,7 @@ pub fn cooled() -> Result<(Simulation, [f64; 2], Reason), Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let (simulation, [start, end], _) = cooled()?;
-    let contacts = 2.0 * simulation.tally().core as f64 / simulation.moving() as f64;
+    let contacts = 2.0 * simulation.event_counts().core as f64 / simulation.moving() as f64;
     println!(
         "kinetic energy from {start:.1} to {end:.1} in {contacts:.1} contacts per grain, t = {}",
         simulation.time()

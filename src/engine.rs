@@ -30,6 +30,7 @@ mod observe;
 mod order;
 mod own_interactions;
 pub(crate) mod pairs;
+mod parts;
 mod predict;
 mod prediction;
 mod schedule;
@@ -40,17 +41,18 @@ mod start;
 mod state;
 mod states;
 
-use crate::engine::event::{Event, EventCounts, EventKind, Tally};
+use crate::engine::event::{Event, EventCounts, EventCountsBySpecies, EventKind};
 use crate::model::space::Boundary;
 use crate::model::{Limit, ParticleId, Scene};
-use event_loop::Engine;
 use observe::Observe;
+use parts::Engine;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 pub use audit::Overlap;
 pub use error::{Arrest, EngineError, Invariant, InvariantBroken, Standstill};
 pub use neighbours::Search;
+pub(crate) use neighbours::cell_list::CellList;
 pub use observe::Flow;
 pub use set_state::{PairStates, SetStateError};
 pub use snapshot::{Energy, Snapshot};
@@ -171,18 +173,18 @@ impl Simulation {
 
     /// What has happened so far.
     #[must_use]
-    pub fn tally(&self) -> &Tally {
+    pub fn event_counts(&self) -> &EventCounts {
         with_engine!(&self.engine, engine => &engine.counts.totals)
     }
 
     /// What has happened so far, by kind and species.
     #[must_use]
-    pub fn event_counts(&self) -> EventCounts {
+    pub fn event_counts_by_species(&self) -> EventCountsBySpecies {
         if self.choice.has_table {
             return with_engine!(&self.engine, engine => engine.counts.by_species.of_rows(engine.pairs.rules.rows.species()));
         }
         let species = self.scene().particles.first().map_or(0, |particle| particle.species.0 as usize);
-        EventCounts::of_one_species(species, self.tally())
+        EventCountsBySpecies::of_one_species(species, self.event_counts())
     }
 
     /// Goes on until a time or a number of events.
@@ -231,7 +233,7 @@ impl Simulation {
 
     /// [`Self::advance_with`] without a type parameter.
     fn advance_observed(&mut self, until: Until, mut observe: Observe<'_>) -> Result<Reason, EngineError> {
-        if self.tally().physical() >= until.events {
+        if self.event_counts().physical() >= until.events {
             return Ok(Reason::Events);
         }
         with_engine!(&mut self.engine, engine => engine.advance(until, &mut observe))
@@ -249,7 +251,7 @@ impl Simulation {
         until: Until,
         mut observe: Observe<'_>,
     ) -> Result<Option<Reason>, EngineError> {
-        if self.tally().physical() >= until.events {
+        if self.event_counts().physical() >= until.events {
             return Ok(Some(Reason::Events));
         }
         with_engine!(&mut self.engine, engine => engine.advance_for(steps.max(1), until, &mut observe))
@@ -265,7 +267,7 @@ impl Simulation {
     /// [`EngineError::Arrest`] if events go on without time, [`EngineError::InvariantBroken`] in an impossible state.
     pub fn step_before(&mut self, limit: f64) -> Result<Option<Event>, EngineError> {
         let mut executed = None;
-        let until = Until { time: limit, events: self.tally().physical() + 1 };
+        let until = Until { time: limit, events: self.event_counts().physical() + 1 };
         self.advance_with(until, |event| {
             if event.kind != EventKind::Thermostat {
                 executed = Some(*event);

@@ -24,10 +24,10 @@
 //! let before = simulation.energy().kinetic;
 //! simulation.advance(Until::events(20_000))?;
 //!
-//! assert_eq!(simulation.tally().core, 20_000);
+//! assert_eq!(simulation.event_counts().core, 20_000);
 //! // Every event rounds the velocities of two particles once or twice; the energy drifts no further.
 //! assert!((simulation.energy().kinetic / before - 1.0).abs() < 20_000.0 * f64::EPSILON);
-//! assert!(simulation.tally().deepest_overlap < 1e-12);
+//! assert!(simulation.event_counts().deepest_overlap < 1e-12);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -23,7 +23,7 @@ use std::convert::Infallible;
 use crate::analysis::instruments::{Measured, Scalar};
 use crate::analysis::observables::Row;
 use crate::analysis::statistics::{Estimate, Stationarity};
-use crate::engine::event::{Event, EventCounts, Tally};
+use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
 use crate::run::audit::Audit;
 use thiserror::Error;
@@ -167,7 +167,7 @@ pub struct MeasurementPeriod {
     /// Simulated time that it took `[time]`.
     pub duration: f64,
     /// What happened in it; the deepest overlap is that of the whole run.
-    pub tally: Tally,
+    pub event_counts: EventCounts,
     /// How long it took on the clock `[seconds]`.
     pub wall_seconds: f64,
 }
@@ -187,7 +187,7 @@ pub struct Finished {
     /// The measurement.
     pub measurement: MeasurementPeriod,
     /// What happened in it, by kind and species.
-    pub event_counts: EventCounts,
+    pub event_counts_by_species: EventCountsBySpecies,
     /// Means and standard errors, by name; only those that mean something for the scene.
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each of them was stationary, by name.

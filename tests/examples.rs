@@ -35,7 +35,7 @@ fn a_gas_stops_at_the_event_that_takes_the_last_of_nine_tenths() {
     assert_eq!(reason, Reason::Observer);
     // A contact takes some thousandths of the energy of 500 grains at the most.
     assert!(end < 0.1 * start && end > 0.09 * start, "{start} {end}");
-    assert!((simulation.tally().dissipated.total() + end - start).abs() < 1e-12 * start);
+    assert!((simulation.event_counts().dissipated.total() + end - start).abs() < 1e-12 * start);
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn events_of_wells_are_all_of_their_kinds() {
 fn a_potential_of_ones_own_conserves_energy() {
     let (simulation, start) = own_potential::simulated(20_000).unwrap();
     let energy = simulation.energy();
-    assert!(energy.potential > 0.0 && simulation.tally().capture > 1_000);
+    assert!(energy.potential > 0.0 && simulation.event_counts().capture > 1_000);
     // Some 20,000 roundings.
     assert!(((energy.kinetic + energy.potential) / start - 1.0).abs() < 1e-12);
 }

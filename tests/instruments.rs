@@ -111,7 +111,7 @@ fn a_run_that_goes_on_has_the_results_of_one_that_was_never_interrupted() {
     let folder = tempfile::tempdir().unwrap();
     let whole = probed(Run::new(scene()), u64::MAX).finish().unwrap();
     assert_eq!(whole.ending, Ending::Time);
-    assert_eq!(whole.measured.numbers[2].mean, Some(whole.measurement.tally.physical() as f64));
+    assert_eq!(whole.measured.numbers[2].mean, Some(whole.measurement.event_counts.physical() as f64));
     for (k, at) in
         [(Stage::Equilibration, 100), (Stage::Measurement, 100), (Stage::Measurement, 600)].iter().enumerate()
     {
@@ -135,7 +135,7 @@ fn what_an_instrument_is_made_of_where_a_run_goes_on_is_its_state() {
     let (_, checkpoint) = Folder::resume(&path, None).unwrap();
     // Not 0, which it would begin with.
     let finished = probed(Run::resume(checkpoint), 0).finish().unwrap();
-    assert_eq!((finished.ending, finished.measurement.tally.physical()), (Ending::Condition, 900));
+    assert_eq!((finished.ending, finished.measurement.event_counts.physical()), (Ending::Condition, 900));
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn the_state_of_another_type_is_refused() {
 fn an_instrument_ends_a_run_at_the_event_that_it_waited_for_and_changes_no_bit() {
     let most = 777;
     let finished = probed(Run::new(scene()), most).finish().unwrap();
-    assert_eq!((finished.ending, finished.measurement.tally.physical()), (Ending::Condition, most));
+    assert_eq!((finished.ending, finished.measurement.event_counts.physical()), (Ending::Condition, most));
     assert!(finished.is_sound(), "{:?}", finished.audit.faults());
     let mut plain = scene().into_parts();
     plain.run.limit = Limit::events(most);

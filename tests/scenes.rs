@@ -233,7 +233,7 @@ fn a_polydisperse_fluid_runs_with_a_sound_audit() {
     let scene = Scene::from_toml(POLYDISPERSE, "polydisperse").unwrap();
     let finished = carom::run::run(scene, &mut (), &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
     assert_eq!(finished.audit.faults(), []);
-    assert!(finished.measurement.tally.core > 1000);
+    assert!(finished.measurement.event_counts.core > 1000);
 }
 
 #[test]

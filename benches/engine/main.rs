@@ -20,7 +20,7 @@ fn measure(criterion: &mut Criterion, system: &System) {
             bencher.iter_batched(
                 || (),
                 |()| {
-                    let events = simulation.tally().physical() + EVENTS;
+                    let events = simulation.event_counts().physical() + EVENTS;
                     simulation.advance(Until::events(events)).expect("the run goes on")
                 },
                 BatchSize::PerIteration,
@@ -31,7 +31,7 @@ fn measure(criterion: &mut Criterion, system: &System) {
             bencher.iter_batched(
                 system.start,
                 |mut simulation| {
-                    let events = simulation.tally().physical() + EVENTS;
+                    let events = simulation.event_counts().physical() + EVENTS;
                     simulation.advance(Until::events(events)).expect("the run goes on");
                     simulation
                 },

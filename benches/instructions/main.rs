@@ -70,15 +70,15 @@ fn count(name: &str) -> Result<(f64, f64), Box<dyn Error>> {
 fn run_one(name: &str) -> Result<(), Box<dyn Error>> {
     let system = SYSTEMS.iter().find(|system| system.name == name).ok_or("no such system")?;
     let mut simulation = (system.start)();
-    let before = simulation.tally().transition;
+    let before = simulation.event_counts().transition;
     counted_events(&mut simulation);
-    println!("{}", (simulation.tally().transition - before) as f64 / EVENTS as f64);
+    println!("{}", (simulation.event_counts().transition - before) as f64 / EVENTS as f64);
     Ok(())
 }
 
 /// What is counted: found by its name.
 #[inline(never)]
 fn counted_events(simulation: &mut Simulation) {
-    let events = simulation.tally().physical() + EVENTS;
+    let events = simulation.event_counts().physical() + EVENTS;
     simulation.advance(Until::events(events)).expect("the run goes on");
 }

@@ -51,15 +51,15 @@ impl Start {
     }
 
     pub fn row(&self, simulation: &Simulation, seconds: f64) -> Row {
-        let (energy, tally) = (simulation.energy(), simulation.tally());
-        let dissipated = tally.dissipated.total();
+        let (energy, event_counts) = (simulation.energy(), simulation.event_counts());
+        let dissipated = event_counts.dissipated.total();
         let scale = self.energy.abs().max(energy.kinetic).max(dissipated);
         let scene = simulation.scene();
         let masses = scene.particles().iter().map(|particle| scene.species()[particle.species.0 as usize].mass);
         let speeds = simulation.snapshot().velocities;
         let momenta: f64 = masses.zip(&speeds).map(|(mass, velocity)| mass * velocity.norm()).sum();
         Row {
-            events: tally.physical() as f64,
+            events: event_counts.physical() as f64,
             time: simulation.time(),
             energy: (energy.kinetic + energy.potential + dissipated - self.energy) / scale,
             momentum: if self.conserves_momentum {
@@ -67,8 +67,8 @@ impl Start {
             } else {
                 f64::NAN
             },
-            overlap: tally.deepest_overlap,
-            invalid: tally.in_invalid_state as f64,
+            overlap: event_counts.deepest_overlap,
+            invalid: event_counts.in_invalid_state as f64,
             seconds,
         }
     }

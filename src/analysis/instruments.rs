@@ -16,7 +16,6 @@ pub mod system;
 
 mod block_times;
 mod budgeted_times;
-mod cell_list;
 mod diffusion;
 mod flow;
 mod free_paths;

@@ -11,7 +11,7 @@ pub use equilibrium::{Answer, Equilibrium};
 
 use crate::Vector;
 use crate::analysis::statistics::{BlockAverage, Estimate, Stationarity};
-use crate::engine::event::Tally;
+use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Simulation};
 use crate::model::Scene;
 use serde::{Deserialize, Serialize};
@@ -102,7 +102,7 @@ pub struct Observer {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
     time: f64,
-    tally: Tally,
+    event_counts: EventCounts,
     /// Integrals since the measurement began `[energy time]`.
     temperature: Option<f64>,
     pair_energy: f64,
@@ -161,13 +161,13 @@ impl Observer {
         let (height, counts) = self.applicable.positions(simulation);
         Row {
             time: reading.time,
-            events: reading.tally.physical(),
+            events: reading.event_counts.physical(),
             temperature,
             kinetic: energy.kinetic,
             potential: energy.potential,
-            supplied: reading.tally.supplied.total(),
-            ledger: energy.kinetic + energy.potential + reading.tally.dissipated.total()
-                - reading.tally.supplied.total(),
+            supplied: reading.event_counts.supplied.total(),
+            ledger: energy.kinetic + energy.potential + reading.event_counts.dissipated.total()
+                - reading.event_counts.supplied.total(),
             pressure: interval.and_then(|interval| interval.pressure),
             collision_rate: interval.and_then(|interval| interval.collision_rate),
             height,
@@ -234,7 +234,7 @@ impl Observer {
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
             integrals = [last.integrals[0] + half * mean, last.integrals[1] + half * (last.pair_energy + energy.pair)];
         }
-        let heating = &simulation.tally().confined_heating;
+        let heating = &simulation.event_counts().confined_heating;
         let confined = std::array::from_fn(|axis| energy.confined[axis] * time - heating[axis].total());
         self.piece = Some(Piece { time, temperature, pair_energy: energy.pair, integrals, confined });
         temperature
@@ -245,7 +245,7 @@ impl Observer {
             self.piece.map_or((false, [0.0; 2]), |piece| (piece.temperature.is_some(), piece.integrals));
         Reading {
             time: simulation.time(),
-            tally: *simulation.tally(),
+            event_counts: *simulation.event_counts(),
             temperature: has_temperature.then_some(heat),
             pair_energy: pair,
             confined: self.piece.map_or([0.0; 3], |piece| piece.confined),
@@ -260,7 +260,7 @@ impl Observer {
         let applicable = &self.applicable;
         let moving = applicable.moving as f64;
         let temperature = from.temperature.zip(to.temperature).map(|(a, b)| (b - a) / duration);
-        let counted = to.tally.since(&from.tally);
+        let counted = to.event_counts.since(&from.event_counts);
         let confined = std::array::from_fn(|axis| to.confined[axis] - from.confined[axis]);
         Some(Interval {
             duration,

@@ -97,12 +97,12 @@ fn per_second(scene: &Scene) -> Option<f64> {
         let mut simulation = Simulation::without_plan(scene);
         let begun = Instant::now();
         while begun.elapsed() < TRY {
-            let until = Until::events(simulation.tally().physical() + 1000);
+            let until = Until::events(simulation.event_counts().physical() + 1000);
             if !matches!(simulation.advance(until), Ok(Reason::Events)) {
                 break;
             }
         }
-        let events = simulation.tally().physical() as f64;
+        let events = simulation.event_counts().physical() as f64;
         // The receiver is gone where this came too late.
         let _ = sender.send((events >= 10.0).then_some(events / begun.elapsed().as_secs_f64()));
     });

@@ -24,27 +24,28 @@ pub fn text(finished: &Finished) -> String {
     lines.pair("engine", &simulation.engine().to_string());
     lines.pair("", &describe::reasons(scene, simulation.engine()));
     lines.pair("ended", &ending(finished));
-    let tally = &measurement.tally;
+    let event_counts = &measurement.event_counts;
     let seconds = measurement.wall_seconds;
-    let rate = if seconds > 0.0 { tally.physical() as f64 / seconds } else { 0.0 };
-    let measured = format!("a time of {}, {} events", digits(measurement.duration), tally.physical());
+    let rate = if seconds > 0.0 { event_counts.physical() as f64 / seconds } else { 0.0 };
+    let measured = format!("a time of {}, {} events", digits(measurement.duration), event_counts.physical());
     lines.pair("measured", &format!("{measured}, {} ({} events/s)", clock(seconds), short(rate)));
-    let kinds = kinds(tally.core, tally.capture, tally.release, tally.bounce, tally.wall);
+    let kinds =
+        kinds(event_counts.core, event_counts.capture, event_counts.release, event_counts.bounce, event_counts.wall);
     if !kinds.is_empty() {
         lines.pair("events", &kinds);
     }
-    lines.pair("cell or shell transitions", &tally.transition.to_string());
+    lines.pair("cell or shell transitions", &event_counts.transition.to_string());
     if !finished.observables.is_empty() {
         lines.title("mean and standard error");
         for (name, estimate) in &finished.observables {
             let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
             let unit = text::unit(unit, scene.space().dimensions());
             let verdict = finished.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
-            let words = describe::observable(name, estimate, verdict, tally.physical());
+            let words = describe::observable(name, estimate, verdict, event_counts.physical());
             lines.pair(&name.replace('_', " "), &format!("{words} [{unit}]"));
         }
     }
-    let all = rates(&finished.event_counts, scene, measurement.duration);
+    let all = rates(&finished.event_counts_by_species, scene, measurement.duration);
     let all = told_apart(&all);
     if !all.is_empty() {
         lines.title("events by kind and species, by time");
@@ -94,7 +95,7 @@ fn ending(finished: &Finished) -> String {
 
 fn audit(lines: &mut Lines, finished: &Finished) {
     let audit = &finished.audit;
-    let tally = &audit.tally;
+    let event_counts = &audit.event_counts;
     lines.title("audit of the whole run");
     lines.pair(
         "energy ledger",
@@ -107,7 +108,7 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     );
     lines.pair("momentum", &drift);
     let last = audit.deepest_final.map_or(0.0, |overlap| overlap.depth);
-    let executed = tiny(tally.deepest_overlap);
+    let executed = tiny(event_counts.deepest_overlap);
     lines.pair("deepest overlap", &format!("{executed} at an event, {} at the end, of the distance", tiny(last)));
     if audit.initial.overlaps > 0 {
         let count = text::plural(audit.initial.overlaps, "pair");
@@ -117,12 +118,12 @@ fn audit(lines: &mut Lines, finished: &Finished) {
         );
         lines.pair("overlapping at the start", &format!("{count}, {end}"));
     }
-    lines.pair("in invalid states", &text::plural(tally.in_invalid_state, "event"));
-    lines.pair("at turning points", &text::plural(tally.turning_point, "event"));
+    lines.pair("in invalid states", &text::plural(event_counts.in_invalid_state, "event"));
+    lines.pair("at turning points", &text::plural(event_counts.turning_point, "event"));
     if finished.simulation.scene().contact_time().is_some() {
-        let contacts = tally.tc_contacts.max(1) as f64;
-        let fraction = 100.0 * tally.tc_altered as f64 / contacts;
-        lines.pair("TC model altered", &format!("{} contacts, {fraction:.2} % of them", tally.tc_altered));
+        let contacts = event_counts.tc_contacts.max(1) as f64;
+        let fraction = 100.0 * event_counts.tc_altered as f64 / contacts;
+        lines.pair("TC model altered", &format!("{} contacts, {fraction:.2} % of them", event_counts.tc_altered));
     }
     if audit.dissipated > 0.0 {
         lines.pair("dissipated", &format!("{} of energy", digits(audit.dissipated)));

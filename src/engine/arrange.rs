@@ -4,8 +4,8 @@
 //! gathers where there was rain. At the end of an epoch the choice is looked at again. What happens to particles does not depend
 //! on it, but for the rounding of positions that are brought forward and of times that are predicted from there.
 
-use super::event_loop::Engine;
 use super::order::along_curve;
+use super::parts::Engine;
 use super::prediction::Prediction;
 use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::Vector;

@@ -1,6 +1,6 @@
 //! The engine's own check of its state: overlaps, and how much of them is round-off.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use crate::Vector;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::model::ParticleId;

@@ -222,7 +222,7 @@ fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
 mod tests {
     use crate::Vector;
     use crate::engine::Until;
-    use crate::engine::event_loop::Engine;
+    use crate::engine::parts::Engine;
     use crate::model::potential::Potential;
     use crate::physics::detection::lanes::Simd;
     use crate::scene::{Amount, Lattice, SceneBuilder};

@@ -1,7 +1,7 @@
 //! From a scene to an engine at its start.
 
 use super::clock::Clock;
-use super::event_loop::{Counts, Engine, Hardware};
+use super::parts::{Counts, Engine, Hardware};
 use super::prediction::{Prediction, Schedule};
 use super::sources::Sources;
 use super::state::State;

@@ -1,6 +1,6 @@
 //! Time: epochs that keep its digits, and the watch for dynamics that stand still.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
 use super::{Arrest, Standstill};
 use serde::{Deserialize, Serialize};

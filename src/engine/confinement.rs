@@ -1,6 +1,6 @@
 //! What the pressure between walls takes: where centres can be, and how far impulses act from the middle.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use crate::Vector;
 use crate::base::sum::Sum;
 use crate::engine::neighbours::grid::Face;
@@ -146,9 +146,9 @@ mod tests {
     fn species_without_particles_change_neither_the_pressure_nor_the_counts_of_others() {
         let (few, many) = (after(0), after(300));
         assert_eq!(few.snapshot(), many.snapshot());
-        assert_eq!(few.tally(), many.tally());
+        assert_eq!(few.event_counts(), many.event_counts());
         let named = |simulation: &Simulation, first: u32| {
-            let entries = simulation.event_counts().entries().into_iter();
+            let entries = simulation.event_counts_by_species().entries().into_iter();
             entries
                 .map(|(kind, ids, n)| (kind, ids.iter().map(|id| id - first).collect(), n))
                 .collect::<Vec<(_, Vec<_>, _)>>()

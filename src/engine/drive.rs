@@ -3,7 +3,7 @@
 use super::sources::andersen::Bath;
 use super::{Chosen, Simulation};
 use crate::Vector;
-use crate::engine::event_loop::Engine;
+use crate::engine::parts::Engine;
 use crate::model::{Growth, Thermostat};
 
 impl Simulation {
@@ -21,7 +21,7 @@ impl Simulation {
 
     /// Whether a heat bath gives particles new velocities.
     #[must_use]
-    pub fn has_kicks(&self) -> bool {
+    pub fn has_andersen(&self) -> bool {
         with_engine!(&self.engine, engine => engine.sources.andersen.is_some())
     }
 

@@ -155,8 +155,8 @@ mod tests {
     use super::*;
     use crate::Vector;
     use crate::engine::event::Event;
-    use crate::engine::event_loop::Engine;
     use crate::engine::neighbours::grid::Face;
+    use crate::engine::parts::Engine;
     use crate::engine::prediction::{Contact, Prediction};
     use crate::engine::{Reason, Until};
     use crate::model::potential::Potential;

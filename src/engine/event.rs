@@ -2,7 +2,7 @@
 
 mod counts;
 
-pub use counts::{CountedKind, EventCounts};
+pub use counts::{CountedKind, EventCountsBySpecies};
 
 use crate::Vector;
 use crate::base::sum::Sum;
@@ -59,10 +59,10 @@ pub struct Event {
     pub after: [Vector; 2],
 }
 
-/// How often what has happened since the start, and the sums that pressure and the audit need.
+/// Event counts: how often each kind of event has happened since the start, and the sums that pressure and the audit need.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Tally {
+pub struct EventCounts {
     /// Core events.
     pub core: u64,
     /// Those of them with a static partner.
@@ -102,12 +102,12 @@ pub struct Tally {
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: Sum,
     /// Velocities that a thermostat has given.
-    pub kick: u64,
+    pub thermostat: u64,
     /// Energy from outside: of thermostats, growing diameters and sheared boxes `[energy]`.
     pub supplied: Sum,
 }
 
-impl Tally {
+impl EventCounts {
     /// Number of physical events: Core, Capture, Release, Bounce and wall.
     #[must_use]
     pub fn physical(&self) -> u64 {
@@ -120,7 +120,7 @@ impl Tally {
         2 * self.core - self.core_static
     }
 
-    /// What happened since an earlier tally. The deepest overlap stays that of both.
+    /// What happened since earlier counts. The deepest overlap stays that of both.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         for (count, before) in [
@@ -135,7 +135,7 @@ impl Tally {
             (&mut since.in_invalid_state, earlier.in_invalid_state),
             (&mut since.tc_contacts, earlier.tc_contacts),
             (&mut since.tc_altered, earlier.tc_altered),
-            (&mut since.kick, earlier.kick),
+            (&mut since.thermostat, earlier.thermostat),
         ] {
             *count -= before;
         }

@@ -1,23 +1,11 @@
 //! The event loop: pop, stream, execute, repredict.
 
-use super::clock::Clock;
-use super::event::{EventCounts, Tally};
-use super::neighbours::Neighbours;
-use super::neighbours::ranges::Ranges;
 use super::observe::Observe;
-use super::pairs::Pairs;
-use super::pairs::states::PairState;
-use super::predict::Scratch;
-use super::prediction::{Prediction, Schedule};
+use super::parts::Engine;
+use super::prediction::Prediction;
 use super::schedule::{Pending, QueueEntry};
-use super::sources::Sources;
-use super::state::State;
-use super::{EngineError, Invariant, InvariantBroken, Reason, Until};
-use crate::Vector;
-use crate::model::ParticleId;
-use crate::physics::detection::lanes::Simd;
-use serde::{Deserialize, Serialize};
-use std::ops::{ControlFlow, Range};
+use super::{EngineError, Reason, Until};
+use std::ops::ControlFlow;
 
 /// What is due next.
 enum Due {
@@ -33,130 +21,7 @@ enum Due {
     Limit,
 }
 
-/// What has happened so far.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Counts {
-    pub totals: Tally,
-    /// Events by species; empty without a table.
-    pub by_species: EventCounts,
-    /// Physical events, the sum of the totals'.
-    pub executed: u64,
-    /// Cell transitions when the last of them happened.
-    pub transitions_at_event: u64,
-    /// Transitions when particles were last put in order.
-    pub transitions_at_order: u64,
-}
-
-impl Counts {
-    pub fn new(species: usize) -> Self {
-        Self {
-            totals: Tally::default(),
-            by_species: EventCounts::new(species),
-            executed: 0,
-            transitions_at_event: 0,
-            transitions_at_order: 0,
-        }
-    }
-}
-
-/// What the machine decides about the way of a calculation, and never about its result.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Hardware {
-    /// The SIMD instructions.
-    #[serde(skip, default = "Simd::most")]
-    pub width: Simd,
-    /// Whether particles are too many for the caches next to the processor.
-    pub is_large: bool,
-}
-
-/// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or have states; otherwise there is one
-/// species of hard spheres, and nothing about pairs is stored or looked up.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub(super) struct Engine<const FALLING: bool, const TABLE: bool> {
-    pub state: State,
-    pub clock: Clock,
-    pub schedule: Schedule,
-    pub neighbours: Neighbours,
-    pub ranges: Ranges,
-    pub pairs: Pairs,
-    pub sources: Sources,
-    pub counts: Counts,
-    pub hardware: Hardware,
-    /// The impossible state that it is in, if it is.
-    pub broken: Option<InvariantBroken>,
-    /// Room that is lent to predictions; part of no state.
-    #[serde(skip)]
-    pub scratch: Option<Box<Scratch>>,
-}
-
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Ends the run in an impossible state.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn broken(&mut self, particle: u32, partner: Option<u32>, expected: Invariant) -> InvariantBroken {
-        let name = |number: u32| {
-            self.state.bodies.get(number as usize).map_or(ParticleId(number), |body| ParticleId(body.name))
-        };
-        let names = (name(particle), partner.map(name));
-        let broken = InvariantBroken { particle: names.0, partner: names.1, time: self.time(), expected };
-        self.broken = Some(broken);
-        broken
-    }
-
-    /// The user's id of a particle.
-    #[inline]
-    pub(super) fn name(&self, particle: u32) -> ParticleId {
-        ParticleId(self.state.bodies[particle as usize].name)
-    }
-
-    /// The number of a particle that the user names.
-    #[inline]
-    pub(super) fn number(&self, id: ParticleId) -> u32 {
-        self.state.numbers[id.0 as usize]
-    }
-
-    /// Writes the state of a pair into the lists of both; static ones keep none.
-    pub(super) fn set_pair_state(&mut self, a: u32, b: u32, state: u16, interaction: u16) {
-        for (particle, partner) in [(a, b), (b, a)] {
-            if !self.is_static(particle) {
-                let is_new = self.pairs.states.set(particle, PairState { partner, state, interaction });
-                if is_new && let Some(lists) = self.neighbours.lists_mut() {
-                    lists.remove(particle, partner);
-                }
-            }
-        }
-    }
-
-    /// Removes the state of a pair: it is uncaptured again.
-    pub(super) fn remove_pair_state(&mut self, a: u32, b: u32) -> Result<(), InvariantBroken> {
-        for (particle, partner) in [(a, b), (b, a)] {
-            if !self.is_static(particle) {
-                if !self.pairs.states.remove(particle, partner) {
-                    return Err(self.broken(particle, Some(partner), Invariant::CapturedPair));
-                }
-                if let Some(lists) = self.neighbours.lists_mut() {
-                    lists.add(particle, partner);
-                }
-            }
-        }
-        Ok(())
-    }
-
-    #[inline]
-    pub(super) fn is_static(&self, particle: u32) -> bool {
-        TABLE && self.pairs.rules.species[usize::from(self.state.species[particle as usize])].is_static()
-    }
-
-    #[inline]
-    pub(super) fn acceleration(&self, particle: u32) -> Vector {
-        if FALLING {
-            let species = if TABLE { self.state.species[particle as usize] } else { 0 };
-            self.pairs.rules.species[usize::from(species)].acceleration
-        } else {
-            Vector::zeros()
-        }
-    }
-
     /// Puts a particle's pending prediction into the queue.
     #[inline]
     pub(super) fn enqueue(&mut self, particle: u32) {
@@ -293,12 +158,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The room for predictions, to be given back.
-    #[inline]
-    pub(super) fn take_scratch(&mut self) -> Box<Scratch> {
-        self.scratch.take().unwrap_or_else(|| Box::new(Scratch::new(if TABLE { self.state.bodies.len() } else { 0 })))
-    }
-
     /// Predicts a particle anew.
     #[inline]
     pub(super) fn predict_anew(&mut self, particle: u32, time: f64) {
@@ -312,28 +171,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn repredict(&mut self, particle: u32, time: f64) {
         self.predict_anew(particle, time);
         self.enqueue(particle);
-    }
-
-    /// The numbers of all particles.
-    #[inline]
-    pub(super) fn particles(&self) -> Range<u32> {
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "a scene has at most MOST_PARTICLES, by affordable of scene/limits.rs"
-        )]
-        let count = self.state.bodies.len() as u32;
-        0..count
-    }
-
-    /// Whether pairs have to be looked at one by one.
-    #[inline]
-    pub(super) fn is_one_by_one(&self) -> bool {
-        !self.ranges.further_images.is_empty() || self.sources.growth.is_some() || self.sources.lees_edwards.is_some()
-    }
-
-    /// Simulated time now.
-    pub fn time(&self) -> f64 {
-        self.clock.start + (self.clock.epoch + self.clock.now)
     }
 
     fn since_epoch(&self, time: f64) -> f64 {

@@ -4,7 +4,7 @@
 //! no particle meets a wall, and that all pairs recede along the axes that are not periodic, where nothing comes back, or miss each other there
 //! by more than rounding.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use super::predict::Streamed;
 use crate::Vector;
 use crate::engine::neighbours::Neighbours;
@@ -233,6 +233,6 @@ mod tests {
     fn balls_that_part_in_open_space_have_an_end() {
         let mut simulation = balls([OPEN; 3], [0.01, -1.0, 0.0]);
         assert_eq!(simulation.advance(Until::events(100)), Ok(Reason::Idle));
-        assert!(simulation.tally().physical() >= 2);
+        assert!(simulation.event_counts().physical() >= 2);
     }
 }

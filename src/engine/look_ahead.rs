@@ -3,7 +3,7 @@
 //! Successive events are far apart in space and so in memory. Each entry needs a chain of loads, one of which says where the next one
 //! is: particle, list or cells, those in it. The links are taken some entries ahead, one after the other, so that none is waited for.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use super::prediction::Prediction;
 use crate::engine::hardware::prefetch::prefetch;
 use crate::engine::neighbours::Neighbours;

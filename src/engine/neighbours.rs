@@ -4,6 +4,7 @@
 //! and Verlet lists ([`lists`]) with a skin in a dense one.
 
 pub mod candidates;
+pub mod cell_list;
 pub mod cells;
 mod divisor;
 pub mod grid;

@@ -145,7 +145,7 @@ mod tests {
             seen += 1;
             if seen == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
-        assert_eq!((reason, seen, simulation.tally().physical()), (Ok(Reason::Observer), 5, 5));
+        assert_eq!((reason, seen, simulation.event_counts().physical()), (Ok(Reason::Observer), 5, 5));
         assert_eq!(simulation.advance_with(until, |_| seen += 1), Ok(Reason::Events));
         assert_eq!(seen, 5);
     }
@@ -165,7 +165,7 @@ mod tests {
                 assert_eq!((position, velocity), (event.positions[k], event.after[k]));
             }
             assert_eq!(
-                simulation.tally().core,
+                simulation.event_counts().core,
                 events.iter().filter(|it| it.kind != EventKind::Thermostat).count() as u64
             );
         });

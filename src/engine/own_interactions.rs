@@ -3,7 +3,7 @@
 //! Uncaptured pairs meet in the cells or lists around a particle. A pair that has an interaction of its own keeps its state wherever its
 //! partner is, and may meet again through any side of a periodic box.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use super::predict::{Streamed, is_out_of_reach};
 use super::prediction::Prediction;
 use super::sources::lees_edwards::{FLOW, GRADIENT};

@@ -1,7 +1,7 @@
 //! Prediction: the earliest contact of one particle, and when it leaves its cell.
 
 use super::batch::Batch;
-use super::event_loop::Engine;
+use super::parts::Engine;
 use super::prediction::Prediction;
 use super::sources::growth;
 use super::sources::lees_edwards::FLOW;

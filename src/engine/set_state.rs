@@ -1,6 +1,6 @@
 //! Positions and velocities from outside.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use super::sources::lees_edwards::GRADIENT;
 use super::{Chosen, Overlap, Simulation};
 use crate::Vector;
@@ -70,7 +70,7 @@ pub enum SetStateError {
 impl Simulation {
     /// Gives all particles new velocities, in the order of their ids, and predicts everything anew.
     ///
-    /// The kinetic energy that they gain is counted in [`Tally::supplied`](super::event::Tally::supplied), so that the energy balance holds.
+    /// The kinetic energy that they gain is counted in [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
     ///
     /// # Errors
     /// [`SetStateError::Count`], [`SetStateError::NotFinite`], and [`SetStateError::Fixed`] for a static particle or a flat axis with a
@@ -85,7 +85,7 @@ impl Simulation {
     /// Puts all particles elsewhere, in the order of their ids, and predicts everything anew.
     ///
     /// Positions beyond the sides of periodic axes are wrapped, which counts in the images. The potential energy that the particles gain is
-    /// counted in [`Tally::supplied`](super::event::Tally::supplied), so that the energy balance holds.
+    /// counted in [`EventCounts::supplied`](super::event::EventCounts::supplied), so that the energy balance holds.
     ///
     /// # Errors
     /// [`SetStateError::Count`], [`SetStateError::NotFinite`], [`SetStateError::Fixed`] for a static particle or a flat axis with

@@ -1,6 +1,6 @@
 //! Looking without touching: positions, velocities and energies at one time, from delayed states.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::base::sum::Sum;

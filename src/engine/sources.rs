@@ -20,10 +20,10 @@ mod pair;
 
 use super::confinement::Confinement;
 use super::event::Event;
-use super::event_loop::Engine;
 use super::neighbours::Neighbours;
 use super::observe::{Observe, show};
 use super::pairs::rows::Rows;
+use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
 use super::{Invariant, InvariantBroken};
 use crate::model::Scene;

@@ -1,6 +1,6 @@
 //! A simulation at the start of a scene.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use super::{Chosen, EngineChoice, Simulation};
 use crate::model::{Limit, Scene, Thermostat};
 use thiserror::Error;
@@ -106,7 +106,7 @@ mod tests {
         ] {
             let scene = planned(plan);
             assert_eq!(Simulation::new(scene.clone()).err(), Some(refused));
-            assert_eq!(Simulation::without_plan(scene).tally().physical(), 0);
+            assert_eq!(Simulation::without_plan(scene).event_counts().physical(), 0);
         }
         assert!(Simulation::new(planned(plain)).is_ok());
     }
@@ -117,7 +117,7 @@ mod tests {
         let scene = planned(RunPlan { thermostat, limit: Limit::time(2.0), ..RunPlan::default() });
         let mut simulation = Simulation::new(scene.clone()).unwrap();
         simulation.advance(Until::time(2.0)).unwrap();
-        assert!(simulation.tally().kick > 100);
+        assert!(simulation.event_counts().thermostat > 100);
         assert_eq!(simulation.snapshot(), Run::new(scene).finish().unwrap().simulation.snapshot());
     }
 }

@@ -1,6 +1,6 @@
 //! All states at one time, exactly as the engine has them: what a proof works on.
 
-use super::event_loop::Engine;
+use super::parts::Engine;
 use crate::Vector;
 use crate::model::ParticleId;
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::event::EventCounts;
+use crate::engine::event::EventCountsBySpecies;
 use crate::model::Scene;
 
 /// Event rate: events of one kind per time of the measurement, between particles of two species or with those of one.
@@ -23,7 +23,7 @@ pub struct Rate {
 
 /// The rates of all kinds of events that took place in a time.
 #[must_use]
-pub fn rates(counts: &EventCounts, scene: &Scene, duration: f64) -> Vec<Rate> {
+pub fn rates(counts: &EventCountsBySpecies, scene: &Scene, duration: f64) -> Vec<Rate> {
     let mut numbers = vec![0_u64; scene.species.len()];
     for particle in &scene.particles {
         numbers[particle.species.0 as usize] += 1;

@@ -50,7 +50,7 @@ pub struct Summary {
 
 /// Numbers of events; `total` are the physical ones: core, capture, release, bounce and wall.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "as in `Tally`")]
+#[allow(missing_docs, reason = "as in `EventCounts`")]
 pub struct Events {
     pub total: u64,
     /// Physical events of the run before its measurement; `None` in files that do not have it.
@@ -138,7 +138,8 @@ impl Summary {
     /// The numbers of a finished run.
     #[must_use]
     pub fn of(finished: &Finished) -> Self {
-        let (simulation, audit, tally) = (&finished.simulation, &finished.audit, &finished.measurement.tally);
+        let (simulation, audit, event_counts) =
+            (&finished.simulation, &finished.audit, &finished.measurement.event_counts);
         let scene = simulation.scene();
         let wall_seconds = finished.measurement.wall_seconds;
         let per_second = |count: u64| (wall_seconds > 0.0).then(|| count as f64 / wall_seconds);
@@ -166,13 +167,13 @@ impl Summary {
                 kinetic: audit.energy.kinetic,
                 potential: audit.energy.potential,
                 dissipated: audit.dissipated,
-                supplied: audit.tally.supplied.total(),
+                supplied: audit.event_counts.supplied.total(),
                 ledger_error_relative: audit.ledger_error,
                 ledger_limit: audit.limits.energy,
             },
             momentum: Momentum { drift: audit.momentum_drift, limit: audit.limits.momentum },
             overlap: Overlaps {
-                deepest_executed: audit.tally.deepest_overlap,
+                deepest_executed: audit.event_counts.deepest_overlap,
                 deepest_final: audit.deepest_final.map_or(0.0, |overlap| overlap.depth),
                 limit: audit.limits.overlap,
                 initial: audit.initial.overlaps,
@@ -182,11 +183,11 @@ impl Summary {
             faults: audit.faults().iter().map(ToString::to_string).collect(),
             equilibrated: Equilibrium::of(&finished.stationarity, scene.space.dimensions()),
             observables: finished.observables.iter().map(observable).collect(),
-            rates: rates(&finished.event_counts, scene, finished.measurement.duration),
+            rates: rates(&finished.event_counts_by_species, scene, finished.measurement.duration),
             speed: Speed {
                 wall_seconds,
-                events_per_second: per_second(tally.physical()),
-                contacts_per_second: per_second(tally.core),
+                events_per_second: per_second(event_counts.physical()),
+                contacts_per_second: per_second(event_counts.core),
                 peak_memory_bytes: peak_memory_bytes(),
             },
         }
@@ -195,20 +196,20 @@ impl Summary {
 
 /// The numbers of events of the measurement, by kind.
 fn events(finished: &Finished) -> Events {
-    let tally = &finished.measurement.tally;
+    let event_counts = &finished.measurement.event_counts;
     Events {
-        total: tally.physical(),
-        before: Some(finished.simulation.tally().physical() - tally.physical()),
-        core: tally.core,
-        capture: tally.capture,
-        release: tally.release,
-        bounce: tally.bounce,
-        wall: tally.wall,
-        transition: tally.transition,
-        turning_point: tally.turning_point,
-        in_invalid_state: tally.in_invalid_state,
-        tc_contacts: tally.tc_contacts,
-        tc_altered: tally.tc_altered,
+        total: event_counts.physical(),
+        before: Some(finished.simulation.event_counts().physical() - event_counts.physical()),
+        core: event_counts.core,
+        capture: event_counts.capture,
+        release: event_counts.release,
+        bounce: event_counts.bounce,
+        wall: event_counts.wall,
+        transition: event_counts.transition,
+        turning_point: event_counts.turning_point,
+        in_invalid_state: event_counts.in_invalid_state,
+        tc_contacts: event_counts.tc_contacts,
+        tc_altered: event_counts.tc_altered,
     }
 }
 

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::Vector;
 use crate::analysis::observables::Row;
-use crate::engine::event::Tally;
+use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Overlap, Simulation};
 use crate::model::AuditPlan;
 
@@ -73,7 +73,7 @@ pub struct Audit {
     /// change it.
     pub momentum_drift: Option<f64>,
     /// Everything that happened.
-    pub tally: Tally,
+    pub event_counts: EventCounts,
     /// The deepest overlap at the end.
     pub deepest_final: Option<Overlap>,
     /// How many pairs overlap at the end, deeper than round-off.
@@ -148,7 +148,7 @@ impl Audit {
         if drift > momentum {
             faults.push(AuditFault::Momentum { drift, limit: momentum });
         }
-        let (events, pairs) = (self.tally.in_invalid_state, self.final_overlaps);
+        let (events, pairs) = (self.event_counts.in_invalid_state, self.final_overlaps);
         match overlap {
             Some(limit) if depth > limit => faults.push(AuditFault::Overlap { depth, limit }),
             None if self.initial.overlaps == 0 && events + pairs as u64 > 0 => {
@@ -162,7 +162,7 @@ impl Audit {
     /// The deepest overlap caused by the run: one that was there at the start only counts if it still is.
     fn deepest(&self) -> f64 {
         let last = self.deepest_final.map_or(0.0, |overlap| overlap.depth);
-        if self.initial.overlaps == 0 { last.max(self.tally.deepest_overlap) } else { last }
+        if self.initial.overlaps == 0 { last.max(self.event_counts.deepest_overlap) } else { last }
     }
 }
 
@@ -217,9 +217,9 @@ impl Ledger {
 
     pub fn close(mut self, simulation: &Simulation) -> Audit {
         self.see_overlaps(simulation);
-        let (energy, tally) = (simulation.energy(), *simulation.tally());
-        let (total, dissipated) = (energy.kinetic + energy.potential, tally.dissipated.total());
-        let supplied = tally.supplied.total();
+        let (energy, event_counts) = (simulation.energy(), *simulation.event_counts());
+        let (total, dissipated) = (energy.kinetic + energy.potential, event_counts.dissipated.total());
+        let supplied = event_counts.supplied.total();
         self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(dissipated).max(supplied.abs());
         let relative = |error: f64, scale: f64| if error == 0.0 { 0.0 } else { error / scale };
         Audit {
@@ -230,11 +230,11 @@ impl Ledger {
             momentum_drift: self
                 .initial_momentum
                 .map(|initial| relative((energy.momentum - initial).norm(), momentum_scale(simulation))),
-            tally,
+            event_counts,
             deepest_final: simulation.deepest_overlap(),
             final_overlaps: simulation.real_overlaps().len(),
             initial: self.initial,
-            limits: Limits::new(&simulation.scene().audit, tally.physical() + tally.transition),
+            limits: Limits::new(&simulation.scene().audit, event_counts.physical() + event_counts.transition),
         }
     }
 }
@@ -291,8 +291,8 @@ mod tests {
         )));
         assert!(has(Audit { ledger_error: f64::NAN, ..sound }, |fault| *fault == AuditFault::NotFinite));
         let mut deep = sound;
-        deep.tally.in_invalid_state = 1;
-        deep.tally.deepest_overlap = 1e-6;
+        deep.event_counts.in_invalid_state = 1;
+        deep.event_counts.deepest_overlap = 1e-6;
         assert!(has(deep, |fault| matches!(fault, AuditFault::InvalidState { events: 1, pairs: 0, .. })));
         assert!(has(Audit { final_overlaps: 2, ..sound }, |fault| matches!(
             fault,
@@ -309,7 +309,7 @@ mod tests {
         let strict = Audit { limits: Limits::new(&plan, 1000), ledger_error: 1e-17, ..sound };
         assert_eq!(strict.faults().len(), 3, "{:?}", strict.faults());
         let mut deep = sound;
-        deep.tally.deepest_overlap = 1e-6;
+        deep.event_counts.deepest_overlap = 1e-6;
         deep.limits.overlap = Some(1e-5);
         assert_eq!(deep.faults(), []);
         let half =

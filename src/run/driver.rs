@@ -96,7 +96,7 @@ impl<R: Recorder> Driver<'_, R> {
     /// Goes on to a time, or `None`; or to a number of events or an obstacle, and says which.
     fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
         while self.simulation.time() < time {
-            let done = self.simulation.tally().physical();
+            let done = self.simulation.event_counts().physical();
             if done >= events {
                 return Ok(Some(Ending::Events));
             }
@@ -145,7 +145,7 @@ impl<R: Recorder> Driver<'_, R> {
                 return Ok(None);
             }
         }
-        Ok((self.simulation.tally().physical() >= events).then_some(Ending::Events))
+        Ok((self.simulation.event_counts().physical() >= events).then_some(Ending::Events))
     }
 
     /// Hands out what is needed to go on from here later.
@@ -163,7 +163,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     fn progress(&self) -> Progress {
-        let (time, events) = (self.simulation.time(), self.simulation.tally().physical());
+        let (time, events) = (self.simulation.time(), self.simulation.event_counts().physical());
         let stage = &self.state.stage;
         Progress {
             stage: stage.stage,
@@ -208,7 +208,7 @@ mod tests {
         });
         let finished = finished.unwrap();
         assert_eq!(finished.ending, Ending::Interrupted);
-        assert!(finished.simulation.tally().transition <= 7 * STEPS[1]);
+        assert!(finished.simulation.event_counts().transition <= 7 * STEPS[1]);
     }
 
     /// Two hard disks that overlap at rest, and a third one.
@@ -235,7 +235,7 @@ mod tests {
         let limit = |events| RunPlan { limit: Limit::events(events), ..RunPlan::default() };
         // Many more rows than it would give up after, but some 40 of them between two events.
         let bounces = finished(overlapping(Boundary::walls(1.0), [1.0, 0.0, 0.0]), limit(100), Some(0.2));
-        assert_eq!((bounces.ending, bounces.measurement.tally.wall), (Ending::Events, 100));
+        assert_eq!((bounces.ending, bounces.measurement.event_counts.wall), (Ending::Events, 100));
         let leaves = finished(overlapping(Boundary::OPEN, [1.0, 0.0, 0.0]), limit(10), None);
         assert_eq!(leaves.ending, Ending::Idle);
         // For ever past the other two.

@@ -38,11 +38,11 @@ fn tried(scene: &Scene, moving: u64) -> Option<f64> {
         let half = (simulation.time(), target / 2);
         // Where it ends, there is what there is.
         let _ = simulation.advance_unobserved_for(STEPS, Until::events(target));
-        if simulation.tally().physical() >= half.1 + FEWEST {
+        if simulation.event_counts().physical() >= half.1 + FEWEST {
             begin = half;
         }
     }
-    let events = simulation.tally().physical() - begin.1;
+    let events = simulation.event_counts().physical() - begin.1;
     let rate = events as f64 / (simulation.time() - begin.0);
     (events >= FEWEST && rate.is_finite() && rate > 0.0).then_some(rate)
 }

@@ -7,7 +7,7 @@ use super::progress::Stage;
 use crate::analysis::instruments::{Instruments, SystemDescription};
 use crate::analysis::observables::Observer;
 use crate::analysis::sampling_times::SamplingTimes;
-use crate::engine::event::{EventCounts, Tally};
+use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::engine::{Simulation, Until};
 use crate::model::{Limit, Thermostat};
 use crate::run::audit::Ledger;
@@ -23,7 +23,7 @@ pub(super) struct Start {
 
 impl Start {
     pub fn of(simulation: &Simulation, stage: Stage, limit: Limit) -> Self {
-        Self { stage, time: simulation.time(), events: simulation.tally().physical(), limit }
+        Self { stage, time: simulation.time(), events: simulation.event_counts().physical(), limit }
     }
 
     /// Simulated time and physical events, since the start of the simulation, at which the stage ends.
@@ -104,9 +104,9 @@ pub struct RunState {
     pub(super) rows: Option<SamplingTimes>,
     pub(super) measurement: Option<Measurement>,
     /// What had happened before the measurement.
-    pub(super) before: Tally,
+    pub(super) before: EventCounts,
     /// The same, by kind and species.
-    pub(super) counts_before: EventCounts,
+    pub(super) counts_before: EventCountsBySpecies,
     /// What the measurement took on the clock in earlier sittings `[seconds]`.
     pub(super) earlier_seconds: f64,
     /// Whether what acts on the present stage has been set up.
@@ -146,8 +146,8 @@ impl RunState {
             last_frame: None,
             rows: None,
             measurement: None,
-            before: Tally::default(),
-            counts_before: EventCounts::default(),
+            before: EventCounts::default(),
+            counts_before: EventCountsBySpecies::default(),
             earlier_seconds: 0.0,
             has_begun: false,
             next_scaling: f64::INFINITY,
@@ -168,7 +168,7 @@ impl RunState {
     /// Simulated time and physical events of the measurement so far; `None` before it.
     pub(crate) fn measured_so_far(&self, simulation: &Simulation) -> Option<(f64, u64)> {
         let is_measured = self.stage.stage == Stage::Measurement;
-        let events = simulation.tally().physical().saturating_sub(self.stage.events);
+        let events = simulation.event_counts().physical().saturating_sub(self.stage.events);
         is_measured.then(|| (simulation.time() - self.stage.time, events))
     }
 

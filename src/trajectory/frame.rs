@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
 use crate::base::numbers::id;
-use crate::model::space::{Boundary, nearest_image};
+use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{ParticleId, Scene, SpeciesId};
 
 #[cfg(test)]
@@ -173,11 +173,20 @@ impl Frame {
         self.size[axis] == 0.0
     }
 
+    /// The box as the space of a scene: open along axes that are neither periodic nor flat.
+    pub(crate) fn space(&self) -> Space {
+        let boundary = |axis: usize| match self.periodic[axis] {
+            true => Boundary::Periodic,
+            false if self.is_flat(axis) => Boundary::Flat,
+            false => Boundary::OPEN,
+        };
+        Space { lower: self.lower, size: self.size, boundary: [0, 1, 2].map(boundary) }
+    }
+
     /// The shortest of the images of what separates two points of the box `[length]`.
     #[must_use]
     pub fn nearest_image(&self, separation: Vector) -> Vector {
-        let periods = Vector::from_fn(|k, _| if self.periodic[k] { self.size[k] } else { f64::INFINITY });
-        nearest_image(separation, &periods, self.displacement)
+        nearest_image(separation, &self.space().periods(), self.displacement)
     }
 
     /// What readers that refuse a box without volume get for the extent of flat axes: the largest diameter, or 1.

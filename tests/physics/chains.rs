@@ -46,7 +46,7 @@ fn the_energy_of_the_pendulum_never_rises() {
         }
         assert!(worst < BOND_ROUND_OFF, "{restitution}: a bond is exceeded by {worst}");
         println!("{restitution}: time {}, energy {last}, worst bond {worst:e}", simulation.time());
-        assert_eq!(simulation.tally().in_invalid_state, 0);
+        assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }
 }
 
@@ -65,7 +65,7 @@ fn an_elastic_pendulum_keeps_its_energy() {
     assert!(most > 100.0);
     // The chain starts at rest and then whips about: its first times must not set the digits of all that follow. Beads fly at
     // up to 50, and event times are rounded where some 10^4 of them make an epoch.
-    assert!(simulation.tally().deepest_overlap < 1e-13, "{}", simulation.tally().deepest_overlap);
+    assert!(simulation.event_counts().deepest_overlap < 1e-13, "{}", simulation.event_counts().deepest_overlap);
 }
 
 #[test]

@@ -139,5 +139,5 @@ fn elastic_spheres_that_fall_between_elastic_walls_keep_their_energy() {
     let bound = 200_000.0 * ROUNDINGS * 2.0 * 12.0 * f64::EPSILON;
     println!("energy {error:e}, bound {bound:e}");
     assert!(error.abs() < bound);
-    assert!(simulation.tally().wall > 1000);
+    assert!(simulation.event_counts().wall > 1000);
 }

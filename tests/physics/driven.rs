@@ -47,13 +47,13 @@ fn a_heat_bath_brings_a_fluid_to_its_temperature() {
     assert!((temperature.mean - 2.5).abs() < 4.0 * error && error < 0.05, "{temperature:?}");
     // Andersen collisions come at random: 256 of them in a unit of time, with the standard deviation of a Poisson process.
     let expected = 256.0 * 100.0;
-    let collisions = finished.measurement.tally.kick as f64;
+    let collisions = finished.measurement.event_counts.thermostat as f64;
     assert!((collisions - expected).abs() < 4.0 * expected.sqrt(), "{collisions}");
 }
 
 #[test]
 fn andersen_collisions_change_only_the_chosen_axes_of_one_particle() {
-    let mut simulation = Simulation::without_plan(fluid("kicks", 108, 0.2).build().unwrap());
+    let mut simulation = Simulation::without_plan(fluid("andersen", 108, 0.2).build().unwrap());
     let bath = Thermostat::Andersen { temperature: 4.0, rate: 2.0, axes: [false, true, false] };
     simulation.set_thermostat(Some(&bath), 0);
     let (mut collisions, mut squares) = (0, 0.0);
@@ -68,7 +68,7 @@ fn andersen_collisions_change_only_the_chosen_axes_of_one_particle() {
             }
         })
         .unwrap();
-    assert_eq!(simulation.tally().kick, collisions);
+    assert_eq!(simulation.event_counts().thermostat, collisions);
     // The variance of a square is twice the square of its mean.
     let mean = squares / collisions as f64;
     assert!((mean / 4.0 - 1.0).abs() < 4.0 * (2.0 / collisions as f64).sqrt(), "{mean}");
@@ -79,7 +79,7 @@ fn scaling_holds_the_temperature_and_its_energy_is_counted() {
     let scaling = Thermostat::Rescaling { temperature: 3.0, interval: 0.7 };
     let run = RunPlan { limit: Limit::time(5.0), thermostat: Some(scaling), ..RunPlan::default() };
     let finished = finish(fluid("scaling", 256, 0.4).run(run).build().unwrap());
-    assert!((finished.audit.tally.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
+    assert!((finished.audit.event_counts.supplied.total() / (1.5 * 255.0 * 2.0) - 1.0).abs() < 1e-12);
 }
 
 /// No two spheres of a snapshot overlap deeper than round-off; `shift` is how far the image one period up has slid.
@@ -129,7 +129,7 @@ fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap(
     let ratio = scene.species()[0].diameter;
     assert!((snapshot.scale - ratio).abs() < 1e-14);
     assert_no_overlap(scene, &snapshot, 0.0, &|id| scene.species()[scene.particles()[id].species.0 as usize].diameter);
-    assert!(finished.measurement.tally.core >= 20_000);
+    assert!(finished.measurement.event_counts.core >= 20_000);
     assert_eq!(finished.observables[0].0, "temperature");
     assert!((finished.observables[0].1.mean - 1.0).abs() < 1e-12);
 }
@@ -183,7 +183,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
             .build()
             .unwrap();
         let measured = finish(scene).measurement;
-        let factor = 1.0 + measured.tally.virial / (3.0 * count as f64 * measured.duration);
+        let factor = 1.0 + measured.event_counts.virial / (3.0 * count as f64 * measured.duration);
         let error = (1.27 / (5.0 * count as f64) + 1.27 / contacts as f64).sqrt();
         let lag = 1.5 * 3.0 * rate;
         let allowed = target * (1.0 - 3.0 * error)..target * (1.0 + 3.0 * error + lag);
@@ -205,10 +205,10 @@ fn in_a_sheared_box_nothing_is_ever_missed() {
             let within = displacement_within_period(slid, scene.space().size.x);
             assert!((snapshot.displacement - within).abs() < 1e-12, "{} {within}", snapshot.displacement);
         }
-        assert!(simulation.tally().core > 5_000);
+        assert!(simulation.event_counts().core > 5_000);
         // Shear only heats.
         let energy = simulation.energy();
-        let supplied = simulation.tally().supplied.total();
+        let supplied = simulation.event_counts().supplied.total();
         assert!(energy.thermal > 1.5 * 255.0 && supplied > 0.0);
         let start: f64 = scene.particles().iter().map(|particle| 0.5 * particle.velocity.norm_squared()).sum();
         assert!(((energy.kinetic - start) / supplied - 1.0).abs() < 1e-11, "{} {supplied}", energy.kinetic - start);
@@ -236,7 +236,7 @@ fn between_a_hot_and_a_cold_pair_of_walls_a_gas_has_the_temperature_of_walls_tha
     let error = temperature.standard_error.unwrap();
     // Walls that gave velocities of the gas inside, not of its flux, would make it colder by a fifth.
     assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.02, "{temperature:?}");
-    assert!(finished.audit.tally.supplied.total() < 0.0, "it was hotter at the start");
+    assert!(finished.audit.event_counts.supplied.total() < 0.0, "it was hotter at the start");
 }
 
 #[test]

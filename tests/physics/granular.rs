@@ -58,7 +58,7 @@ fn what_is_dissipated_is_what_is_lost() {
     assert!(lost > 0.5 * start);
     // Each of 20,000 contacts rounds the energies of its two particles, each some T, a few times.
     let bound = 20_000.0 * 8.0 * 4.0 * f64::EPSILON;
-    assert!((simulation.tally().dissipated.total() - lost).abs() < bound);
+    assert!((simulation.event_counts().dissipated.total() - lost).abs() < bound);
     assert!((sum - lost).abs() < bound + 20_000.0 * f64::EPSILON * start);
 }
 
@@ -95,9 +95,9 @@ fn three_spheres_on_a_line_collapse_below_a_restitution_of_7_minus_4_sqrt_3() {
     for below in [0.0, 0.01, 0.03, 0.05, 0.06, limit - 0.001] {
         let mut simulation = three_on_a_line(below, None);
         let arrest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
-        println!("e = {below}: {} contacts, {arrest}", simulation.tally().core);
+        println!("e = {below}: {} contacts, {arrest}", simulation.event_counts().core);
         // Each contact leaves a fraction of the speed; 1e-16 is passed after less than a hundred.
-        assert!(simulation.tally().core < 100);
+        assert!(simulation.event_counts().core < 100);
         // The outer two are 0.5 away from contact, at speeds of 1.
         assert!(arrest.time > 1.0 && arrest.time < 3.0, "{arrest}");
         assert!(matches!(arrest.standstill, Standstill::Speed { .. }), "{arrest}");
@@ -154,9 +154,9 @@ fn a_column_of_spheres_arrests_unless_the_tc_model_holds_it() {
     for e in [0.0, 0.05, 0.3] {
         let mut simulation = column(e, None);
         let arrest = simulation.advance(Until::time(100.0)).unwrap_err().arrest().unwrap();
-        println!("e = {e}: {} events, {arrest}", simulation.tally().physical());
+        println!("e = {e}: {} events, {arrest}", simulation.event_counts().physical());
         assert!(arrest.time < 10.0, "{arrest}");
-        assert!(simulation.tally().physical() < 100_000, "in bounded time");
+        assert!(simulation.event_counts().physical() < 100_000, "in bounded time");
         let mut held = column(e, Some(1e-3));
         assert_eq!(held.advance(Until::time(20.0)), Ok(Reason::Time));
         for (k, position) in held.snapshot().positions.iter().enumerate() {
@@ -197,7 +197,7 @@ fn the_tc_model_ends_the_collapse() {
     for e in [0.03, 0.06] {
         let mut simulation = three_on_a_line(e, Some(1e-6));
         assert_eq!(simulation.advance(Until::time(100.0)), Ok(Reason::Time));
-        assert!(simulation.tally().tc_altered > 0);
+        assert!(simulation.event_counts().tc_altered > 0);
         assert!(simulation.energy().kinetic > 0.0);
         assert!(simulation.deepest_overlap().is_none_or(|overlap| overlap.depth < 1e-14));
     }
@@ -208,7 +208,7 @@ fn contact_times_shorter_than_every_flight_change_nothing() {
     let end = |contact_time| {
         let mut simulation = gas(0.9, contact_time);
         simulation.advance(Until::events(20_000)).unwrap();
-        (simulation.snapshot(), simulation.tally().tc_altered)
+        (simulation.snapshot(), simulation.event_counts().tc_altered)
     };
     let (plain, _) = end(None);
     let (with, altered) = end(Some(1e-12));
@@ -232,8 +232,8 @@ fn contact_times_longer_than_the_run_leave_each_particle_one_inelastic_contact()
         })
         .unwrap();
     assert!(met.iter().all(|met| *met));
-    let tally = simulation.tally();
-    assert!(tally.core - tally.tc_altered <= met.len() as u64 / 2);
+    let event_counts = simulation.event_counts();
+    assert!(event_counts.core - event_counts.tc_altered <= met.len() as u64 / 2);
 }
 
 #[test]

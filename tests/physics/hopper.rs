@@ -9,7 +9,7 @@ const ROUND_OFF: f64 = 10.0 * 64.0 * f64::EPSILON;
 
 fn ledger_error(simulation: &Simulation, start: f64) -> f64 {
     let now = simulation.energy();
-    (now.kinetic + now.potential + simulation.tally().dissipated.total() - start).abs()
+    (now.kinetic + now.potential + simulation.event_counts().dissipated.total() - start).abs()
 }
 
 #[test]
@@ -29,10 +29,10 @@ fn every_grain_ends_in_the_container() {
     let moved = (0..grains).map(|k| (settled.positions[k] - settling.positions[k]).norm()).fold(0.0, f64::max);
     assert!(moved < 2.0, "a grain of diameter 2 still moves by {moved}");
     assert!(simulation.energy().kinetic < 1e-3 * start.potential);
-    assert_eq!((simulation.tally().in_invalid_state, simulation.tally().turning_point), (0, 0));
-    assert!(simulation.tally().deepest_overlap < ROUND_OFF);
+    assert_eq!((simulation.event_counts().in_invalid_state, simulation.event_counts().turning_point), (0, 0));
+    assert!(simulation.event_counts().deepest_overlap < ROUND_OFF);
     // Each of 1.4 million events rounds the energies of two grains of up to m g h = 76 a few times.
-    let bound = simulation.tally().physical() as f64 * 8.0 * 2.0 * 76.0 * f64::EPSILON;
+    let bound = simulation.event_counts().physical() as f64 * 8.0 * 2.0 * 76.0 * f64::EPSILON;
     assert!(ledger_error(&simulation, start.kinetic + start.potential) < bound);
 }
 
@@ -48,7 +48,7 @@ fn grains_of_any_restitution_flow_without_an_error() {
         assert_eq!(simulation.advance(Until::events(50_000)), Ok(Reason::Events), "{restitution}");
         let bound = 50_000.0 * 8.0 * 2.0 * 76.0 * f64::EPSILON;
         assert!(ledger_error(&simulation, start.kinetic + start.potential) < bound, "{restitution}");
-        assert!(simulation.tally().deepest_overlap < ROUND_OFF, "{restitution}");
-        assert_eq!(simulation.tally().in_invalid_state, 0, "{restitution}");
+        assert!(simulation.event_counts().deepest_overlap < ROUND_OFF, "{restitution}");
+        assert_eq!(simulation.event_counts().in_invalid_state, 0, "{restitution}");
     }
 }

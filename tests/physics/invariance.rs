@@ -49,7 +49,7 @@ fn a_scene_has_one_future_however_it_is_cut() {
     let whole = |until: Until| {
         let mut simulation = Simulation::without_plan(scene());
         simulation.advance(until).unwrap();
-        (simulation.snapshot(), *simulation.tally())
+        (simulation.snapshot(), *simulation.event_counts())
     };
     let by_time = whole(Until::time(20.0));
     assert_eq!(by_time, whole(Until::time(20.0)));
@@ -59,14 +59,14 @@ fn a_scene_has_one_future_however_it_is_cut() {
         let _ = (simulation.snapshot(), simulation.energy(), simulation.deepest_overlap());
     }
     simulation.advance(Until::time(20.0)).unwrap();
-    assert_eq!(by_time, (simulation.snapshot(), *simulation.tally()));
+    assert_eq!(by_time, (simulation.snapshot(), *simulation.event_counts()));
 
     let by_events = whole(Until::events(30_000));
     let mut simulation = Simulation::without_plan(scene());
     for part in 1..=30_000 {
         simulation.advance(Until::events(part)).unwrap();
     }
-    let cut = (simulation.snapshot(), *simulation.tally());
+    let cut = (simulation.snapshot(), *simulation.event_counts());
     assert_eq!((by_events.0.positions, by_events.0.velocities), (cut.0.positions, cut.0.velocities));
     assert_eq!(by_events.1.virial.to_bits(), cut.1.virial.to_bits());
 }

@@ -62,13 +62,13 @@ impl Fluid {
         mut observe: impl FnMut(usize, &Event),
     ) -> Self {
         let (particles, dimensions) = (simulation.moving() as f64, simulation.dimensions() as f64);
-        let start = simulation.tally().physical();
+        let start = simulation.event_counts().physical();
         assert_eq!(simulation.advance(Until::events(start + equilibration)), Ok(Reason::Events));
         let mut kinetic = simulation.energy().kinetic;
         let mut now = simulation.time();
         let mut blocks = Vec::new();
         for block in 0..count {
-            let (before, begin, mut integral) = (*simulation.tally(), now, 0.0);
+            let (before, begin, mut integral) = (*simulation.event_counts(), now, 0.0);
             let reason = simulation.advance_with(Until::events(before.physical() + events), |event| {
                 integral += kinetic * (event.time - now);
                 kinetic -= event.energy_step + event.dissipated;
@@ -76,7 +76,7 @@ impl Fluid {
                 observe(block, event);
             });
             assert_eq!(reason, Ok(Reason::Events));
-            let after = simulation.tally();
+            let after = simulation.event_counts();
             blocks.push(Block {
                 time: now - begin,
                 // Net momentum zero takes the degrees of freedom of one particle away.

@@ -36,7 +36,7 @@ fn a_ball_among_fixed_spheres_counts_each_contact_once() {
     }
     let finished = finish(builder.build().unwrap());
     let stretch = &finished.measurement;
-    let rate = stretch.tally.core as f64 / stretch.duration;
+    let rate = stretch.event_counts.core as f64 / stretch.duration;
     // Sums over the rows of a run.
     assert!((collision_rate(&finished) / rate - 1.0).abs() < 1e-9, "{} {rate}", collision_rate(&finished));
     let rates = Summary::of(&finished).rates;
@@ -76,11 +76,14 @@ fn rates_by_kind_and_species_add_up_to_all_events() {
         .build()
         .unwrap();
     let finished = finish(scene);
-    let (tally, rates) = (&finished.measurement.tally, Summary::of(&finished).rates);
+    let (event_counts, rates) = (&finished.measurement.event_counts, Summary::of(&finished).rates);
     let count = |kind: &str| rates.iter().filter(|rate| rate.kind == kind).map(|rate| rate.events).sum::<u64>();
-    assert_eq!((count("core"), count("capture"), count("release")), (tally.core, tally.capture, tally.release));
-    assert_eq!((count("bounce") + count("bond"), count("wall")), (tally.bounce, tally.wall));
-    assert_eq!(count("thermostat"), tally.kick);
+    assert_eq!(
+        (count("core"), count("capture"), count("release")),
+        (event_counts.core, event_counts.capture, event_counts.release)
+    );
+    assert_eq!((count("bounce") + count("bond"), count("wall")), (event_counts.bounce, event_counts.wall));
+    assert_eq!(count("thermostat"), event_counts.thermostat);
     assert!(count("bond") > 10 && count("bounce") > 10, "{rates:?}");
     let between = |rate: &&Rate| rate.kind == "core" && rate.species == ["A", "B"];
     let rate = rates.iter().find(between).unwrap();

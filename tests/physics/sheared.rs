@@ -67,8 +67,8 @@ fn hard_particles_never_overlap_in_boxes_of_any_shape() {
                     }
                 }
             }
-            assert!(simulation.tally().core > 300, "{}", simulation.tally().core);
-            assert_eq!(simulation.tally().in_invalid_state, 0);
+            assert!(simulation.event_counts().core > 300, "{}", simulation.event_counts().core);
+            assert_eq!(simulation.event_counts().in_invalid_state, 0);
             assert_eq!(simulation.real_overlaps(), []);
         }
     }
@@ -98,8 +98,11 @@ fn the_states_of_wells_are_those_of_their_distances() {
                 }
                 assert_eq!(simulation.real_overlaps(), []);
             }
-            let tally = simulation.tally();
-            assert!(pairs > 1000 && tally.capture > 100 && tally.release > 100, "{pairs} {tally:?}");
+            let event_counts = simulation.event_counts();
+            assert!(
+                pairs > 1000 && event_counts.capture > 100 && event_counts.release > 100,
+                "{pairs} {event_counts:?}"
+            );
         }
     }
 }
@@ -193,9 +196,9 @@ fn who_comes_near_while_many_images_slide_by_is_met() {
         let positions = [Vector::new(12.0, 0.25, z), Vector::new(12.0, 23.75, z + 1.05)];
         let mut simulation = pair_at_the_sides(5.0, positions, [Vector::zeros(), Vector::new(0.0, 0.0, -0.2)]);
         simulation.advance(Until::time(0.91)).unwrap();
-        assert_eq!(simulation.tally().core, 0);
+        assert_eq!(simulation.event_counts().core, 0);
         simulation.advance(Until::time(1.13)).unwrap();
-        assert_eq!(simulation.tally().core, 1, "{z}");
+        assert_eq!(simulation.event_counts().core, 1, "{z}");
     }
 }
 

@@ -138,7 +138,7 @@ fn pendulum_period(width: f64, swings: usize) -> f64 {
     // Angles of the contacts with the bond's ends; between two of them the lowest point is passed at next to even speed.
     let (mut last, mut passages) = ((0.0, 1.0), Vec::new());
     while passages.len() < 2 * swings + 1 {
-        let next = simulation.tally().physical() + 1000;
+        let next = simulation.event_counts().physical() + 1000;
         simulation
             .advance_with(Until::events(next), |event| {
                 let side = if event.partner.is_some_and(|id| id.0 == 0) { 1.0 } else { -1.0 };
@@ -185,7 +185,7 @@ fn a_thrown_body_follows_its_parabola_off_a_floor() {
     // Falls 4 in a time of 4.
     simulation.advance(Until::time(8.0 * 100.0)).unwrap();
     let now = simulation.snapshot();
-    assert_eq!(simulation.tally().wall, 100);
+    assert_eq!(simulation.event_counts().wall, 100);
     // A contact that is rounded by some units in the last place of 800 moves all that follows by as much.
     assert!((now.positions[0].z - 6.5).abs() < 1e-10, "{}", now.positions[0].z);
     assert!((now.positions[0].y - 201.0).abs() < 800.0 * 4.0 * 100.0 * f64::EPSILON);

@@ -93,7 +93,7 @@ fn contacts_are_those_of_an_unbounded_lattice_of_images() {
         contacts += u64::from(unbounded.step(1e-6));
         simulation.advance(Until::time(unbounded.time)).unwrap();
         let now = simulation.snapshot();
-        assert_eq!(simulation.tally().core, contacts);
+        assert_eq!(simulation.event_counts().core, contacts);
         for (id, (position, velocity)) in unbounded.positions.iter().zip(&unbounded.velocities).enumerate() {
             let up = now.images[id][1];
             let faster = rate * space.size.y * f64::from(up);

@@ -123,7 +123,7 @@ fn where_a_simulation_pauses_changes_nothing() {
         whole.advance(until).unwrap();
         let (mut paused, mut seen, mut pauses) = (Simulation::without_plan(named(name)), 0_u64, 0_u64);
         while paused.advance_for(7, until, |_| seen += 1).unwrap().is_none() {
-            assert!(paused.tally().physical() + paused.tally().transition <= 7 * (pauses + 1));
+            assert!(paused.event_counts().physical() + paused.event_counts().transition <= 7 * (pauses + 1));
             let _ = (paused.snapshot(), paused.energy());
             pauses += 1;
         }
@@ -193,7 +193,7 @@ fn numbers_are_only_names() {
             for (at, &k) in order.iter().enumerate() {
                 sorted[k] = (now.positions[at], now.velocities[at]);
             }
-            (simulation.tally().physical(), sorted)
+            (simulation.event_counts().physical(), sorted)
         });
         assert!(ends[0].0 > 5_000, "{}", ends[0].0);
         assert_eq!(ends[0], ends[1]);

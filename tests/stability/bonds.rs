@@ -36,7 +36,7 @@ fn both_ends_of_a_bond_are_met_in_turn() {
                 println!(
                     "range {range:e}, at end {is_at_end}, velocity {velocity}: time {:e}, deepest {:e}",
                     watched.simulation.time(),
-                    watched.simulation.tally().deepest_overlap
+                    watched.simulation.event_counts().deepest_overlap
                 );
                 assert_eq!(reason, Ok(Reason::Events));
                 let [core, bounce] = [Outcome::Core, Outcome::Bounce].map(EventKind::Pair);
@@ -122,14 +122,14 @@ fn a_bead_of_a_lossy_bond_hangs_at_its_end_with_the_tc_model_and_arrests_without
         let mut held = Simulation::without_plan(pendulum(1e-9, angle, 0.5, Some(1e-4)).build().unwrap());
         let reason = held.advance(Until::time(5.0));
         let now = held.snapshot().positions[1];
-        println!("angle {angle}: {} events, {now:?}", held.tally().physical());
+        println!("angle {angle}: {} events, {now:?}", held.event_counts().physical());
         assert!(now.norm() > 1.0 - 1e-14 && now.norm() < 1.0 + 1e-9 + 1e-14, "{now}");
         assert_eq!(reason, Ok(Reason::Time));
-        assert_eq!(held.tally().in_invalid_state, 0);
+        assert_eq!(held.event_counts().in_invalid_state, 0);
         let mut free = Simulation::without_plan(pendulum(1e-9, angle, 0.5, None).build().unwrap());
         let arrest = free.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
-        println!("angle {angle}: {} events, {arrest}", free.tally().physical());
-        assert!(free.tally().physical() < 100_000);
+        println!("angle {angle}: {} events, {arrest}", free.event_counts().physical());
+        assert!(free.event_counts().physical() < 100_000);
     }
 }
 
@@ -142,7 +142,7 @@ fn a_bead_that_hangs_at_the_end_of_its_bond_needs_room_to_bounce() {
         }
         let mut simulation = Simulation::without_plan(builder.build().unwrap());
         let reason = simulation.advance(Until::events(10_000));
-        println!("{short_by:e} {contact_time:?}: {reason:?}, {} events", simulation.tally().physical());
+        println!("{short_by:e} {contact_time:?}: {reason:?}, {} events", simulation.event_counts().physical());
         assert!((simulation.snapshot().positions[1].z + 1.5).abs() < 1e-6);
         reason
     };

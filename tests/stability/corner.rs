@@ -64,7 +64,7 @@ fn an_inelastic_ball_comes_to_rest_in_the_corner_and_stays() {
             energy.kinetic + energy.potential - bottom().z
         };
         assert_eq!(watched.simulation.advance(Until::time(60.0)), Ok(Reason::Time));
-        let (before, mut last) = (watched.simulation.tally().physical(), above_bottom(&watched));
+        let (before, mut last) = (watched.simulation.event_counts().physical(), above_bottom(&watched));
         let mut worst = 0.0_f64;
         for part in 1..=100 {
             assert_eq!(watched.simulation.advance(Until::events(before + events / 100 * part)), Ok(Reason::Events));
@@ -94,14 +94,14 @@ fn without_the_tc_model_the_ball_arrests_in_the_corner() {
         let scene = corner(restitution, None, aside(0.86), Vector::zeros()).build().unwrap();
         let mut simulation = Simulation::without_plan(scene);
         let arrest: Arrest = simulation.advance(Until::time(1000.0)).unwrap_err().arrest().unwrap();
-        let events = simulation.tally().physical();
+        let events = simulation.event_counts().physical();
         println!("e = {restitution}: {events} events, {arrest} at {:?}", simulation.snapshot().positions[3] - bottom());
         // The ball and one of the spheres: the first that it bounces to rest on, or all three at the bottom.
         assert_eq!(arrest.particle.0.max(arrest.partner.unwrap().0), 3, "{arrest}");
         assert!(arrest.time < 60.0, "{arrest}");
         // At most 1,000 and some in no time; as many before, while each contact leaves a part of the speed.
         assert!(events < 20_000, "{events} events");
-        assert_eq!(simulation.tally().in_invalid_state, 0);
+        assert_eq!(simulation.event_counts().in_invalid_state, 0);
     }
 }
 

@@ -47,7 +47,7 @@ fn as_many_spheres_leave_as_strike_with_the_same_speed() {
         for k in 0..5 {
             assert_eq!(end.velocities[k], along(if k < leaving { 0.0 } else { 1.0 }), "{strikers} strike, {k}");
         }
-        assert_eq!(simulation.tally().deepest_overlap, 0.0);
+        assert_eq!(simulation.event_counts().deepest_overlap, 0.0);
         assert_eq!(end.positions[4].x, (4 - strikers) as f64 + 1.0);
     }
 }
@@ -60,7 +60,7 @@ fn a_cradle_between_walls_swings_for_ever() {
             assert_eq!(simulation.advance(Until::events(1000 * part)), Ok(Reason::Events));
             assert_eq!(simulation.energy().kinetic, 0.5 * strikers as f64);
         }
-        assert_eq!(simulation.tally().deepest_overlap, 0.0);
+        assert_eq!(simulation.event_counts().deepest_overlap, 0.0);
         assert!(simulation.snapshot().velocities.iter().all(|v| [0.0, 1.0, -1.0].contains(&v.x)));
     }
 }
@@ -82,7 +82,7 @@ fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
             let start = row(first, diameter, next, strikers);
             let mut simulation = cradle(diameter, Boundary::OPEN, &start);
             assert_eq!(simulation.advance(Until::time(3.0)), Ok(Reason::Time));
-            let events = simulation.tally().physical();
+            let events = simulation.event_counts().physical();
             // Each event rounds two velocities of up to 1 a few times, and each velocity takes part in five events.
             let bound = 5.0 * 8.0 * f64::EPSILON;
             let end = simulation.snapshot();
@@ -92,7 +92,7 @@ fn gaps_and_overlaps_of_a_rounding_make_no_difference() {
             assert!(worst <= bound, "row {which}, {strikers} strike: {:?}", end.velocities);
             // A residual speed of round-off may lead to more contacts than the strikers' own.
             assert!(events <= 2 * 25, "{events} events");
-            assert_eq!(simulation.tally().in_invalid_state, 0);
+            assert_eq!(simulation.event_counts().in_invalid_state, 0);
         }
     }
 }
@@ -128,7 +128,7 @@ fn different_masses_keep_energy_and_momentum_in_few_events() {
         let mut watched = Watched::new(of_masses(masses, 1.0).build().unwrap());
         let momentum = watched.simulation.energy().momentum.x;
         assert_eq!(watched.simulation.advance(Until::time(10.0)), Ok(Reason::Time));
-        let events = watched.simulation.tally().physical();
+        let events = watched.simulation.event_counts().physical();
         println!(
             "{masses:?}: {events} events, velocities {:?}",
             watched.simulation.snapshot().velocities.iter().map(|v| v.x).collect::<Vec<_>>()
@@ -162,7 +162,7 @@ fn a_long_row_hands_a_blow_through() {
     let space = line(4096.0, Boundary::OPEN);
     let mut simulation = Simulation::without_plan(listed(&space, &hard_sphere(), 1.0, &start).build().unwrap());
     assert_eq!(simulation.advance(Until::time(2.0)), Ok(Reason::Time));
-    assert_eq!(simulation.tally().core, count as u64 - 1);
+    assert_eq!(simulation.event_counts().core, count as u64 - 1);
     let end = simulation.snapshot();
     // Each sphere is where the contact put it, at a time that was rounded where neighbours were looked for.
     let is_at = |k: usize, x: f64| (end.positions[k] - along(x)).norm() <= 2.0 * f64::EPSILON * count as f64;
@@ -189,7 +189,7 @@ fn pairs_whose_speeds_differ_by_a_float_part_at_once() {
         let mut simulation =
             Simulation::without_plan(builder.allow_invalid_start(true).contact_time(1e-30).build().unwrap());
         assert_eq!(simulation.advance(Until::time(1.0)), Ok(Reason::Time));
-        let events = simulation.tally().physical();
+        let events = simulation.event_counts().physical();
         pairs += u64::from(events > 0);
         most = most.max(events);
     }

@@ -30,7 +30,7 @@ fn a_crystal_near_close_packing_stays_sound_for_a_million_events() {
     watched.assert_sound(2.0 / 500.0 * 10.0);
     // A contact is as exact as the coordinates of its two particles, up to the box's length each, some 32 roundings each (see
     // `Overlap::round_off`); flights are far below a diameter and add no more than that.
-    let deepest = watched.simulation.tally().deepest_overlap;
+    let deepest = watched.simulation.event_counts().deepest_overlap;
     assert!(deepest < 32.0 * f64::EPSILON * (2.0 * space.size.x + 2.0), "{deepest:e}");
     // No particle leaves its cage: the neighbours are 1.005 apart at 0.73, and a gap of twice 0.2 would be needed to pass between
     // two of them. The crystal as a whole does not move, as there is no momentum.
@@ -47,12 +47,12 @@ fn a_crystal_at_a_gap_of_a_millionth_of_a_diameter_stays_sound() {
         let mut watched = Watched::new(fluid(108, Amount::PackingFraction(fraction)));
         watched.run(300_000);
         watched.assert_sound(2.0 / 108.0 * 10.0);
-        let tally = watched.simulation.tally();
-        println!("gap {gap:e}: time {:e}, virial {:e}", watched.simulation.time(), tally.virial);
+        let event_counts = watched.simulation.event_counts();
+        println!("gap {gap:e}: time {:e}, virial {:e}", watched.simulation.time(), event_counts.virial);
         // The free volume of a cage: Z -> 3 / (1 - phi / phi_0), here 1 / gap, as rho sigma^3 -> sqrt 2 (Salsburg and Wood,
         // J. Chem. Phys. 37, 798, 1962).
         let particles = 107.0;
-        let z = 1.0 + tally.virial / (3.0 * particles * watched.simulation.time());
+        let z = 1.0 + event_counts.virial / (3.0 * particles * watched.simulation.time());
         println!("Z gap = {}", z * gap);
         assert!((z * gap - 1.0).abs() < 0.01, "{z}");
     }
@@ -65,7 +65,7 @@ fn a_crystal_at_rest_does_nothing() {
         let start: Vec<_> = particles(&scene).iter().map(|(r, _)| (*r, velocity)).collect();
         let mut watched = Watched::new(listed(scene.space(), &hard_sphere(), 1.0, &start).build().unwrap());
         watched.simulation.advance(Until::time(100.0)).unwrap();
-        assert_eq!(watched.simulation.tally().physical(), 0);
+        assert_eq!(watched.simulation.event_counts().physical(), 0);
         watched.assert_sound(1.0);
         let end = watched.simulation.snapshot();
         assert!(end.velocities.iter().all(|v| *v == velocity));

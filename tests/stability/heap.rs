@@ -68,7 +68,7 @@ fn rest(restitution: f64, events: u64) {
     let mut watched = Watched::new(grains(restitution));
     settle(&mut watched);
     let (at_rest, since) = (positions(&watched), watched.simulation.time());
-    let settled = watched.simulation.tally().physical();
+    let settled = watched.simulation.event_counts().physical();
     let (mut reach, mut last, begin) = (0.0_f64, since, Instant::now());
     for part in 1..=100 {
         let until = settled + events * part / 100;

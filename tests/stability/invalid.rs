@@ -191,14 +191,14 @@ fn resolve(recipe: &Recipe) {
             break;
         }
     }
-    let tally = simulation.tally();
+    let event_counts = simulation.event_counts();
     println!(
         "{}: {start} overlaps, the last gone after {gone:?} and {} events; worst step back {worst:.1e}; {} events in \
          invalid states, {} turning points",
         recipe.name,
-        tally.physical(),
-        tally.in_invalid_state,
-        tally.turning_point
+        event_counts.physical(),
+        event_counts.in_invalid_state,
+        event_counts.turning_point
     );
     assert!(worst < deepening(length), "{}: an overlap got deeper by {worst:e}", recipe.name);
     assert!(gone.is_some(), "{}: {} overlaps are left", recipe.name, simulation.real_overlaps().len());
@@ -217,9 +217,9 @@ fn overlaps_that_weight_holds_down_arrest_without_the_tc_model() {
     let recipe = Recipe { name: "held down", gravity: -1.0, has_static: true, second: 0.1, ..PLAIN };
     let mut simulation = Simulation::without_plan(random_start(&recipe, 7));
     let arrest = simulation.advance(Until::time(30.0)).unwrap_err().arrest().unwrap();
-    println!("{} events, {arrest}", simulation.tally().physical());
+    println!("{} events, {arrest}", simulation.event_counts().physical());
     // As many events in no time as simultaneous ones of a lattice are allowed for.
-    assert!(simulation.tally().physical() < 1_000_000);
+    assert!(simulation.event_counts().physical() < 1_000_000);
     // The static ones are the last tenth.
     assert!(arrest.particle.0.max(arrest.partner.unwrap().0) >= 450, "{arrest}");
 }
@@ -237,7 +237,7 @@ fn two_particles_at_the_same_point_part_if_they_move_and_stay_if_not() {
         let mut simulation = Simulation::without_plan(scene.build().unwrap());
         assert_eq!(simulation.advance(Until::time(2000.0)), Ok(Reason::Time));
         // An overlap that improves is left alone, and so is one at relative rest, which does not get worse.
-        assert_eq!(simulation.tally().physical(), 0);
+        assert_eq!(simulation.event_counts().physical(), 0);
         assert_eq!(simulation.real_overlaps().len(), usize::from(velocity == 0.0));
     }
 }

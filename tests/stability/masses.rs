@@ -17,9 +17,9 @@ fn drift(scene: Scene, events: u64) -> f64 {
     };
     let before = total(&simulation);
     simulation.advance(Until::events(events)).unwrap();
-    let tally = simulation.tally();
-    assert_eq!(tally.physical(), events);
-    (total(&simulation) + tally.dissipated.total() - before) / before
+    let event_counts = simulation.event_counts();
+    assert_eq!(event_counts.physical(), events);
+    (total(&simulation) + event_counts.dissipated.total() - before) / before
 }
 
 /// Four standard deviations of a random walk.

@@ -57,8 +57,8 @@ fn there_and_back(fluid: &Fluid, start: &[State], time: f64) -> Retraced {
         .collect();
     let shifted_end = states(&fluid.run(&shifted, Until::time(time)).snapshot());
     Retraced {
-        events: there.tally().physical(),
-        events_back: back.tally().physical(),
+        events: there.event_counts().physical(),
+        events_back: back.event_counts().physical(),
         error: fluid.largest(&end, start),
         amplification: fluid.largest(&shifted_end, &end) / shift,
     }

@@ -64,7 +64,7 @@ fn sheets_of_a_lattice_collide_all_at_once_and_exactly() {
         assert_eq!((end.positions[k], end.velocities[k]), (*position, *velocity), "{k}");
     }
     assert_eq!(simulation.energy().kinetic, 0.5 * COUNT as f64);
-    assert_eq!(simulation.tally().deepest_overlap, 0.0);
+    assert_eq!(simulation.event_counts().deepest_overlap, 0.0);
 }
 
 #[test]
@@ -106,9 +106,9 @@ fn a_lattice_of_square_wells_stays_symmetric() {
     // A depth of 3 doubles the relative speed of 2: Capture, Core and Release with one neighbour, and then with the other.
     let well = Potential::square_well(1.0, 1.25, 3.0).unwrap();
     let (simulation, events) = run(&space, &well, &particles, 20.0);
-    let tally = simulation.tally();
-    assert_eq!(tally.capture, tally.core);
-    assert_eq!((tally.capture - tally.release) % (COUNT as u64 / 2), 0);
+    let event_counts = simulation.event_counts();
+    assert_eq!(event_counts.capture, event_counts.core);
+    assert_eq!((event_counts.capture - event_counts.release) % (COUNT as u64 / 2), 0);
     assert_eq!(events.len() % (COUNT / 2), 0);
     // Positions are rounded to floats below 32, in each of the events of a particle; hard rods pass errors on, and do not
     // multiply them, but errors of velocities add up over time.

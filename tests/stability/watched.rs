@@ -26,7 +26,7 @@ impl Watched {
 
     fn see(&mut self) {
         let energy = self.simulation.energy();
-        for size in [energy.kinetic, energy.potential.abs(), self.simulation.tally().dissipated.total()] {
+        for size in [energy.kinetic, energy.potential.abs(), self.simulation.event_counts().dissipated.total()] {
             self.scale = self.scale.max(size);
         }
     }
@@ -34,7 +34,7 @@ impl Watched {
     /// Goes on to a number of events, in 100 stretches; it must not arrest on the way, and time must go on in each.
     #[track_caller]
     pub fn run(&mut self, events: u64) {
-        let (start, before) = (self.simulation.tally().physical(), self.simulation.time());
+        let (start, before) = (self.simulation.event_counts().physical(), self.simulation.time());
         let mut last = before;
         for part in 1..=100 {
             let until = start + (events - start) * part / 100;
@@ -49,14 +49,14 @@ impl Watched {
     /// Kinetic, potential and dissipated energy, less what there was at the start.
     pub fn ledger_error(&self) -> f64 {
         let energy = self.simulation.energy();
-        energy.kinetic + energy.potential + self.simulation.tally().dissipated.total() - self.start
+        energy.kinetic + energy.potential + self.simulation.event_counts().dissipated.total() - self.start
     }
 
     /// Energy is conserved but for round-off, and neither an event nor the end was in an invalid state.
     #[track_caller]
     pub fn assert_sound(&self, share: f64) {
         self.assert_conserved(share);
-        assert_eq!(self.simulation.tally().in_invalid_state, 0);
+        assert_eq!(self.simulation.event_counts().in_invalid_state, 0);
         assert_eq!(self.simulation.real_overlaps(), []);
     }
 
@@ -67,17 +67,17 @@ impl Watched {
     /// that are allowed, and the same once more for the sums themselves.
     #[track_caller]
     pub fn assert_conserved(&self, share: f64) {
-        let tally = self.simulation.tally();
-        let roundings = ((tally.physical() + tally.transition) as f64).sqrt() * share + 1.0;
+        let event_counts = self.simulation.event_counts();
+        let roundings = ((event_counts.physical() + event_counts.transition) as f64).sqrt() * share + 1.0;
         let limit = 4.0 * ROUNDINGS * 0.5 * f64::EPSILON * roundings * self.scale;
         let error = self.ledger_error();
         println!(
             "{} events, time {}: ledger {error:.2e} (limit {limit:.1e}) of {:.3e}, deepest {:.2e}, {} turning points",
-            tally.physical(),
+            event_counts.physical(),
             self.simulation.time(),
             self.scale,
-            tally.deepest_overlap,
-            tally.turning_point,
+            event_counts.deepest_overlap,
+            event_counts.turning_point,
         );
         assert!(error.abs() <= limit, "energy is off by {error:e}, more than {limit:e}");
     }

@@ -79,7 +79,7 @@ fn carom(contact_time: f64) -> Outcome<[f64; 4]> {
     });
     let simulation = simulation?;
     let kinetic = simulation.energy().kinetic / GRAINS as f64;
-    Ok([cost / AMOUNT, error(&simulation.snapshot().positions), kinetic, simulation.tally().deepest_overlap])
+    Ok([cost / AMOUNT, error(&simulation.snapshot().positions), kinetic, simulation.event_counts().deepest_overlap])
 }
 
 fn baseline(stiffness: f64, steps_per_contact: f64) -> [f64; 4] {

@@ -104,8 +104,8 @@ fn carom(start: &Start) -> Outcome<Run> {
     let stopwatch = Stopwatch::start();
     simulation.advance(Until::time(TIME))?;
     let cost = cost(&stopwatch);
-    let (after, tally) = (simulation.energy().kinetic, simulation.tally());
-    Ok([cost, after / before, (after + tally.dissipated.total()) / before - 1.0, tally.deepest_overlap])
+    let (after, event_counts) = (simulation.energy().kinetic, simulation.event_counts());
+    Ok([cost, after / before, (after + event_counts.dissipated.total()) / before - 1.0, event_counts.deepest_overlap])
 }
 
 fn baseline(start: &Start, stiffness: f64, steps_per_contact: f64) -> Run {

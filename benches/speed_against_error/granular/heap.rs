@@ -94,7 +94,7 @@ fn carom(seed: u64, contact_time: f64) -> Outcome<Run> {
     simulation.advance(Until::time(TIME))?;
     let cost = cost(&stopwatch);
     let kinetic = simulation.energy().kinetic / GRAINS as f64;
-    Ok([cost, height(&simulation.snapshot().positions), kinetic, simulation.tally().deepest_overlap])
+    Ok([cost, height(&simulation.snapshot().positions), kinetic, simulation.event_counts().deepest_overlap])
 }
 
 fn baseline(seed: u64, stiffness: f64, steps_per_contact: f64) -> Outcome<Run> {

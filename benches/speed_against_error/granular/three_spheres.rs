@@ -87,7 +87,7 @@ fn carom(middle: f64, exact: [f64; 3]) -> Outcome<[f64; 4]> {
     let simulation = simulation?;
     let energy = simulation.energy().kinetic / initial_energy() - 1.0;
     // The event at the start executes what was given; the overlap is the start's, not the run's.
-    let deepest = simulation.tally().deepest_overlap;
+    let deepest = simulation.event_counts().deepest_overlap;
     Ok([cost / (3.0 * TIME), farthest(&simulation.snapshot().positions, exact), energy, deepest])
 }
 

@@ -6,13 +6,13 @@
 mod harmonics;
 
 use super::budgeted_times::BudgetedTimes;
-use super::cell_list::CellList;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Number, Scalar, Series, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text::digits;
+use crate::engine::CellList;
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{BINS, MOST_BINS};
 use crate::model::space::Boundary;
@@ -72,7 +72,7 @@ fn axes(system: &SystemDescription) -> Vec<usize> {
 
 fn cell_list(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64) -> CellList {
     let range = cutoff.min(CellList::largest_range(&system.space));
-    CellList::new(&system.space, range, &system.moving, sample)
+    sample.cell_list(&system.space, range, &system.moving)
 }
 
 /// The length of a mean of `count`; `None` for the mean of none.

@@ -193,11 +193,11 @@ mod tests {
         let (system, mut simulation) = hard_spheres(256, 0.05);
         equilibrate(&mut simulation, 50);
         let mut instrument = free_paths(&simulation, &system);
-        let core = simulation.tally().core;
+        let core = simulation.event_counts().core;
         measure(&mut simulation, &system, &mut instrument, 100.0);
         let measured = report(&instrument, &system);
         let (time, error) = estimate(&measured, "mean_free_time");
-        let rate = 2.0 * (simulation.tally().core - core) as f64 / (256.0 * 100.0);
+        let rate = 2.0 * (simulation.event_counts().core - core) as f64 / (256.0 * 100.0);
         // Of each particle's 80 flights the one at both ends is missing, which is longer than others: 1/80 of the difference.
         assert!((time * rate - 1.0).abs() < 4.0 * error * rate + 1.0 / 80.0, "{time} {error} {rate}");
         let fluid = HardSphereFluid::reduced(0.05);

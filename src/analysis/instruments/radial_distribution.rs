@@ -5,13 +5,13 @@ mod room;
 mod unequal;
 
 use super::budgeted_times::BudgetedTimes;
-use super::cell_list::CellList;
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Number, Series, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::{id, index, trunc_to_usize};
 use crate::base::text::digits;
+use crate::engine::CellList;
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{MOST_BINS, RADIAL_BINS};
 use crate::model::space::Boundary;
@@ -143,7 +143,7 @@ impl Instrument for RadialDistribution {
         let mut numbers = vec![0_u64; self.ideal.len()];
         let first_contact = self.pairs.len() * self.bins;
         let scale = self.bins as f64 / self.cutoff;
-        CellList::new(&system.space, self.range(), &self.ids, sample).for_each_pair(|a, b, square| {
+        sample.cell_list(&system.space, self.range(), &self.ids).for_each_pair(|a, b, square| {
             let Some(pair) = class(a).zip(class(b)).and_then(|(a, b)| table[a * count + b]) else { return };
             let distance = square.sqrt();
             let bin = trunc_to_usize(distance * scale);

@@ -1,7 +1,7 @@
 //! What an instrument measures: the description of the system, constant in time, and its state at one time.
 
 use crate::Vector;
-use crate::engine::Snapshot;
+use crate::engine::{CellList, Snapshot};
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::{Bond, InteractionId, Scene, SpeciesPairs};
 
@@ -196,6 +196,12 @@ impl<'a> Sample<'a> {
             images: &snapshot.images,
             displacement: snapshot.displacement,
         }
+    }
+
+    /// A cell list of some particles, for pairs closer than a range of at most half of the shortest period.
+    pub(crate) fn cell_list(&self, space: &Space, range: f64, ids: &[u32]) -> CellList {
+        let positions: Vec<Vector> = ids.iter().map(|&id| self.positions[id as usize]).collect();
+        CellList::new(space, self.displacement, range, ids, &positions)
     }
 
     /// Where a particle would be if it had never been wrapped `[length]`: position + image * period, and in a sheared box along x also

@@ -33,7 +33,7 @@ pub(super) fn start(scene: Scene) -> (SystemDescription, Simulation) {
 
 /// Goes on without measuring.
 pub(super) fn equilibrate(simulation: &mut Simulation, events_per_particle: u64) {
-    let events = simulation.tally().physical() + events_per_particle * simulation.moving() as u64;
+    let events = simulation.event_counts().physical() + events_per_particle * simulation.moving() as u64;
     simulation.advance(Until::events(events)).unwrap();
 }
 

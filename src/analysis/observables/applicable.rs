@@ -2,7 +2,7 @@
 
 use crate::Vector;
 use crate::engine::Simulation;
-use crate::engine::event::Tally;
+use crate::engine::event::EventCounts;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::{CountRegion, Scene};
@@ -104,7 +104,7 @@ impl ApplicableObservables {
     /// each axis between walls.
     pub(super) fn pressure(
         &self,
-        counted: &Tally,
+        counted: &EventCounts,
         duration: f64,
         temperature: f64,
         confined: &[f64; 3],
@@ -123,7 +123,13 @@ impl ApplicableObservables {
     }
 
     /// Pressure on the lower or the upper wall of an axis `[energy / length^D]`, from the momentum that it gave in a time.
-    pub(super) fn pressure_on_wall(&self, counted: &Tally, duration: f64, axis: usize, side: usize) -> Option<f64> {
+    pub(super) fn pressure_on_wall(
+        &self,
+        counted: &EventCounts,
+        duration: f64,
+        axis: usize,
+        side: usize,
+    ) -> Option<f64> {
         self.pressed_walls[axis][side].then(|| counted.wall_push[axis][side] / duration)
     }
 
@@ -357,20 +363,20 @@ mod tests {
             };
             scene.particles.iter().enumerate().map(of).sum::<f64>()
         };
-        let mut last: Option<(f64, Tally, f64)> = None;
+        let mut last: Option<(f64, EventCounts, f64)> = None;
         for stretch in 0..5_u64 {
             simulation.advance(Until::events(500 * stretch)).unwrap();
             let arrived = moment(&simulation);
             if stretch == 3 {
                 simulation.scale_velocities(1.5, &Vector::zeros());
             }
-            let (row, tally) = (observer.row(&simulation), *simulation.tally());
+            let (row, event_counts) = (observer.row(&simulation), *simulation.event_counts());
             if let Some((time, earlier, left)) = last {
-                let on_walls: f64 = tally.since(&earlier).wall_push[0].iter().sum();
+                let on_walls: f64 = event_counts.since(&earlier).wall_push[0].iter().sum();
                 let expected = (0.5 * on_walls + arrived - left) / (row.time - time);
                 assert!((row.pressure.unwrap() / expected - 1.0).abs() < 1e-10, "{row:?} {expected}");
             }
-            last = Some((row.time, tally, moment(&simulation)));
+            last = Some((row.time, event_counts, moment(&simulation)));
         }
     }
 }

@@ -51,15 +51,15 @@ pub(super) fn compare(number_density: f64, seed: u64, watch: Watch<'_>) -> Compa
     for _ in 0..EVENTS / CHUNK {
         advance(&mut simulation, CHUNK, watch, |_| {})?;
     }
-    let (time, tally) = (simulation.time(), simulation.tally());
+    let (time, event_counts) = (simulation.time(), simulation.event_counts());
     // Z = 1 + W / (N T t), and T (N - 1) = 2 K on a line, without net momentum.
     let work = 2.0 * simulation.energy().kinetic * time * (COUNT as f64 / (COUNT as f64 - 1.0));
     // The positions of N rods on a ring take L (L - N sigma)^(N - 1): one is anywhere, and each of the others has its part of the gaps.
     let expected = 1.0 + (published::tonks(number_density) - 1.0) * (1.0 - 1.0 / COUNT as f64);
     Ok(vec![
-        Comparison::exact(QUANTITIES[0], Some(1.0 + tally.virial / work), expected, TONKS)
+        Comparison::exact(QUANTITIES[0], Some(1.0 + event_counts.virial / work), expected, TONKS)
             .allow(speeds / work, ROUNDED),
-        Comparison::exact(QUANTITIES[1], Some(tally.core as f64), speeds * time / free, EXCHANGE)
+        Comparison::exact(QUANTITIES[1], Some(event_counts.core as f64), speeds * time / free, EXCHANGE)
             .allow(number, ROUNDED),
     ])
 }

@@ -75,7 +75,7 @@ pub(super) fn advance(
     if watch().is_break() {
         return Err(StatePointError::Interrupted);
     }
-    let end = simulation.tally().physical() + events;
+    let end = simulation.event_counts().physical() + events;
     simulation.advance_with(Until::events(end), observe)?;
     Ok(())
 }

@@ -111,7 +111,7 @@ fn certify(
     let skipped = replay.skip(range, watch);
     let mut states = States::default();
     replay.simulation.states(&mut states);
-    let blank = Certificate::blank(replay.simulation.tally().physical() + 1, replay.simulation.time());
+    let blank = Certificate::blank(replay.simulation.event_counts().physical() + 1, replay.simulation.time());
     let mut verifier = match replay.verifier(range, &states) {
         Ok(verifier) => verifier,
         Err(fault) => return Certificate { end: End::Violated(replay.violation(fault)), ..blank },
@@ -158,9 +158,9 @@ impl Replay {
         if let Some(recorded) = self.recorded {
             return self.left_of(&recorded);
         }
-        if self.ends.is_none_or(|ends| self.simulation.tally().physical() >= ends.events) {
+        if self.ends.is_none_or(|ends| self.simulation.event_counts().physical() >= ends.events) {
             let limit = self.stages.pop()?;
-            let events = self.simulation.tally().physical();
+            let events = self.simulation.event_counts().physical();
             self.ends = Some(Until {
                 time: limit.time.map_or(f64::INFINITY, |time| self.simulation.time() + time),
                 events: limit.events.map_or(u64::MAX, |more| events.saturating_add(more)),
@@ -173,7 +173,7 @@ impl Replay {
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
-        match self.simulation.tally().physical() {
+        match self.simulation.event_counts().physical() {
             _ if self.has_run_out => None,
             done if done < events => Some(Until { time: recorded.time + rounding, events }),
             done if done == events && self.simulation.time() < recorded.time - rounding => {
@@ -185,7 +185,7 @@ impl Replay {
 
     /// How the replay ends where the run does.
     fn ended(&self) -> End {
-        let (events, time) = (self.simulation.tally().physical(), self.simulation.time());
+        let (events, time) = (self.simulation.event_counts().physical(), self.simulation.time());
         if let Some(recorded) = self.recorded {
             let is_there = (time - recorded.time).abs() <= 2.0 * recorded.rounding(self.simulation.scene().start_time);
             if !is_there || recorded.events.is_some_and(|recorded| recorded != events) {
@@ -209,12 +209,12 @@ impl Replay {
 
     /// Goes to the start of the range without looking.
     fn skip(&mut self, range: EventRange, watch: &mut dyn FnMut(&VerifyProgress) -> ControlFlow<()>) -> Option<End> {
-        while self.simulation.tally().physical() < range.from {
+        while self.simulation.event_counts().physical() < range.from {
             if watch(&self.progress(range, false)).is_break() {
                 return Some(End::Interrupted);
             }
             let Some(stage) = self.stage() else { return Some(self.ended()) };
-            let chunk = self.simulation.tally().physical().saturating_add(CHUNK);
+            let chunk = self.simulation.event_counts().physical().saturating_add(CHUNK);
             let until = Until { events: stage.events.min(range.from).min(chunk), ..stage };
             match self.simulation.advance_unobserved_for(STEPS, until) {
                 Ok(None | Some(Reason::Events | Reason::Observer)) => {}
@@ -279,7 +279,7 @@ impl Replay {
         };
         let progress = self.progress(range, true);
         let mut watch = || watch(&progress);
-        let until = Until { time: stage.time, events: self.simulation.tally().physical().saturating_add(1) };
+        let until = Until { time: stage.time, events: self.simulation.event_counts().physical().saturating_add(1) };
         let mut event = None;
         let reason = loop {
             if let Some(reason) = self.simulation.advance_for(STEPS, until, |executed| event = Some(*executed))? {
@@ -308,11 +308,11 @@ impl Replay {
     }
 
     fn violation(&self, fault: Fault) -> Violation {
-        Violation { event: self.simulation.tally().physical(), time: self.simulation.time(), fault }
+        Violation { event: self.simulation.event_counts().physical(), time: self.simulation.time(), fault }
     }
 
     fn progress(&self, range: EventRange, is_proving: bool) -> VerifyProgress {
-        let events = self.simulation.tally().physical();
+        let events = self.simulation.event_counts().physical();
         VerifyProgress { range, events, is_proving, time: self.simulation.time() }
     }
 }

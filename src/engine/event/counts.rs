@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::Tally;
+use super::EventCounts;
 use crate::base::numbers::id;
 use crate::model::SpeciesId;
 
@@ -51,9 +51,9 @@ impl CountedKind {
 
 /// Numbers of events by kind, and by the species that took part.
 ///
-/// Bounces off the far end of a bond, an infinite barrier, are counted as [`CountedKind::Bond`] here; a [`Tally`] counts them among the bounces.
+/// Bounces off the far end of a bond, an infinite barrier, are counted as [`CountedKind::Bond`] here; [`EventCounts`] count them among the bounces.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct EventCounts {
+pub struct EventCountsBySpecies {
     /// Of each pair of species, the lower one first.
     pairs: Pairs,
     /// Of each species.
@@ -80,7 +80,7 @@ fn place(a: usize, b: usize) -> usize {
     b * (b + 1) / 2 + a
 }
 
-impl EventCounts {
+impl EventCountsBySpecies {
     /// No events yet, of so many species.
     #[must_use]
     pub fn new(species: usize) -> Self {
@@ -93,10 +93,10 @@ impl EventCounts {
     }
 
     /// Those of one species of hard spheres, from the totals.
-    pub(crate) fn of_one_species(species: usize, tally: &Tally) -> Self {
+    pub(crate) fn of_one_species(species: usize, event_counts: &EventCounts) -> Self {
         let mut counts = Self::new(0);
-        counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [tally.core, 0, 0, 0, 0])]));
-        counts.singles.insert(id(species), [tally.wall, tally.kick]);
+        counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [event_counts.core, 0, 0, 0, 0])]));
+        counts.singles.insert(id(species), [event_counts.wall, event_counts.thermostat]);
         counts
     }
 
@@ -204,7 +204,7 @@ mod tests {
 
     #[test]
     fn many_species_count_as_few_do() {
-        let (mut few, mut many) = (EventCounts::new(3), EventCounts::new(MOST_LISTED + 1));
+        let (mut few, mut many) = (EventCountsBySpecies::new(3), EventCountsBySpecies::new(MOST_LISTED + 1));
         for counts in [&mut few, &mut many] {
             counts.note_pair(2, 0, CountedKind::Core);
             let before = counts.clone();

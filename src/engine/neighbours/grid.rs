@@ -7,6 +7,7 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_u32;
 use crate::model::space::{Boundary, Face as SpaceFace, Space};
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// A face through which a particle leaves its cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -131,6 +132,24 @@ impl Grid {
                 for &x in &xs[..nx] {
                     visit((z * strides[2] + y * strides[1] + x) as usize, 1);
                 }
+            }
+        }
+    }
+
+    /// Calls `visit` for the cells near a cell, itself included, in runs that follow each other, one cell or a whole row along x.
+    ///
+    /// Where the box slides along x at the sides across y, any cell of a row behind those sides can be near.
+    pub fn for_each_row(&self, cell: u32, is_sliding: bool, mut visit: impl FnMut(Range<u32>)) {
+        let at = self.split(cell);
+        let [(xs, nx), (ys, ny), (zs, nz)] = [0, 1, 2].map(|axis| self.around(axis, at[axis]));
+        for &z in &zs[..nz] {
+            for &y in &ys[..ny] {
+                let first = self.join([0, y, z]);
+                if is_sliding && (self.counts[1] < 3 || at[1].abs_diff(y) > 1) {
+                    visit(first..first + self.counts[0]);
+                    continue;
+                }
+                xs[..nx].iter().for_each(|&x| visit(first + x..first + x + 1));
             }
         }
     }

@@ -69,7 +69,7 @@ fn fill_region(builder: SceneBuilder, seed: u64) -> SceneBuilder {
 
 fn next_events(simulation: &mut Simulation, count: u64) -> Vec<Event> {
     let mut events = Vec::new();
-    let until = Until::events(simulation.tally().physical() + count);
+    let until = Until::events(simulation.event_counts().physical() + count);
     simulation.advance_with(until, |event| events.push(*event)).unwrap();
     events
 }
@@ -87,8 +87,8 @@ fn assert_same(ours: &[Event], theirs: &[Event], name: &str) {
 }
 
 fn balance(simulation: &Simulation) -> f64 {
-    let (energy, tally) = (simulation.energy(), simulation.tally());
-    energy.kinetic + energy.potential + tally.dissipated.total() - tally.supplied.total()
+    let (energy, event_counts) = (simulation.energy(), simulation.event_counts());
+    energy.kinetic + energy.potential + event_counts.dissipated.total() - event_counts.supplied.total()
 }
 
 proptest! {
@@ -145,7 +145,7 @@ proptest! {
             if factor > 0.1 {
                 next_events(&mut simulation, 200);
             }
-            let scale = simulation.energy().kinetic + simulation.tally().supplied.total().abs() + start.abs();
+            let scale = simulation.energy().kinetic + simulation.event_counts().supplied.total().abs() + start.abs();
             assert!((balance(&simulation) - start).abs() < 1e-12 * scale, "scene {which}, seed {seed}");
         }
     }
@@ -168,9 +168,9 @@ fn a_pair_that_is_taken_apart_keeps_its_state_only_if_that_is_possible() {
     assert_eq!(simulation.snapshot(), pair(1.2).snapshot(), "it is as it was");
     assert_eq!(next_events(&mut simulation.clone(), 1), next_events(&mut pair(1.2), 1));
     simulation.set_positions(&apart(1.4), PairStates::Keep).unwrap();
-    assert_eq!((simulation.energy().potential, simulation.tally().supplied.total()), (-1.0, 0.0));
+    assert_eq!((simulation.energy().potential, simulation.event_counts().supplied.total()), (-1.0, 0.0));
     simulation.set_positions(&apart(3.0), PairStates::FromDistances).unwrap();
-    assert_eq!((simulation.energy().potential, simulation.tally().supplied.total()), (0.0, 1.0));
+    assert_eq!((simulation.energy().potential, simulation.event_counts().supplied.total()), (0.0, 1.0));
     let error = simulation.set_positions(&apart(0.9), PairStates::FromDistances).unwrap_err();
     assert!(matches!(error, SetStateError::Overlap(Overlap { depth, .. }) if (depth - 0.1).abs() < 1e-9), "{error}");
     // Three periods away is where it was, with its image.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{GlobalOutcome, Repredict};
 use crate::Vector;
 use crate::engine::event::{CountedKind, Event, EventKind};
-use crate::engine::event_loop::Engine;
+use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::model::random::{Purpose, Random};
@@ -101,7 +101,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.note_confined_change(particle, &before);
         let gained = 0.5 / inverse_mass * (after - before).dot(&(after + before));
         self.counts.totals.supplied.add(gained);
-        self.counts.totals.kick += 1;
+        self.counts.totals.thermostat += 1;
         if TABLE {
             self.counts
                 .by_species

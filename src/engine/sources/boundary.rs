@@ -3,9 +3,9 @@
 use crate::Vector;
 use crate::engine::audit::unit_of_wall;
 use crate::engine::event::{CountedKind, Event, EventKind};
-use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::grid::Face;
 use crate::engine::observe::{Observe, show};
+use crate::engine::parts::Engine;
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::engine::sources::pair::Arrival;

@@ -1,9 +1,9 @@
 //! Cells in the event loop: contacts in the cells around a particle, and when it goes into the next cell.
 
-use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::{Face, Grid};
+use crate::engine::parts::Engine;
 use crate::engine::predict::{Scratch, Streamed};
 use crate::engine::prediction::Prediction;
 use crate::engine::sources::lees_edwards::GRADIENT;

@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use super::{GlobalOutcome, Repredict};
-use crate::engine::event::{EventCounts, Tally};
-use crate::engine::event_loop::Engine;
+use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::engine::neighbours::Search;
+use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
@@ -59,8 +59,8 @@ pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, spee
 /// What outlives an engine.
 #[derive(Debug, Clone)]
 pub(in crate::engine) struct Carried {
-    tally: Tally,
-    counts: EventCounts,
+    event_counts: EventCounts,
+    counts: EventCountsBySpecies,
     executed: u64,
 }
 
@@ -84,7 +84,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// What outlives the engine when another one takes over with other diameters.
     pub fn carried(&self) -> Carried {
-        Carried { tally: self.counts.totals, counts: self.counts.by_species.clone(), executed: self.counts.executed }
+        Carried {
+            event_counts: self.counts.totals,
+            counts: self.counts.by_species.clone(),
+            executed: self.counts.executed,
+        }
     }
 
     /// Goes on counting where another engine has stopped.
@@ -92,7 +96,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let wrapped = std::mem::take(&mut self.counts.totals);
         debug_assert_eq!(wrapped.physical(), 0, "it has just been made");
         (self.counts.totals, self.counts.by_species, self.counts.executed) =
-            (carried.tally, carried.counts, carried.executed);
+            (carried.event_counts, carried.counts, carried.executed);
         self.counts.transitions_at_event = self.counts.totals.transition;
         self.counts.transitions_at_order = self.counts.totals.transition;
         for (particle, image) in self.state.images.iter_mut().enumerate() {

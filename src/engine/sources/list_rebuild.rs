@@ -1,10 +1,10 @@
 //! Verlet lists in the event loop: contacts with the particles in a list, and when the list has to be rebuilt.
 
 use crate::Vector;
-use crate::engine::event_loop::Engine;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::verlet::VerletLists;
 use crate::engine::pairs::Pairs;
+use crate::engine::parts::Engine;
 use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::engine::{Invariant, InvariantBroken};

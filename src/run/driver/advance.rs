@@ -22,13 +22,13 @@ const PAUSE: Duration = Duration::from_millis(20);
 impl<R: Recorder> Driver<'_, R> {
     /// Goes on for a while, and says if it came to the time, or what kept it from going on.
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (wait, tally) = (self.state.wait, *self.simulation.tally());
+        let (wait, event_counts) = (self.state.wait, *self.simulation.event_counts());
         let aim = Aim {
             time: self.simulation.time() + wait,
-            events: tally.physical().saturating_add(CHUNK),
-            transitions: tally.transition,
-            collisions: tally.kick,
-            done: tally.physical(),
+            events: event_counts.physical().saturating_add(CHUNK),
+            transitions: event_counts.transition,
+            collisions: event_counts.thermostat,
+            done: event_counts.physical(),
         };
         let aim = *self.state.aim.get_or_insert(aim);
         let until = aim.until(time, events);
@@ -37,7 +37,7 @@ impl<R: Recorder> Driver<'_, R> {
             Err(ending) => return Ok(Some(ending)),
         };
         let ending = self.quiet(&aim, reason);
-        let is_still = self.state.quiet_steps > 0 && self.simulation.tally().transition == aim.transitions;
+        let is_still = self.state.quiet_steps > 0 && self.simulation.event_counts().transition == aim.transitions;
         let waited = self.simulation.time() - (aim.time - wait);
         let state = &mut self.state;
         state.wait = if is_still { 2.0 * wait } else { state.crossing };
@@ -52,13 +52,13 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Advances to the next check of the overlaps of the start, in small steps, to find when the last one is gone.
     pub(super) fn advance_to_overlap_check(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (tally, check) = (*self.simulation.tally(), self.state.overlap_check);
+        let (event_counts, check) = (*self.simulation.event_counts(), self.state.overlap_check);
         let aim = Aim {
             time: self.simulation.time() + check.time,
-            events: tally.physical().saturating_add(check.events),
-            transitions: tally.transition,
-            collisions: tally.kick,
-            done: tally.physical(),
+            events: event_counts.physical().saturating_add(check.events),
+            transitions: event_counts.transition,
+            collisions: event_counts.thermostat,
+            done: event_counts.physical(),
         };
         let aim = *self.state.aim.get_or_insert(aim);
         let until = aim.until(time, events);
@@ -77,9 +77,9 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Takes note of whether anything has happened since the run set out for `aim`, and says how it ends where nothing will any more.
     fn quiet(&mut self, aim: &Aim, reason: Reason) -> Option<Ending> {
-        let now = self.simulation.tally();
+        let now = self.simulation.event_counts();
         let state = &mut self.state;
-        if now.physical() != aim.done || now.kick != aim.collisions {
+        if now.physical() != aim.done || now.thermostat != aim.collisions {
             (state.quiet_steps, state.quiet_rows) = (0, 0);
             return None;
         }
@@ -148,8 +148,8 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Events, cell transitions and Andersen collisions so far.
     pub(super) fn work(&self) -> u64 {
-        let tally = self.simulation.tally();
-        tally.physical().saturating_add(tally.transition).saturating_add(tally.kick)
+        let event_counts = self.simulation.event_counts();
+        event_counts.physical().saturating_add(event_counts.transition).saturating_add(event_counts.thermostat)
     }
 }
 

@@ -55,14 +55,14 @@ impl<R: Recorder> Driver<'_, R> {
             let mut observer = Observer::new(self.simulation.scene());
             observer.row(&self.simulation);
             let step = (EVENTS_PER_SAMPLE * observer.applicable().moving as u64).max(1);
-            let next = self.simulation.tally().physical().saturating_add(step);
+            let next = self.simulation.event_counts().physical().saturating_add(step);
             Monitor { observer, next, step, samples: 0, next_test: FEWEST_SAMPLES }
         });
     }
 
     /// Ends an equilibration that goes on until nothing drifts where that is so, and the run where it never will be.
     pub(super) fn check_equilibrium(&mut self) -> ControlFlow<Option<Ending>> {
-        let events = self.simulation.tally().physical();
+        let events = self.simulation.event_counts().physical();
         let is_limited = self.state.stage.limit != Limit::default();
         let Some(monitor) = self.state.monitor.as_mut().filter(|monitor| events >= monitor.next) else {
             return ControlFlow::Continue(());
@@ -119,7 +119,7 @@ mod tests {
             if progress.events > most { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let finished = run::run(scene, &mut (), &mut |progress| go_on(progress)).unwrap();
-        (finished.ending, finished.simulation.tally().physical())
+        (finished.ending, finished.simulation.event_counts().physical())
     }
 
     #[test]

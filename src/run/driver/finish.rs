@@ -12,8 +12,8 @@ impl<R: Recorder> Driver<'_, R> {
         let wall_seconds =
             self.state.earlier_seconds + self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
         if !is_measured {
-            self.state.before = *self.simulation.tally();
-            self.state.counts_before = self.simulation.event_counts();
+            self.state.before = *self.simulation.event_counts();
+            self.state.counts_before = self.simulation.event_counts_by_species();
             self.keep()?;
         }
         self.record(true, true)?;
@@ -27,10 +27,10 @@ impl<R: Recorder> Driver<'_, R> {
             measurement: MeasurementPeriod {
                 start,
                 duration: now - start,
-                tally: self.simulation.tally().since(&self.state.before),
+                event_counts: self.simulation.event_counts().since(&self.state.before),
                 wall_seconds,
             },
-            event_counts: self.simulation.event_counts().since(&self.state.counts_before),
+            event_counts_by_species: self.simulation.event_counts_by_species().since(&self.state.counts_before),
             ending,
             stage: self.state.stage.stage,
             observables: if is_measured { self.state.observer.estimates() } else { Vec::new() },

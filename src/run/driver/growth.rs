@@ -69,12 +69,12 @@ impl<R: Recorder> Driver<'_, R> {
     /// Averages the pressure from now on.
     fn begin_pressure_check(&mut self) {
         let contacts = (CONTACTS * self.state.observer.applicable().moving as u64).div_ceil(2).max(1);
-        let tally = self.simulation.tally();
+        let event_counts = self.simulation.event_counts();
         self.state.pressure_check = Some(PressureCheck {
             since: self.simulation.time(),
-            next: tally.physical().saturating_add(contacts),
+            next: event_counts.physical().saturating_add(contacts),
             exchanged: 0.0,
-            virial: tally.virial,
+            virial: event_counts.virial,
             temperature: self.temperature(),
         });
     }
@@ -95,7 +95,7 @@ impl<R: Recorder> Driver<'_, R> {
         if self.state.pressure_check.is_none() {
             return;
         }
-        let (virial, temperature) = (self.simulation.tally().virial, self.temperature());
+        let (virial, temperature) = (self.simulation.event_counts().virial, self.temperature());
         let applicable = self.state.observer.applicable();
         let components = applicable.dimensions * applicable.moving as f64;
         let Some(check) = &mut self.state.pressure_check else { return };
@@ -118,7 +118,7 @@ impl<R: Recorder> Driver<'_, R> {
     /// their size.
     pub(super) fn check_growth(&mut self) -> ControlFlow<Option<Ending>> {
         let Some(growth) = self.growth() else { return ControlFlow::Continue(()) };
-        if self.state.pressure_check.is_none_or(|check| self.simulation.tally().physical() < check.next) {
+        if self.state.pressure_check.is_none_or(|check| self.simulation.event_counts().physical() < check.next) {
             return ControlFlow::Continue(());
         }
         self.end_piece();
@@ -206,7 +206,7 @@ mod tests {
         };
         driver.enter();
         loop {
-            let events = driver.simulation.tally().physical().saturating_add(step);
+            let events = driver.simulation.event_counts().physical().saturating_add(step);
             if driver.advance(f64::INFINITY, events).unwrap() != Some(Ending::Events) {
                 return driver.simulation.scale();
             }

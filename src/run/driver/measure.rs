@@ -21,8 +21,8 @@ impl<R: Recorder> Driver<'_, R> {
     pub(super) fn measure(&mut self) -> Result<Ending, R::Error> {
         if self.state.measurement.is_none() {
             self.record(true, true)?;
-            self.state.before = *self.simulation.tally();
-            self.state.counts_before = self.simulation.event_counts();
+            self.state.before = *self.simulation.event_counts();
+            self.state.counts_before = self.simulation.event_counts_by_species();
         }
         self.started = Some(Instant::now());
         if self.state.stage.limit == Limit::default() {

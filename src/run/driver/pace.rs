@@ -117,7 +117,7 @@ impl<R: Recorder> Driver<'_, R> {
             }
             pilot = pilot.saturating_mul(2);
         }
-        let done = (self.simulation.tally().physical() - start.events) as f64;
+        let done = (self.simulation.event_counts().physical() - start.events) as f64;
         if done == 0.0 {
             return Ok(Some(limit.unwrap_or(f64::INFINITY)));
         }

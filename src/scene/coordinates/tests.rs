@@ -200,7 +200,7 @@ fn a_frame_of_a_sheared_box_starts_where_its_images_are() {
     simulation.advance(Until::time(3.3)).unwrap();
     again.advance(Until::time(0.2)).unwrap();
     let (one, other) = (simulation.snapshot(), again.snapshot());
-    assert!(again.tally().physical() > 5, "{}", again.tally().physical());
+    assert!(again.event_counts().physical() > 5, "{}", again.event_counts().physical());
     for (a, b) in one.positions.iter().zip(&other.positions) {
         assert!(frame_of(&one).nearest_image(a - b).norm() < 1e-9, "{a} {b}");
     }

@@ -215,7 +215,7 @@ impl Compression<'_> {
         simulation.grow(&Growth { rate, until: GrowthTarget::PackingFraction(1.0) }, largest);
         let part = |simulation: &Simulation| libm::pow(factor * simulation.scale(), dimensions);
         for _ in 0..MOST_STRETCHES {
-            let (time, before) = (simulation.time(), *simulation.tally());
+            let (time, before) = (simulation.time(), *simulation.event_counts());
             let until = Until { time: end, events: before.physical() + STRETCH * count };
             if simulation.advance(until).is_err() {
                 break;
@@ -226,7 +226,7 @@ impl Compression<'_> {
             let temperature = 2.0 * simulation.energy().kinetic / degrees;
             // All particles count in the virial theorem, though the centre of mass is at rest.
             let all = dimensions * count as f64;
-            let exchanged = (simulation.tally().virial - before.virial) / (all * 0.5 * (1.0 + temperature));
+            let exchanged = (simulation.event_counts().virial - before.virial) / (all * 0.5 * (1.0 + temperature));
             let factor = 1.0 + exchanged / (simulation.time() - time);
             let jams_at = part(simulation) / (1.0 - dimensions / factor);
             if factor > JAMMED || (factor > CLOSE && jams_at * TOLERANCE < 1.0) {

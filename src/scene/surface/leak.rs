@@ -1,11 +1,12 @@
 //! Leaks of static surfaces: holes and joints that a moving species passes.
 
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
 
 use crate::Vector;
-use crate::base::numbers::{id, trunc_to_i64};
+use crate::base::numbers::id;
+use crate::engine::CellList;
 use crate::model::StaticSurface;
+use crate::model::space::{Boundary, Space};
 use crate::model::{ParticleId, Scene, SpeciesId};
 use crate::scene::packing::occupancy::Contacts;
 use crate::scene::surface::Layout;
@@ -108,11 +109,14 @@ impl Scene {
     /// The surface to which an open end is joined with a leak, and the width of the gap.
     fn gap_along(&self, rim: &[ParticleId], surface: usize, contact: f64) -> Option<(usize, f64)> {
         let position = |id: u32| self.particles[id as usize].position;
+        let open = Space { boundary: [Boundary::OPEN; 3], ..self.space };
         let mut joint: Option<(usize, f64)> = None;
         for (other, candidate) in self.static_surfaces.iter().enumerate().filter(|(other, _)| *other != surface) {
             let spheres: Vec<Vector> = candidate.particles.clone().map(position).collect();
-            let spheres = Near::new(&spheres, 3.0 * contact);
-            let mut widths: Vec<f64> = rim.iter().filter_map(|id| spheres.distance(&position(id.0))).collect();
+            let numbers: Vec<u32> = candidate.particles.clone().collect();
+            let spheres = CellList::new(&open, 0.0, 3.0 * contact, &numbers, &spheres);
+            let nearest = |id: &ParticleId| spheres.distance_to_nearest(&position(id.0));
+            let mut widths: Vec<f64> = rim.iter().filter_map(nearest).collect();
             widths.sort_by(f64::total_cmp);
             let (Some(&near), Some(&far)) = (widths.get(rim.len() / 4), widths.get(3 * rim.len() / 4)) else {
                 continue;
@@ -133,35 +137,6 @@ impl Scene {
     /// The distances that cores keep.
     pub(crate) fn contacts(&self) -> Contacts {
         Contacts::of(self.table.map(|id| self.interactions[id.0 as usize].potential.core()))
-    }
-}
-
-/// Spheres in cells as large as the reach, to find the nearest.
-struct Near<'a> {
-    reach: f64,
-    cells: HashMap<[i64; 3], Vec<&'a Vector>>,
-}
-
-impl<'a> Near<'a> {
-    fn new(spheres: &'a [Vector], reach: f64) -> Self {
-        let mut cells: HashMap<_, Vec<_>> = HashMap::new();
-        for sphere in spheres {
-            cells.entry(Self::cell(sphere, reach)).or_default().push(sphere);
-        }
-        Self { reach, cells }
-    }
-
-    fn cell(place: &Vector, reach: f64) -> [i64; 3] {
-        [0, 1, 2].map(|k| trunc_to_i64((place[k] / reach).floor()))
-    }
-
-    /// Distance of the nearest sphere within reach.
-    fn distance(&self, place: &Vector) -> Option<f64> {
-        let [x, y, z] = Self::cell(place, self.reach);
-        let around = (0..27)
-            .map(|k| [x.saturating_add(k % 3 - 1), y.saturating_add(k / 3 % 3 - 1), z.saturating_add(k / 9 - 1)]);
-        let spheres = around.filter_map(|cell| self.cells.get(&cell)).flatten();
-        spheres.map(|sphere| (*sphere - place).norm()).filter(|distance| *distance < self.reach).reduce(f64::min)
     }
 }
 

@@ -182,7 +182,7 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let system = SystemDescription::of(&scene);
     let mut simulation = Simulation::without_plan(scene);
     simulation.advance(Until::time(10.0)).unwrap();
-    let (start, before) = (simulation.snapshot(), *simulation.tally());
+    let (start, before) = (simulation.snapshot(), *simulation.event_counts());
     let plan = plan::RadialDistribution { cutoff: Some(2.0), bins: Some(50), interval: Some(0.1) };
     let setup = Setup { system: &system, sample: Sample::of(&start), duration: 40.0 };
     let mut instrument = RadialDistribution::new(&plan, &setup);
@@ -199,7 +199,7 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let exact = (1.0 - 0.15) / 0.7_f64.powi(3);
     assert!(error < 0.025 && (mean - exact).abs() < 4.0 * error, "{mean} +- {error}, {exact}");
     let temperature = simulation.energy().kinetic / (1.5 * 499.0);
-    let virial = simulation.tally().virial - before.virial;
+    let virial = simulation.event_counts().virial - before.virial;
     let of_virial = virial / (3.0 * 499.0 * temperature * (simulation.time() - start.time)) / (4.0 * 0.3);
     assert!((mean - of_virial).abs() < 4.0 * error, "{mean} +- {error}, {of_virial}");
     assert!(measured.curves[0].series[0].values[..24].iter().all(|value| *value == Some(0.0)));

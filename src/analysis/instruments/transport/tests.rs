@@ -66,7 +66,7 @@ fn moments_do_not_depend_on_the_frame() {
         let (system, mut simulation) = start(scene);
         let mut instrument = transport(&simulation, &system, 1.0);
         measure(&mut simulation, &system, &mut instrument, 0.6);
-        assert!(simulation.tally().core > 10);
+        assert!(simulation.event_counts().core > 10);
         *instrument.moments.back().unwrap()
     };
     let (still, moving) = (run(0.0), run(3.0));

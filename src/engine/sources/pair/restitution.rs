@@ -1,8 +1,8 @@
 //! Restitution of pair contacts: constant, or by the TC model.
 
 use super::Encounter;
-use crate::engine::event_loop::Engine;
 use crate::engine::pairs::rules::Discontinuity;
+use crate::engine::parts::Engine;
 use crate::physics::response::{Leaving, Response, respond, tc_contact};
 
 /// Relative to the speeds of two particles, what the velocities of both leave uncertain of their difference: two roundings

@@ -1,24 +1,23 @@
-//! A cell list: pairs of particles that are closer than a range.
+//! A cell list of points at one time: pairs that are closer than a range, and the point nearest to a place.
+//!
+//! It serves what looks at positions once, such as instruments; the event loop keeps its own lists of the same grid up to date.
 
-use super::system::Sample;
+use super::grid::Grid;
 use crate::Vector;
-use crate::base::numbers::trunc_to_usize;
 use crate::model::space::{Boundary, Space, nearest_image};
 
-/// Cells are this much wider than the range: round-off of positions hides no pair.
-const MARGIN: f64 = 1.0 + 1e-6;
+/// Cells for each point at most: more only cost memory.
+const CELLS_PER_POINT: f64 = 2.0;
 
-/// A cell list for one sample: particles sorted into cells no smaller than a range; pairs by their minimum image.
-///
-/// The range may be at most half of the shortest period.
+/// Points sorted into cells no smaller than a range; pairs by their minimum image.
 #[derive(Debug)]
-pub(super) struct CellList {
+pub(crate) struct CellList {
+    grid: Grid,
     periods: Vector,
     /// Of the next image up along y, along x.
     displacement: f64,
     range: f64,
-    counts: [usize; 3],
-    /// Where the particles of each cell begin, and the end.
+    /// Where the points of each cell begin, and the end.
     starts: Vec<usize>,
     /// Ids and positions, cell by cell.
     ids: Vec<u32>,
@@ -26,31 +25,32 @@ pub(super) struct CellList {
 }
 
 impl CellList {
-    /// Sorts particles with these ids into cells.
-    pub fn new(space: &Space, range: f64, ids: &[u32], sample: &Sample<'_>) -> Self {
-        let &Sample { positions, displacement, .. } = sample;
-        let (lower, extent) = extents(space, ids, positions);
-        let counts = cell_counts(&extent, range * MARGIN, ids.len());
-        let cell_of = |position: &Vector| {
-            let index = |k: usize| {
-                let at = (position[k] - lower[k]) / extent[k] * counts[k] as f64;
-                // NaN from 0/0 on flat axes, and round-off outside of the box, saturate.
-                trunc_to_usize(at).min(counts[k] - 1)
-            };
-            (index(2) * counts[1] + index(1)) * counts[0] + index(0)
-        };
-        let cells: Vec<usize> = ids.iter().map(|&id| cell_of(&positions[id as usize])).collect();
-        let mut starts = vec![0; counts.iter().product::<usize>() + 1];
+    /// Sorts points with ids into cells: `positions` within `space` along periodic axes, whose next image up is displaced by `displacement`.
+    ///
+    /// # Panics
+    /// If there is no id for each position.
+    pub fn new(space: &Space, displacement: f64, range: f64, ids: &[u32], positions: &[Vector]) -> Self {
+        assert_eq!(ids.len(), positions.len(), "an id for each position");
+        let grid = Grid::new(&bounds(space, positions), range, positions, [0.0; 3], CELLS_PER_POINT);
+        let cells: Vec<usize> = positions.iter().map(|position| grid.cell_at(position) as usize).collect();
+        let mut starts = vec![0; grid.count() + 1];
         cells.iter().for_each(|&cell| starts[cell + 1] += 1);
         (1..starts.len()).for_each(|cell| starts[cell] += starts[cell - 1]);
         let mut next = starts.clone();
         let mut sorted = vec![0; ids.len()];
-        for (&cell, &id) in cells.iter().zip(ids) {
-            sorted[next[cell]] = id;
+        for (index, &cell) in cells.iter().enumerate() {
+            sorted[next[cell]] = index;
             next[cell] += 1;
         }
-        let positions = sorted.iter().map(|&id| positions[id as usize]).collect();
-        Self { periods: space.periods(), displacement, range, counts, starts, ids: sorted, positions }
+        Self {
+            grid,
+            periods: space.periods(),
+            displacement,
+            range,
+            starts,
+            ids: sorted.iter().map(|&index| ids[index]).collect(),
+            positions: sorted.iter().map(|&index| positions[index]).collect(),
+        }
     }
 
     /// The largest range for which minimum images are all there are: half of the shortest period, infinite without one.
@@ -71,7 +71,7 @@ impl CellList {
         });
     }
 
-    /// Calls `visit(id, separations)` for each particle, with the separations from those within its range.
+    /// Calls `visit(id, separations)` for each point, with the separations from those within its range.
     pub fn for_each_particle(&self, mut visit: impl FnMut(u32, &[Vector])) {
         let mut separations = Vec::new();
         self.for_each(|index, runs| {
@@ -84,6 +84,15 @@ impl CellList {
         });
     }
 
+    /// The distance of a place from the nearest point within the range, if there is one `[length]`.
+    pub fn distance_to_nearest(&self, place: &Vector) -> Option<f64> {
+        let mut runs = Vec::with_capacity(27);
+        self.find_runs(self.grid.cell_at(place), &mut runs);
+        let near = runs.iter().flat_map(|&(begin, end)| &self.positions[begin..end]);
+        let distances = near.map(|point| nearest_image(point - place, &self.periods, self.displacement).norm());
+        distances.filter(|distance| *distance < self.range).reduce(f64::min)
+    }
+
     /// The nearest image of a separation, if it is within the range.
     #[inline]
     fn separation(&self, index: usize, other: usize) -> Option<Vector> {
@@ -91,73 +100,36 @@ impl CellList {
         (separation.norm_squared() < self.range * self.range).then_some(separation)
     }
 
-    /// Calls `visit(index, runs)` for each particle in the order of the cells, with the runs of those in cells near it.
+    /// Calls `visit(index, runs)` for each point in the order of the cells, with the runs of those in cells near it.
     fn for_each(&self, mut visit: impl FnMut(usize, &[(usize, usize)])) {
         let mut runs = Vec::with_capacity(27);
-        let [nx, ny, nz] = self.counts;
-        for cell in 0..nx * ny * nz {
-            if self.starts[cell] == self.starts[cell + 1] {
+        for (cell, bounds) in (0..).zip(self.starts.windows(2)) {
+            if bounds[0] == bounds[1] {
                 continue;
             }
-            runs.clear();
-            let (x, y, z) = (cell % nx, cell / nx % ny, cell / (nx * ny));
-            for z in self.around(2, z) {
-                for row in self.around(1, y) {
-                    let first = (z * ny + row) * nx;
-                    if self.slides(y, row) {
-                        runs.push((self.starts[first], self.starts[first + nx]));
-                        continue;
-                    }
-                    for near in self.around(0, x).map(|x| first + x) {
-                        runs.push((self.starts[near], self.starts[near + 1]));
-                    }
-                }
-            }
-            (self.starts[cell]..self.starts[cell + 1]).for_each(|index| visit(index, &runs));
+            self.find_runs(cell, &mut runs);
+            (bounds[0]..bounds[1]).for_each(|index| visit(index, &runs));
         }
     }
 
-    /// Whether a row of cells along x is next to another one through the side that slides, so that any cell of it may be near.
-    fn slides(&self, y: usize, row: usize) -> bool {
-        self.displacement != 0.0 && (self.counts[1] < 3 || y.abs_diff(row) > 1)
-    }
-
-    /// The indices next to one along an axis, itself included, each once.
-    fn around(&self, axis: usize, index: usize) -> impl Iterator<Item = usize> {
-        let count = self.counts[axis];
-        let is_periodic = self.periods[axis].is_finite();
-        let first = if count < 3 || (!is_periodic && index == 0) { 0 } else { index + count - 1 };
-        let number = match count {
-            0..3 => count,
-            _ if !is_periodic && (index == 0 || index + 1 == count) => 2,
-            _ => 3,
-        };
-        (first..first + number).map(move |at| at % count)
+    /// The runs of points in the cells near a cell, itself included.
+    fn find_runs(&self, cell: u32, runs: &mut Vec<(usize, usize)>) {
+        runs.clear();
+        self.grid.for_each_row(cell, self.displacement != 0.0, |cells| {
+            runs.push((self.starts[cells.start as usize], self.starts[cells.end as usize]));
+        });
     }
 }
 
-/// Lower corner and edges of what the cells cover: the box along periodic axes, the particles along others.
-fn extents(space: &Space, ids: &[u32], positions: &[Vector]) -> (Vector, Vector) {
-    let (mut lower, mut upper) = (space.lower, space.upper());
+/// What the cells cover: the box along periodic axes, the points along others.
+fn bounds(space: &Space, positions: &[Vector]) -> Space {
+    let (mut lower, mut upper, mut boundary) = (space.lower, space.upper(), space.boundary);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Periodic) {
-        let along = || ids.iter().map(|&id| positions[id as usize][k]);
+        let along = || positions.iter().map(|position| position[k]);
         (lower[k], upper[k]) = (along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max));
+        boundary[k] = Boundary::OPEN;
     }
-    (lower, upper - lower)
-}
-
-/// Numbers of cells along the axes: no smaller than `side`, and no more than two for each particle.
-fn cell_counts(extent: &Vector, mut side: f64, particles: usize) -> [usize; 3] {
-    let most = 2.0 * particles as f64 + 64.0;
-    loop {
-        let fit = |k: usize| if extent[k].is_finite() { (extent[k] / side).floor().max(1.0) } else { 1.0 };
-        let counts = [fit(0), fit(1), fit(2)];
-        // A side of zero gives infinitely many cells: the next one is positive.
-        if counts.iter().product::<f64>() <= most {
-            return counts.map(trunc_to_usize);
-        }
-        side = if side > 0.0 { 1.2 * side } else { extent.max() / most };
-    }
+    Space { lower, size: upper - lower, boundary }
 }
 
 #[cfg(test)]
@@ -172,8 +144,9 @@ mod tests {
         separation.borrow() * separation.borrow().transpose()
     }
 
-    fn sample(positions: &[Vector], displacement: f64) -> Sample<'_> {
-        Sample { time: 0.0, positions, velocities: &[], images: &[], displacement }
+    fn cell_list(space: &Space, displacement: f64, range: f64, ids: &[u32], all: &[Vector]) -> CellList {
+        let positions: Vec<Vector> = ids.iter().map(|&id| all[id as usize]).collect();
+        CellList::new(space, displacement, range, ids, &positions)
     }
 
     fn random_points(count: usize, space: &Space) -> Vec<Vector> {
@@ -222,7 +195,7 @@ mod tests {
                 };
                 let all = ids.iter().flat_map(|&a| ids.iter().filter(move |&&b| b > a).map(move |&b| (a, b)));
                 let expected: Vec<(u32, u32)> = all.filter(is_near).collect();
-                let cells = CellList::new(&space, range, &ids, &sample(&points, displacement));
+                let cells = cell_list(&space, displacement, range, &ids, &points);
                 let mut found = Vec::new();
                 cells.for_each_pair(|a, b, _| found.push((a.min(b), a.max(b))));
                 found.sort_unstable();
@@ -247,11 +220,36 @@ mod tests {
     #[test]
     fn nothing_and_far_away_are_no_trouble() {
         let space = Space { lower: Vector::zeros(), size: Vector::repeat(1.0), boundary: [Boundary::OPEN; 3] };
-        CellList::new(&space, 1.0, &[], &sample(&[], 0.0)).for_each_pair(|_, _, _| panic!("no particles"));
+        CellList::new(&space, 0.0, 1.0, &[], &[]).for_each_pair(|_, _, _| panic!("no particles"));
         let points = [Vector::repeat(1e40), Vector::repeat(-1e40), Vector::zeros(), Vector::new(0.5, 0.0, 0.0)];
         let mut found = Vec::new();
-        let cells = CellList::new(&space, 1.0, &[0, 1, 2, 3], &sample(&points, 0.0));
+        let cells = CellList::new(&space, 0.0, 1.0, &[0, 1, 2, 3], &points);
         cells.for_each_pair(|a, b, square| found.push((a, b, square)));
         assert_eq!(found, [(2, 3, 0.25)]);
+    }
+
+    #[test]
+    fn the_nearest_point_is_that_of_a_search_over_all() {
+        for displacement in [0.0, 1.7] {
+            let space =
+                Space { lower: Vector::zeros(), size: Vector::new(9.0, 5.0, 7.0), boundary: [Boundary::Periodic; 3] };
+            let points = random_points(40, &space);
+            let ids: Vec<u32> = (0..40).collect();
+            let cells = CellList::new(&space, displacement, 1.2, &ids, &points);
+            let mut found = 0;
+            for place in random_points(300, &space) {
+                let apart =
+                    points.iter().map(|point| nearest_image(point - place, &space.periods(), displacement).norm());
+                let expected = apart.reduce(f64::min).filter(|distance| *distance < 1.2);
+                assert_eq!(cells.distance_to_nearest(&place), expected);
+                found += usize::from(expected.is_some());
+            }
+            assert!((50..290).contains(&found), "{found}");
+        }
+        // Beside all points of an open space.
+        let space = Space { lower: Vector::zeros(), size: Vector::zeros(), boundary: [Boundary::OPEN; 3] };
+        let cells = CellList::new(&space, 0.0, 1.0, &[0], &[Vector::repeat(4.0)]);
+        assert_eq!(cells.distance_to_nearest(&Vector::new(4.0, 4.0, 3.5)), Some(0.5));
+        assert_eq!(cells.distance_to_nearest(&Vector::new(4.0, 4.0, 2.5)), None);
     }
 }
