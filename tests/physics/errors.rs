@@ -57,7 +57,8 @@ fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
     let hard = || Potential::hard_sphere(1.0).unwrap();
     let well = || Potential::square_well(1.0, 1.5, 1.0).unwrap();
     let fluid = |seed| spheres(seed, hard(), 1.0, 108, Amount::PackingFraction(0.4), lasting(5.0, 20.0, None));
-    let crystal = |seed| spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54), lasting(3.0, 10.0, None));
+    // In a quarter of the time there are too few values: the errors that are claimed are then a quarter too large.
+    let crystal = |seed| spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54), lasting(3.0, 40.0, None));
     let bath =
         |seed| spheres(seed, well(), 1.0, 108, Amount::NumberDensity(0.5), lasting(10.0, 40.0, Some((1.5, 1.0))));
     let driven =
@@ -81,8 +82,8 @@ fn claimed_errors_are_those_of_other_seeds() {
 }
 
 #[test]
-#[ignore = "a minute in a release build"]
+#[ignore = "four minutes in a release build"]
 fn claimed_errors_are_those_of_many_other_seeds() {
-    // The scatter of 256 is known to 4.4 %.
-    assert_honest(256, 0.8..=1.25);
+    // From 0.8 to 1.25; the scatter of 256 is known to 4.4 %, and one of fourteen may be off by two of that.
+    assert_honest(256, 0.73..=1.36);
 }
