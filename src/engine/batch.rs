@@ -10,7 +10,7 @@ use crate::engine::pairs::states::PairState;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Simd, Work, negative, positive};
 use crate::physics::overlap::Side;
 
-/// Batch that are predicted before any of them is kept: longer lists come in parts.
+/// Pairs that are predicted before any of them is kept: longer lists come in parts.
 const TOGETHER: usize = 32;
 
 /// The others that a batch prediction reads, relative to one particle.

@@ -109,7 +109,7 @@ impl fmt::Display for Search {
     }
 }
 
-/// Batch beyond its range that a particle's list should hold in one, two and three dimensions, at the mean density. More cost time
+/// Particles beyond its range that a particle's list should hold in one, two and three dimensions, at the mean density. More cost time
 /// at every prediction, fewer have to be looked for more often. Measured, in three dimensions, in hard-sphere fluids and crystals and in square wells (whose
 /// pairs within range are captured, and in no list), where half or twice as many lose about a tenth of the speed.
 const LISTED: [f64; 3] = [1.5, 5.5, 11.0];

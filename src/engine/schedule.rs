@@ -24,7 +24,7 @@ pub struct QueueEntry {
 }
 
 impl QueueEntry {
-    /// One number that orders entries by time, tie_order and particle.
+    /// One number that orders entries by time, tie order and particle.
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
@@ -63,7 +63,7 @@ pub struct EventQueue {
     opened: Vec<u32>,
     /// Number of the bucket in `front`.
     cursor: usize,
-    /// Simd of a bucket, a power of two so that bucket numbers and horizons are exact.
+    /// Width of a bucket, a power of two so that bucket numbers and horizons are exact.
     width: f64,
     per_width: f64,
     popped: u64,
