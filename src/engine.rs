@@ -142,7 +142,32 @@ enum Chosen {
     FallingTable(Engine<true, true>),
 }
 
-/// A scene in motion.
+/// A simulation: a scene in motion, from event to event.
+///
+/// A copy goes on to the same bits. It is `Send`, so that independent replicas run in threads:
+///
+/// ```
+/// use carom::engine::{Simulation, Until};
+/// use carom::model::Potential;
+/// use carom::scene::{Amount, Lattice, SceneBuilder};
+///
+/// let scene = SceneBuilder::new("replica")
+///     .species("sphere", 1.0, 1.0)
+///     .interaction("sphere", "sphere", Potential::hard_sphere(1.0)?, 1.0)
+///     .fill(Lattice::FaceCentredCubic, "sphere", 108, Amount::PackingFraction(0.2))
+///     .temperature(1.0);
+/// let simulations: Result<Vec<Simulation>, Box<dyn std::error::Error>> =
+///     (1..=4).map(|seed| Ok(Simulation::new(scene.clone().seed(seed).build()?)?)).collect();
+/// let times = std::thread::scope(|scope| {
+///     let run = |mut simulation: Simulation| simulation.advance(Until::events(5_000)).map(|_| simulation.time());
+///     let threads: Vec<_> = simulations?.into_iter().map(|simulation| scope.spawn(move || run(simulation))).collect();
+///     threads.into_iter().map(|thread| thread.join().expect("no panic")).collect::<Result<Vec<f64>, _>>()
+///         .map_err(Box::<dyn std::error::Error>::from)
+/// })?;
+/// assert!(times.iter().all(|time| *time > 0.0) && times[0] != times[1]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[doc(alias = "replica")]
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Simulation {
     scene: Scene,

@@ -35,19 +35,22 @@
 //!
 //! | to | use | example |
 //! |---|---|---|
-//! | simulate, and look at every event | [`engine::Simulation`] | `event_statistics`, `replicas_in_threads` |
+//! | simulate, and look at every event | [`engine::Simulation`] | `event_statistics` |
 //! | stop at an event, change velocities or positions | [`engine::Simulation`] | `stop_on_condition` |
-//! | equilibrate, measure with standard errors, write files | [`run::Run`] | `fluid` |
-//! | measure something new | [`analysis::instruments::Instrument`] | `own_instrument` |
+//! | run independent replicas in threads | [`engine::Simulation`] is `Send` | `replicas_in_threads` |
+//! | equilibrate, measure with standard errors | [`run::Run`] | `fluid` |
+//! | write the files of a run, and its page | [`io::Folder`], `view::report::page` | `own_instrument` |
+//! | measure something new, or end a run on a condition | [`analysis::instruments::Instrument`] | `own_instrument` |
 //! | simulate another potential | [`model::Potential::new`] | `own_potential` |
 //!
-//! The programs are in the folder `examples`.
+//! The programs are in the folder `examples` of the sources; `cargo run --release --example fluid` runs the first one.
 //!
 //! # An instrument of one's own
 //!
 //! A type with the trait [`Instrument`](analysis::instruments::Instrument) says when it wants its next sample, takes it, and reports numbers
-//! and curves. A [`Run`](run::Run) with which it is registered measures with it, writes what it reports into the files of the run and onto its
-//! page, and keeps its fields in checkpoints.
+//! and curves. A [`Run`](run::Run) with which it is registered measures with it and keeps its fields in checkpoints. Where a
+//! [`Folder`](io::Folder) records the run, what the instrument reports is in its files, and so on the page that `view::report::page` makes of them.
+//! A program needs `serde = { version = "1", features = ["derive"] }` for it.
 //!
 //! ```
 //! use carom::analysis::instruments::{Instrument, Measured, Number, Sample, SystemDescription};
@@ -96,7 +99,7 @@
 //!         mean: BlockAverage::new(1.0),
 //!     })
 //!     .finish()?;
-//! let kurtosis = finished.measured.numbers[0].mean.unwrap_or_default();
+//! let kurtosis = finished.measured.number("kurtosis").and_then(|number| number.mean).unwrap_or_default();
 //! // At constant energy it is N / (N + 2/3) of that.
 //! assert!((kurtosis - 1.0).abs() < 0.03);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

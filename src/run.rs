@@ -192,7 +192,7 @@ pub struct Finished {
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each of them was stationary, by name.
     pub stationarity: Vec<(&'static str, Stationarity)>,
-    /// What the scene asked to be measured.
+    /// What the instruments of the scene have measured, and those of one's own: [`Measured::number`], [`Measured::curve`].
     pub measured: Measured,
     /// What the run found out about its own correctness.
     pub audit: Audit,

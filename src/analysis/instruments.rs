@@ -1,10 +1,10 @@
-//! What a scene asks to be measured while it runs: structure, motion, transport, profiles.
+//! Instruments: what is measured while a scene runs, such as structure, motion, transport and profiles.
 //!
 //! A [`MeasurementPlan`] says what is wanted; each entry becomes one of the [`Instruments`], which are shown the particles at times of their own choosing, and
 //! the events where they ask for them. Instruments only read: a run has the same trajectory, bit for bit, whatever is measured.
 //! Their memory is bounded, and their state is part of a checkpoint. What came out is [`Measured`].
 //!
-//! [`Instrument`] shows how to write one, and what it takes to measure with it.
+//! An instrument of one's own is a type with the trait [`Instrument`], which shows how to write one and what it takes to measure with it.
 
 pub mod bond_order;
 pub mod chains;

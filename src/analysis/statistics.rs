@@ -62,7 +62,8 @@ pub struct BlockAverage {
 }
 
 impl BlockAverage {
-    /// An empty series, whose bins begin with the weight of one value.
+    /// An empty series, whose bins begin with the weight of one value: 1 for samples at even times that are added with the weight 1, otherwise
+    /// a typical one of the weights to come.
     #[must_use]
     pub fn new(bin_weight: f64) -> Self {
         Self::with_most_bins(MOST_BINS, bin_weight)

@@ -56,6 +56,25 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 /// replaces another one is written in the folder `replacement` within the other's, which stays as it is until the new one is complete and
 /// sound; one that is not stays there. Checkpoints are written now and then; from the last one, [`Folder::resume`] goes on. The file `.carom` lists what Carom wrote: nothing else is ever
 /// replaced or removed. It is locked while a run writes.
+///
+/// ```
+/// use carom::io::{Existing, Folder};
+/// use carom::run::Run;
+/// use std::ops::ControlFlow;
+///
+/// # let directory = tempfile::tempdir()?;
+/// # let target = directory.path().join("fluid");
+/// # let scene = carom::model::Scene::from_file_with("configs/hard_sphere_fluid.toml", &[("run.until_events", "2000"), ("run.equilibration_events", "1000")])?;
+/// // `scene` is a scene, `target` the path of the folder.
+/// let mut folder = Folder::create(&target, &scene, Existing::Keep)?;
+/// let finished = Run::new(scene).execute(&mut folder, &mut |_| ControlFlow::Continue(()))?;
+/// folder.complete(&finished, "what is written into report.txt")?;
+/// # assert!(target.join("summary.json").exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// With the feature `view`, `carom::view::report::page(&target)` then makes the page of the run from these files, and `report::write` writes it. To go on:
+/// `let (mut folder, checkpoint) = Folder::resume(&target, None)?;` and [`Run::resume(checkpoint)`](crate::run::Run::resume) in place of `Run::new(scene)`.
 #[derive(Debug)]
 pub struct Folder {
     /// The folder that was asked for.
@@ -171,7 +190,8 @@ impl Folder {
         is_too_much.then(|| OutputError::TooMuch { path: self.path.clone(), bytes, most: self.most_bytes })
     }
 
-    /// Keeps the text of the scene, from which the run can be made again: [`Scene::record`].
+    /// Keeps the text of the scene as `scene.toml`, from which the run can be made again: [`Scene::record`] of a scene that was read from a file.
+    /// A scene that was made in code has no text; its page then says that there is none.
     ///
     /// # Errors
     /// [`OutputError::Write`] if it cannot be written.

@@ -24,7 +24,7 @@ use crate::model::measurement_plan::MeasurementPlan;
 pub struct Setup<'a> {
     /// The description of the system.
     pub system: &'a SystemDescription,
-    /// The particles at the start of the measurement.
+    /// The particles at the start of the measurement. [`Instrument::sample`] is not called for them: take them here if they count.
     pub sample: Sample<'a>,
     /// How long the measurement will last, as far as is known; positive and finite `[time]`.
     pub duration: f64,
@@ -38,7 +38,8 @@ pub struct Setup<'a> {
 ///
 /// An instrument of one's own is a type that implements this trait and is registered with
 /// [`Run::instrument`](crate::run::Run::instrument). The state of such a type is part of every checkpoint, by its implementations of
-/// `serde::Serialize` and `serde::Deserialize`: derive them, and keep in its fields everything that later samples depend on.
+/// `serde::Serialize` and `serde::Deserialize`: derive these and `Clone`, and keep in its fields everything that later samples depend on. Checkpoints
+/// are written with `postcard`, which has no names of fields: `serde`'s attributes `flatten`, `untagged` and `skip_serializing_if` do not go with it.
 ///
 /// [The guide of the crate](crate#an-instrument-of-ones-own) has one in full, and so has `examples/own_instrument.rs`.
 #[doc(alias = "compute")]
@@ -48,10 +49,13 @@ pub trait Instrument {
     /// Simulated time of the next sample that it wants, later than the last one; infinite for none.
     fn next_sample(&self) -> f64;
 
-    /// Shows it the particles, at the time that it asked for or, at the end of the run, earlier.
+    /// Shows it the particles at the time that it asked for.
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription);
 
-    /// Shows it the particles at the end of the measurement, if that is the time that it has asked for.
+    /// Shows it the particles at the end of the measurement, also of one that is interrupted.
+    ///
+    /// By default it takes the sample that it has asked for, if that is due now; a method of one's own has to do so, too. A checkpoint is
+    /// written before, so that a run that goes on from it has not seen this end.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         let due = self.next_sample();
         if is_now(due, sample.time) {
@@ -72,7 +76,7 @@ pub trait Instrument {
         false
     }
 
-    /// Adds what it has measured so far.
+    /// Adds what it has measured so far. Can be called more than once, at any time of the measurement.
     fn report(&self, system: &SystemDescription, measured: &mut Measured);
 }
 
@@ -113,7 +117,7 @@ instruments! {
     Profile(Profile),
 }
 
-/// All instruments of a run.
+/// All instruments of a run, those of the scene and those of one's own: what a run keeps, and no part of an instrument of one's own.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Instruments {
     kinds: Vec<Kind>,

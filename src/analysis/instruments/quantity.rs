@@ -15,6 +15,18 @@ pub struct Measured {
 }
 
 impl Measured {
+    /// The number with a name.
+    #[must_use]
+    pub fn number(&self, name: &str) -> Option<&Number> {
+        self.numbers.iter().find(|number| number.name == name)
+    }
+
+    /// The curve with a name.
+    #[must_use]
+    pub fn curve(&self, name: &str) -> Option<&Curve> {
+        self.curves.iter().find(|curve| curve.name == name)
+    }
+
     /// Adds what an instrument of the user has measured, in a form that every reader takes.
     ///
     /// Names get letters, digits, `_` and `-` only, and a number behind them if they are taken: curves name files. Columns end with the

@@ -30,7 +30,7 @@ pub struct Completed {
 }
 
 impl Folder {
-    /// Gives the files their names, and adds the measurements, the summary and a report for people; then takes the place of the run that is to be
+    /// Gives the files their names, and adds the measurements, the summary and `report.txt`, which holds `report`: any text for people; then takes the place of the run that is to be
     /// replaced, if there is one and this one [is sound](Finished::is_sound) and complete.
     ///
     /// # Errors
