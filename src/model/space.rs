@@ -135,6 +135,26 @@ impl Space {
         self.boundary.iter().all(|b| matches!(b, Boundary::Periodic | Boundary::Flat))
     }
 
+    /// The image of a position that lies in the box along periodic axes, and on the plane or line along flat ones.
+    #[must_use]
+    pub(crate) fn wrapped(&self, mut position: Vector) -> Vector {
+        for k in 0..3 {
+            match self.boundary[k] {
+                Boundary::Flat => position[k] = self.lower[k],
+                Boundary::Periodic => {
+                    let (lower, size, upper) = (self.lower[k], self.size[k], self.upper()[k]);
+                    if !(lower..upper).contains(&position[k]) {
+                        let turned = lower + (position[k] - lower).rem_euclid(size);
+                        // Rounding can turn a position just below the lower side into the upper one.
+                        position[k] = if turned < upper { turned } else { lower };
+                    }
+                }
+                Boundary::Bounded { .. } => {}
+            }
+        }
+        position
+    }
+
     /// Periods along the axes `[length]`; infinite where an axis is not periodic.
     #[must_use]
     pub fn periods(&self) -> Vector {

@@ -2,20 +2,19 @@
 
 mod placing;
 
-use std::ops::Range;
-
 use self::placing::{Order, Placing};
-
+use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::StaticSurface;
 use crate::model::space::Space;
 use crate::model::{Bond, Particle, ParticleId, Species};
+use crate::prepare::velocity::Drawn;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::affordable;
-use crate::scene::unvalidated::{Group, LocatedGroup};
+use crate::scene::unvalidated::{Chain, Fill, Group, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
 /// All particles, and which group each came from.
@@ -85,9 +84,9 @@ impl Groups {
                 }
                 Group::Surface(surface) => {
                     let layout = placing.layouts.iter().find(|(of, _)| *of == index).map(|(_, layout)| layout);
-                    groups.static_surfaces.extend(
-                        layout.map(|layout| StaticSurface::new(surface, part[0].species, first, layout, index)),
-                    );
+                    groups.static_surfaces.extend(layout.map(|layout| {
+                        StaticSurface::new(surface_name(surface, index), part[0].species, first, layout)
+                    }));
                 }
                 Group::Listed(_) | Group::Fill(_) => {}
             }
@@ -119,10 +118,22 @@ impl Groups {
         counts
     }
 
-    /// The ids of the particles of each group, in the order of the scene.
-    pub(crate) fn ids(&self) -> Vec<Range<usize>> {
+    /// The velocities of fills and chains; those of listed particles are given, and surfaces stay at rest.
+    pub(crate) fn drawn(&self, scene: &SceneBuilder) -> Vec<Drawn> {
         let ends = self.starts.iter().skip(1).map(|(first, _)| *first).chain([self.particles.len()]);
-        self.starts.iter().zip(ends).map(|((first, _), end)| *first..end).collect()
+        let ids = self.starts.iter().zip(ends).map(|((first, _), end)| *first..end);
+        ids.zip(&scene.groups)
+            .enumerate()
+            .filter_map(|(group, (ids, placed))| match &placed.group {
+                Group::Fill(Fill { temperature, velocity, .. }) => {
+                    Some(Drawn { ids, group, temperature: *temperature, velocity: *velocity })
+                }
+                Group::Chain(Chain { temperature, .. }) => {
+                    Some(Drawn { ids, group, temperature: *temperature, velocity: Vector::zeros() })
+                }
+                Group::Listed(_) | Group::Surface(_) => None,
+            })
+            .collect()
     }
 
     /// Where the scene asks for a particle.
@@ -133,4 +144,9 @@ impl Groups {
         let group = self.starts.partition_point(|(first, _)| *first <= id);
         self.starts.get(group.wrapping_sub(1)).map_or_else(ConfigPath::root, |(_, at)| at.clone())
     }
+}
+
+/// The name of a surface, or its number among the groups.
+fn surface_name(surface: &SurfaceFill, number: usize) -> String {
+    surface.name.clone().unwrap_or_else(|| format!("mesh {number}"))
 }

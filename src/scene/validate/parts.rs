@@ -10,7 +10,6 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{affordable, affordable_species, on_flat_axes};
-use crate::scene::packing::insertion::wrapped;
 use crate::scene::unvalidated::UnvalidatedSpecies;
 use crate::scene::validate::{plan, start};
 
@@ -136,7 +135,7 @@ fn check_particles(scene: &mut Scene) -> Result<(), SceneError> {
         if species.is_static() && particle.velocity != Vector::zeros() {
             return refuse(key, format!("{:?}", particle.velocity.as_slice()), "none: a static species stays");
         }
-        particle.position = wrapped(particle.position, space);
+        particle.position = space.wrapped(particle.position);
     }
     Ok(())
 }
