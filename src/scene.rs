@@ -5,8 +5,8 @@
 //! [`schema`](fn@schema) has all keys of a scene file, for editors.
 //!
 //! text -> `file` (the keys as typed, in their `source`) -> `parse` -> [`SceneBuilder`] (the unvalidated scene) -> `validate` (the checks,
-//! with `groups` and `filling`; the layer `prepare` below has the positions and velocities) -> [`Scene`]. A [`SceneError`] has the [`ConfigPath`] of the value that is wrong, and the
-//! source turns that into a line.
+//! with `groups` and `filling`) -> [`Scene`]. Positions and velocities of what is not listed come from the layer below, `prepare`. A
+//! [`SceneError`] has the [`ConfigPath`] of the value that is wrong, and the source turns that into a line.
 
 mod builder;
 mod classes;

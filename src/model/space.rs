@@ -256,4 +256,22 @@ mod tests {
             assert_eq!(displacement_within_period(displacement, 6.0), expected, "{displacement}");
         }
     }
+
+    #[test]
+    fn a_wrapped_position_is_in_the_box_and_one_inside_stays_as_it_is() {
+        let mut space = Space { lower: Vector::new(-3.0, 0.5, 1.0), ..Space::periodic_cube(10.0) };
+        space.boundary = [Boundary::Periodic, Boundary::OPEN, Boundary::Flat];
+        let x = |x: f64| space.wrapped(Vector::new(x, 12.0, 1.5));
+        for (given, expected) in [
+            (-3.0, -3.0),
+            (7.0_f64.next_down(), 7.0_f64.next_down()),
+            (7.0, -3.0),
+            (-5.0, 5.0),
+            (25.0, 5.0),
+            // Turned round, it rounds to the upper side.
+            ((-3.0_f64).next_down(), -3.0),
+        ] {
+            assert_eq!(x(given), Vector::new(expected, 12.0, 1.0), "{given}");
+        }
+    }
 }

@@ -102,3 +102,36 @@ fn is_inside(position: &Vector, radius: f64, space: &Space) -> bool {
         !matches!(space.boundary[k], Boundary::Bounded { .. }) || range.contains(&position[k])
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::random::Purpose;
+    use crate::prepare::packing::occupancy::Contacts;
+
+    /// Chains of ten in a periodic cube.
+    fn chains(count: u64, length: f64) -> Result<Vec<Vector>, NoRoom> {
+        let space = Space::periodic_cube(length);
+        let mut contacts = Contacts::new(1);
+        contacts.set(0, 0, 1.0);
+        let links = Links { length: 10, spacing: 1.1, radius: 0.5, species: 0, contact: 1.0 };
+        let mut random = Random::new(2, Purpose::Placement, 0);
+        grow_all(&links, count, &space, &mut Occupancy::new(&space, &contacts, 100), &mut random)
+    }
+
+    #[test]
+    fn chains_grow_bead_by_bead_where_they_overlap_nothing() {
+        let beads = chains(8, 9.0).unwrap();
+        let periods = Vector::repeat(9.0);
+        for (i, a) in beads.iter().enumerate() {
+            for (j, b) in beads[..i].iter().enumerate() {
+                let distance = minimum_image(a - b, &periods).norm();
+                // Coordinates up to 9 round by some 1e-15.
+                assert!(distance >= 1.0 - 1e-14, "{i} {j}: {distance}");
+                assert!(i - j > 1 || i % 10 == 0 || (distance - 1.1).abs() < 1e-14, "{i} {j}: {distance}");
+            }
+        }
+        let error = chains(8, 4.0).unwrap_err();
+        assert!(error.placed < 80 && error.placed % 10 == 0 && error.count == 80, "{error}");
+    }
+}

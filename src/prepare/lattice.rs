@@ -336,4 +336,15 @@ mod tests {
         let least = sites.iter().map(|s| s.min()).fold(f64::INFINITY, f64::min);
         assert!((least - 0.5).abs() < 1e-12);
     }
+
+    #[test]
+    fn sites_may_touch_but_not_overlap() {
+        let cube = Space::periodic_cube(6.0);
+        let region = Region { lower: cube.lower, upper: cube.upper() };
+        let simple = |contact| {
+            sites(Lattice::SimpleCubic, &cube, &region, Sites { count: 216, diameter: 1.0, contact: Some(contact) })
+        };
+        assert_eq!(simple(1.0).map(|sites| sites.len()), Ok(216));
+        assert_eq!(simple(1.0 + 1e-9), Err(TooTight { count: 216, spacing: 1.0, contact: 1.0 + 1e-9 }));
+    }
 }

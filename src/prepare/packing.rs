@@ -89,3 +89,50 @@ impl RandomFill<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Particle;
+    use crate::prepare::packing::occupancy::first_overlap;
+
+    /// Spheres of diameter 1 at random in a periodic cube that they fill to a packing fraction.
+    fn fill(count: usize, packing_fraction: f64, has_box: bool) -> Result<Vec<Vector>, PackingError> {
+        let species = [Species { name: "A".to_owned(), mass: 1.0, diameter: 1.0, acceleration: Vector::zeros() }];
+        let kinds = vec![SpeciesId(0); count];
+        let space = Space::periodic_cube(libm::cbrt(count as f64 * own_volume(1.0, 3) / packing_fraction));
+        let mut contacts = Contacts::new(1);
+        contacts.set(0, 0, 1.0);
+        let fill = RandomFill {
+            kinds: &kinds,
+            species: &species,
+            contacts: &contacts,
+            space: &space,
+            region: Region { lower: space.lower, upper: space.upper() },
+            has_box,
+            seed: 3,
+            group: 0,
+        };
+        let positions = fill.positions(&mut Occupancy::new(&space, &contacts, count))?;
+        let particle = |&position| Particle { species: SpeciesId(0), position, velocity: Vector::zeros() };
+        let particles: Vec<Particle> = positions.iter().map(particle).collect();
+        assert_eq!(particles.len(), count);
+        assert!(particles.iter().all(|particle| space.wrapped(particle.position) == particle.position));
+        assert_eq!(first_overlap(&particles, &contacts, &space, 0.0, |_, _| false), None);
+        Ok(positions)
+    }
+
+    #[test]
+    fn what_is_too_dense_to_insert_is_compressed_if_it_has_the_box() {
+        assert!(fill(60, 0.2, false).is_ok());
+        assert!(fill(60, 0.5, true).is_ok());
+        let error = fill(60, 0.5, false).unwrap_err();
+        assert!(matches!(error, PackingError::NoRoom(NoRoom { placed: 30..60, count: 60, .. })), "{error}");
+    }
+
+    #[test]
+    fn a_packing_that_cannot_be_says_why() {
+        assert!(matches!(fill(60, 0.7, true), Err(PackingError::Jammed { reached: 0.6..0.7, .. })));
+        assert!(matches!(fill(3, 0.5, true), Err(PackingError::SmallBox { axis: 0, range: 1.0, .. })));
+    }
+}

@@ -12,9 +12,9 @@ use crate::prepare::velocity::Drawn;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::interactions::Interactions;
-use crate::scene::limits::affordable;
-use crate::scene::unvalidated::{Chain, Fill, Group, LocatedGroup, SurfaceFill};
+use crate::scene::interactions::{Interactions, species_named};
+use crate::scene::limits::{affordable, motion, on_flat_axes};
+use crate::scene::unvalidated::{Chain, Fill, Group, Listed, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
 /// All particles, and which group each came from.
@@ -47,7 +47,7 @@ impl Groups {
                     occupancy = Some(placing.occupied(&parts));
                 }
                 parts[index] = match &placed.group {
-                    Group::Listed(listed) => placing.listed(listed, &placed.at)?,
+                    Group::Listed(particles) => listed(particles, species, space, &placed.at)?,
                     Group::Surface(surface) => placing.surface(index, surface, &placed.at)?,
                     Group::Fill(_) => placing.fill(index, placed, occupancy.as_mut())?,
                     Group::Chain(chain) => {
@@ -144,6 +144,19 @@ impl Groups {
         let group = self.starts.partition_point(|(first, _)| *first <= id);
         self.starts.get(group.wrapping_sub(1)).map_or_else(ConfigPath::root, |(_, at)| at.clone())
     }
+}
+
+/// Particles at given positions, those beyond a periodic side wrapped into the box.
+fn listed(listed: &[Listed], species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
+    let mut particles = Vec::with_capacity(listed.len());
+    for Listed { species: name, position, velocity } in listed {
+        let id = species_named(species, name, &at.key("species"))?;
+        on_flat_axes(position, &space.lower, space, &at.key("position"))?;
+        on_flat_axes(velocity, &Vector::zeros(), space, &at.key("velocity"))?;
+        motion(&species[id.0 as usize], velocity, &at.key("velocity"))?;
+        particles.push(Particle { species: id, position: space.wrapped(*position), velocity: *velocity });
+    }
+    Ok(particles)
 }
 
 /// The name of a surface, or its number among the groups.

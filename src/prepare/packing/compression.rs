@@ -151,12 +151,13 @@ impl Compression<'_> {
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }
 
-    /// Hard spheres at these positions, with velocities of a temperature of 1.
+    /// Hard spheres at these positions, with velocities of a temperature of 1. It needs no checks: they were inserted without overlaps, and
+    /// there is room on each axis.
     fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, PackingError> {
         let mut used = self.kinds.to_vec();
         used.sort_unstable();
         used.dedup();
-        let (species, interactions, table) = hard_spheres(&used, contacts)?;
+        let HardSpheres { species, interactions, table } = HardSpheres::new(&used, contacts)?;
         let particle = |(kind, position): (&SpeciesId, &Vector)| Particle {
             species: SpeciesId(id(used.partition_point(|other| other < kind))),
             position: *position,
@@ -234,26 +235,32 @@ impl Compression<'_> {
     }
 }
 
-/// Species of mass 1 with these contacts, and their interactions; those without contact pass through each other.
-fn hard_spheres(
-    used: &[SpeciesId],
-    contacts: &Contacts,
-) -> Result<(Vec<Species>, Vec<Interaction>, SpeciesPairs<InteractionId>), PackingError> {
-    let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
-    let mut species = Vec::with_capacity(used.len());
-    let (mut interactions, mut table) = (Vec::new(), SpeciesPairs::new(used.len()));
-    for (number, &kind) in used.iter().enumerate() {
-        let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);
-        let diameter = if reach > 0.0 { reach } else { contacts.largest() };
-        species.push(Species { name: kind.0.to_string(), mass: 1.0, diameter, acceleration: Vector::zeros() });
-        for (other, &partner) in used[..=number].iter().enumerate() {
-            let contact = contact(kind, partner);
-            if contact > 0.0 {
-                table.set(other, number, InteractionId(id(interactions.len())));
-                let potential = Potential::hard_sphere(contact)?;
-                interactions.push(Interaction { potential, restitution: 1.0, name: None });
+/// Species of hard spheres of mass 1, and their interactions; two without a contact pass through each other.
+struct HardSpheres {
+    species: Vec<Species>,
+    interactions: Vec<Interaction>,
+    table: SpeciesPairs<InteractionId>,
+}
+
+impl HardSpheres {
+    /// Those of `used`, which are numbered anew.
+    fn new(used: &[SpeciesId], contacts: &Contacts) -> Result<Self, PackingError> {
+        let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
+        let mut spheres = Self { species: Vec::new(), interactions: Vec::new(), table: SpeciesPairs::new(used.len()) };
+        for (number, &kind) in used.iter().enumerate() {
+            let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);
+            let diameter = if reach > 0.0 { reach } else { contacts.largest() };
+            let name = kind.0.to_string();
+            spheres.species.push(Species { name, mass: 1.0, diameter, acceleration: Vector::zeros() });
+            for (other, &partner) in used[..=number].iter().enumerate() {
+                let contact = contact(kind, partner);
+                if contact > 0.0 {
+                    spheres.table.set(other, number, InteractionId(id(spheres.interactions.len())));
+                    let potential = Potential::hard_sphere(contact)?;
+                    spheres.interactions.push(Interaction { potential, restitution: 1.0, name: None });
+                }
             }
         }
+        Ok(spheres)
     }
-    Ok((species, interactions, table))
 }

@@ -1,10 +1,10 @@
-//! The particles of one group: listed, on a surface, in a fill or in chains.
+//! The particles of a group that has no positions of its own: on a surface, in a fill or in chains.
 
 use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Space;
-use crate::model::{Particle, Species, SpeciesId};
+use crate::model::{Particle, Species};
 use crate::prepare::chain::{self, Links};
 use crate::prepare::packing::RandomFill;
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
@@ -14,8 +14,8 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::filling::Filling;
 use crate::scene::interactions::{Interactions, species_named};
-use crate::scene::limits::{affordable, finite_vector, not_negative, on_flat_axes, positive};
-use crate::scene::unvalidated::{Arrangement, Chain, Group, Listed, LocatedGroup, SurfaceFill};
+use crate::scene::limits::{affordable, finite_vector, motion, not_negative, on_flat_axes, positive};
+use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
 /// What has to be placed before what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -76,26 +76,6 @@ impl<'a> Placing<'a> {
             occupancy.take(particle.position, particle.species.0);
         }
         occupancy
-    }
-
-    pub(super) fn listed(&self, listed: &[Listed], at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
-        let mut particles = Vec::with_capacity(listed.len());
-        for Listed { species, position, velocity } in listed {
-            let species = species_named(self.species, species, &at.key("species"))?;
-            on_flat_axes(position, &self.space.lower, self.space, &at.key("position"))?;
-            on_flat_axes(velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
-            self.check_motion(species, velocity, &at.key("velocity"))?;
-            particles.push(Particle { species, position: self.space.wrapped(*position), velocity: *velocity });
-        }
-        Ok(particles)
-    }
-
-    fn check_motion(&self, species: SpeciesId, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
-        if self.species[species.0 as usize].is_static() && *velocity != Vector::zeros() {
-            let kind = SceneErrorKind::value(format!("{:?}", velocity.as_slice()), "none: a static species stays");
-            return Err(SceneError::new(at.clone(), kind));
-        }
-        Ok(())
     }
 
     pub(super) fn surface(
@@ -160,7 +140,7 @@ impl<'a> Placing<'a> {
             (Arrangement::Random, None) => Vec::new(),
         };
         for kind in filling.species() {
-            self.check_motion(kind, &fill.velocity, &at.key("velocity"))?;
+            motion(&self.species[kind.0 as usize], &fill.velocity, &at.key("velocity"))?;
         }
         on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
         check_temperature(fill.temperature, at)?;
