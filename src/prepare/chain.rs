@@ -128,10 +128,10 @@ mod tests {
                 let distance = minimum_image(a - b, &periods).norm();
                 // Coordinates up to 9 round by some 1e-15.
                 assert!(distance >= 1.0 - 1e-14, "{i} {j}: {distance}");
-                assert!(i - j > 1 || i % 10 == 0 || (distance - 1.1).abs() < 1e-14, "{i} {j}: {distance}");
+                assert!(i - j > 1 || i.is_multiple_of(10) || (distance - 1.1).abs() < 1e-14, "{i} {j}: {distance}");
             }
         }
         let error = chains(8, 4.0).unwrap_err();
-        assert!(error.placed < 80 && error.placed % 10 == 0 && error.count == 80, "{error}");
+        assert!(error.placed < 80 && error.placed.is_multiple_of(10) && error.count == 80, "{error}");
     }
 }
