@@ -120,6 +120,7 @@
 //! | What is measured, and how well is it known? | [`analysis::instruments`], [`analysis::observables`], [`analysis::statistics`] | |
 //! | What have theory and other simulations found? | [`analysis::published`] | |
 //! | Frames and their file | [`trajectory`] | |
+//! | How do particles start: lattices, packings, chains, surfaces, velocities? | `prepare`, behind [`scene`] | |
 //! | How is a scene made, from a file or in code? | [`scene`] | |
 //! | A whole run, its audit, its checkpoint | [`run`], [`run::audit`], [`run::checkpoint`] | |
 //! | The folder of a run, and formats of other programs | [`io`] | |
@@ -152,6 +153,7 @@ pub mod engine;
 pub mod io;
 pub mod model;
 pub mod physics;
+pub(crate) mod prepare;
 pub mod run;
 pub mod scene;
 pub mod trajectory;

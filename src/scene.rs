@@ -5,8 +5,8 @@
 //! [`schema`](fn@schema) has all keys of a scene file, for editors.
 //!
 //! text -> `file` (the keys as typed, in their `source`) -> `parse` -> [`SceneBuilder`] (the unvalidated scene) -> `validate` (the checks,
-//! with `groups`, `filling`, `packing` and `surface`) -> [`Scene`]. A [`SceneError`] has the [`ConfigPath`] of the value that is wrong, and the
-//! source turns that into a line.
+//! with `groups` and `filling`) -> [`Scene`]. Positions and velocities of what is not listed come from the layer below, `prepare`. A
+//! [`SceneError`] has the [`ConfigPath`] of the value that is wrong, and the source turns that into a line.
 
 mod builder;
 mod classes;
@@ -17,29 +17,25 @@ mod file;
 mod filling;
 mod groups;
 mod interactions;
-mod lattice;
 mod limits;
 pub(crate) mod names;
-mod packing;
 mod parse;
-mod polydispersity;
 mod record;
 mod schema;
 mod source;
 mod surface;
 mod unvalidated;
 mod validate;
-mod velocity;
 
 use std::path::Path;
 
+pub use crate::prepare::surface::BoxSide;
+pub use crate::prepare::surface::leak::{Gap, Leak};
 pub use builder::SceneBuilder;
 pub use config_path::{ConfigPath, PathStep};
 pub use diagnostic::{SceneError, SceneErrorKind};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
-pub use surface::BoxSide;
-pub use surface::leak::{Gap, Leak};
 pub use unvalidated::{Amount, Arrangement, Chain, Fill, Lattice, Model, Surface, SurfaceFill};
 
 use crate::model::Scene;

@@ -6,8 +6,21 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From the bottom up: each uses only those before it.
-const LAYERS: [&str; 12] =
-    ["base", "physics", "model", "engine", "analysis", "trajectory", "scene", "run", "io", "check", "view", "cli"];
+const LAYERS: [&str; 13] = [
+    "base",
+    "physics",
+    "model",
+    "engine",
+    "analysis",
+    "trajectory",
+    "prepare",
+    "scene",
+    "run",
+    "io",
+    "check",
+    "view",
+    "cli",
+];
 
 /// Files with code, by their paths below `src`; unit tests may use everything.
 fn sources(folder: &Path, files: &mut Vec<PathBuf>) {

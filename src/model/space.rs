@@ -135,6 +135,26 @@ impl Space {
         self.boundary.iter().all(|b| matches!(b, Boundary::Periodic | Boundary::Flat))
     }
 
+    /// The image of a position that lies in the box along periodic axes, and on the plane or line along flat ones.
+    #[must_use]
+    pub(crate) fn wrapped(&self, mut position: Vector) -> Vector {
+        for k in 0..3 {
+            match self.boundary[k] {
+                Boundary::Flat => position[k] = self.lower[k],
+                Boundary::Periodic => {
+                    let (lower, size, upper) = (self.lower[k], self.size[k], self.upper()[k]);
+                    if !(lower..upper).contains(&position[k]) {
+                        let turned = lower + (position[k] - lower).rem_euclid(size);
+                        // Rounding can turn a position just below the lower side into the upper one.
+                        position[k] = if turned < upper { turned } else { lower };
+                    }
+                }
+                Boundary::Bounded { .. } => {}
+            }
+        }
+        position
+    }
+
     /// Periods along the axes `[length]`; infinite where an axis is not periodic.
     #[must_use]
     pub fn periods(&self) -> Vector {
@@ -234,6 +254,24 @@ mod tests {
             [(0.0, 0.0), (3.0, 3.0), (-3.0, 3.0), (3.5, -2.5), (-3.5, 2.5), (6.0, 0.0), (20.0, 2.0), (-20.0, -2.0)]
         {
             assert_eq!(displacement_within_period(displacement, 6.0), expected, "{displacement}");
+        }
+    }
+
+    #[test]
+    fn a_wrapped_position_is_in_the_box_and_one_inside_stays_as_it_is() {
+        let mut space = Space { lower: Vector::new(-3.0, 0.5, 1.0), ..Space::periodic_cube(10.0) };
+        space.boundary = [Boundary::Periodic, Boundary::OPEN, Boundary::Flat];
+        let x = |x: f64| space.wrapped(Vector::new(x, 12.0, 1.5));
+        for (given, expected) in [
+            (-3.0, -3.0),
+            (7.0_f64.next_down(), 7.0_f64.next_down()),
+            (7.0, -3.0),
+            (-5.0, 5.0),
+            (25.0, 5.0),
+            // Turned round, it rounds to the upper side.
+            ((-3.0_f64).next_down(), -3.0),
+        ] {
+            assert_eq!(x(given), Vector::new(expected, 12.0, 1.0), "{given}");
         }
     }
 }

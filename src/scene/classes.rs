@@ -1,10 +1,10 @@
 //! Species with a distribution of diameters become several species, wherever a scene names them.
 
+use crate::prepare::polydispersity::{Class, mass_of, mean_diameter, spread};
 use crate::scene::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::limits::positive;
-use crate::scene::polydispersity::Class;
 use crate::scene::unvalidated::{Fill, Group, Listed, LocatedGroup, Model, UnvalidatedInteraction, UnvalidatedSpecies};
 
 /// Species of one scene, where some have a distribution: their pairs, 32,896, have to be countable in 16 bits.
@@ -23,10 +23,6 @@ impl Distributed {
     /// The name of one of its classes, from 0.
     fn class(&self, k: usize) -> String {
         format!("{}-{}", self.name, k + 1)
-    }
-
-    fn mean(&self) -> f64 {
-        self.classes.iter().map(|class| class.share * class.diameter).sum()
     }
 }
 
@@ -78,11 +74,11 @@ fn refused(distributed: &Distributed, what: &str, at: &ConfigPath) -> SceneError
     SceneError::new(at.clone(), SceneErrorKind::value(value, expected))
 }
 
-/// Masses go with the volumes: the material is the same, and the given mass is that of the mean diameter.
+/// The given mass is that of the mean diameter.
 fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Result<(), SceneError> {
     let unsized_space =
         crate::model::space::Space { lower: scene.lower, size: crate::Vector::zeros(), boundary: scene.boundary };
-    let dimensions = unsized_space.dimensions() as f64;
+    let dimensions = unsized_space.dimensions();
     let mut species = Vec::new();
     for (index, draft) in std::mem::take(&mut scene.species).into_iter().enumerate() {
         let at = ConfigPath::entry("species", index);
@@ -96,8 +92,9 @@ fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Resu
             return Err(SceneError::new(at.key("static"), kind));
         };
         positive(mass, at.key("mass"))?;
+        let mean = mean_diameter(&of.classes);
         for (k, class) in of.classes.iter().enumerate() {
-            let mass = Some(mass * libm::pow(class.diameter / of.mean(), dimensions));
+            let mass = Some(mass_of(class, mean, mass, dimensions));
             species.push(UnvalidatedSpecies { name: of.class(k), mass, diameter: class.diameter, ..draft.clone() });
             scene.origins.species.push(index);
         }
@@ -167,19 +164,6 @@ fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) ->
     Ok(())
 }
 
-/// All numbers below `count`, any first few of them spread evenly and in pairs about the middle: where a number of particles is not a
-/// multiple of that of the classes, the first classes have one more, and the mean diameter should not feel it.
-fn spread(count: usize) -> impl Iterator<Item = usize> {
-    let bits = count.next_power_of_two().trailing_zeros();
-    let reversed =
-        (0..1_usize << bits).map(move |k| if bits == 0 { 0 } else { k.reverse_bits() >> (usize::BITS - bits) });
-    let half = count.div_ceil(2);
-    reversed.filter(move |&k| k < half).flat_map(move |k| {
-        let mirror = count - 1 - k;
-        std::iter::once(k).chain((mirror != k).then_some(mirror))
-    })
-}
-
 /// Where the species and interactions of a builder stand in its file, by index; empty where they have the same index.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Origins {
@@ -191,24 +175,5 @@ impl Origins {
     /// The same error at the place in the file.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
         error.moved(|at| at.entry_moved("species", &self.species).entry_moved("interaction", &self.interactions))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_few_are_spread_about_the_middle() {
-        let first = |count: usize| spread(count).collect::<Vec<_>>();
-        assert_eq!(first(1), [0]);
-        assert_eq!(first(2), [0, 1]);
-        assert_eq!(first(3), [0, 2, 1]);
-        assert_eq!(first(8), [0, 7, 2, 5, 1, 6, 3, 4]);
-        for count in 1..=64 {
-            let mut all = first(count);
-            all.sort_unstable();
-            assert_eq!(all, (0..count).collect::<Vec<_>>());
-        }
     }
 }

@@ -11,7 +11,10 @@ use thiserror::Error;
 
 use crate::base::text::printable;
 use crate::model::error::PotentialError;
+use crate::prepare::lattice::TooTight;
+use crate::prepare::packing::{NoRoom, PackingError};
 use crate::scene::config_path::ConfigPath;
+use crate::scene::limits::AXES;
 
 /// Kinds of scene errors.
 #[derive(Debug, Error)]
@@ -153,6 +156,31 @@ impl SceneErrorKind {
     }
 }
 
+impl From<TooTight> for SceneErrorKind {
+    fn from(TooTight { count, spacing, contact }: TooTight) -> Self {
+        Self::LatticeTooTight { count, spacing, contact }
+    }
+}
+
+impl From<NoRoom> for SceneErrorKind {
+    fn from(NoRoom { placed, count, attempts }: NoRoom) -> Self {
+        Self::NoRoom { placed, count, attempts }
+    }
+}
+
+impl From<PackingError> for SceneErrorKind {
+    fn from(error: PackingError) -> Self {
+        match error {
+            PackingError::NoRoom(no_room) => no_room.into(),
+            PackingError::Jammed { wanted, reached } => Self::Jammed { wanted, reached },
+            PackingError::SmallBox { axis, size, range } => {
+                Self::SmallBox { axis: AXES[axis], size, range, needed: 2.0 * range }
+            }
+            PackingError::Potential(error) => Self::Potential(error),
+        }
+    }
+}
+
 /// `a`, `b` or `c`.
 fn one_of<S: AsRef<str>>(words: &[S]) -> String {
     let quoted: Vec<String> = words.iter().map(|word| format!("`{}`", word.as_ref())).collect();
@@ -208,11 +236,6 @@ impl SceneError {
             *first = to(first);
         }
         self
-    }
-
-    /// What is wrong, without the place.
-    pub(crate) fn into_kind(self) -> SceneErrorKind {
-        self.0.kind
     }
 
     /// Where in the scene; the root if no one place is to blame.

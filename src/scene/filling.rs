@@ -1,20 +1,18 @@
 //! How many particles a fill has, of which species and where: any two of box, count and density give the third.
 
-use std::f64::consts::PI;
-
 use crate::Vector;
-use crate::base::numbers::{index, trunc_to_u64, trunc_to_usize};
+use crate::base::numbers::{index, trunc_to_u64};
 use crate::model::Region;
-use crate::model::scene::own_volume;
 use crate::model::space::{Boundary, Space};
 use crate::model::{Species, SpeciesId};
+use crate::prepare::composition::{edges, largest_packing_fraction, mean_volume, realised, volume, whole_numbers};
+use crate::prepare::lattice::{self, Sites};
+use crate::prepare::packing::occupancy::Contacts;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::species_named;
-use crate::scene::lattice::{Fit, root};
 use crate::scene::limits::{AXES, affordable, finite_vector, positive};
-use crate::scene::packing::occupancy::Contacts;
 use crate::scene::unvalidated::{Amount, Fill, Group, Lattice};
 
 /// A fill whose numbers are known.
@@ -39,10 +37,7 @@ impl Filling {
             (Some(0), _) => return Err(SceneError::new(at.key("count"), SceneErrorKind::value(0, "at least 1"))),
             (Some(count), _) => count,
             (None, Some(amount)) => {
-                let volume: f64 = (0..3)
-                    .filter(|&k| space.boundary[k] != Boundary::Flat)
-                    .map(|k| region.upper[k] - region.lower[k])
-                    .product();
+                let volume = volume(&region, space);
                 let count = (volume / volume_per_particle(amount, &shares, species, space, at)?).round();
                 if count < 1.0 {
                     let kind =
@@ -90,19 +85,17 @@ impl Filling {
         }
         let count = self.shares.iter().map(|(_, count)| count).sum();
         let largest = self.species().map(|kind| species[kind.0 as usize].diameter).fold(0.0, f64::max);
-        let fit = Fit::new(lattice, space, &self.region, largest, count);
-        if let Some(contacts) = contacts {
-            let mut is_here = vec![false; species.len()];
-            self.species().for_each(|kind| is_here[kind.0 as usize] = true);
-            let here = contacts.iter().filter(|([a, b], _)| is_here[*a] && is_here[*b]);
-            let contact = here.map(|(_, contact)| contact).fold(0.0, f64::max);
-            // Sites at exactly the contact distance, but for rounding, are not too close.
-            if fit.spacing < contact * (1.0 - 1e-12) {
-                let kind = SceneErrorKind::LatticeTooTight { count, spacing: fit.spacing, contact };
-                return Err(SceneError::new(at.clone(), kind));
-            }
-        }
-        Ok(fit.sites())
+        let contact = contacts.map(|contacts| self.longest_contact(contacts, species.len()));
+        lattice::sites(lattice, space, &self.region, Sites { count, diameter: largest, contact })
+            .map_err(|too_tight| SceneError::new(at.clone(), too_tight))
+    }
+
+    /// The longest contact distance of two species of the fill `[length]`.
+    fn longest_contact(&self, contacts: &Contacts, species: usize) -> f64 {
+        let mut is_here = vec![false; species];
+        self.species().for_each(|kind| is_here[kind.0 as usize] = true);
+        let here = contacts.iter().filter(|([a, b], _)| is_here[*a] && is_here[*b]);
+        here.map(|(_, contact)| contact).fold(0.0, f64::max)
     }
 }
 
@@ -124,38 +117,6 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
         return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "species", why }));
     }
     Ok(shares)
-}
-
-/// Whole numbers in these shares that add up to `count`: rounded down, the rest to the largest remainders.
-fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, usize)> {
-    let total: f64 = shares.iter().map(|(_, share)| share).sum();
-    let exact: Vec<f64> = shares.iter().map(|(_, share)| share / total * count as f64).collect();
-    let mut numbers: Vec<usize> = exact.iter().map(|&number| trunc_to_usize(number).min(count)).collect();
-    let mut order: Vec<usize> = (0..shares.len()).collect();
-    order.sort_by(|&a, &b| exact[b].fract().total_cmp(&exact[a].fract()));
-    let mut rest = count.saturating_sub(numbers.iter().sum());
-    for &index in order.iter().cycle() {
-        if rest == 0 {
-            break;
-        }
-        numbers[index] += 1;
-        rest -= 1;
-    }
-    shares.iter().zip(numbers).map(|((species, _), number)| (*species, number)).collect()
-}
-
-/// The shares that whole numbers of particles have, so that the box fits them exactly.
-fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
-    let total: f64 = shares.iter().map(|(_, share)| share).sum();
-    let numbers = whole_numbers(&shares, index(count));
-    let is_exact = |((_, share), (_, number)): (&(SpeciesId, f64), &(SpeciesId, usize))| {
-        // But for rounding, which would change the last digits of the box for nothing.
-        (share / total * count as f64 - *number as f64).abs() < 1e-6
-    };
-    if shares.iter().zip(&numbers).all(is_exact) {
-        return shares;
-    }
-    numbers.into_iter().map(|(species, number)| (species, number as f64)).collect()
 }
 
 fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<Region, SceneError> {
@@ -199,21 +160,11 @@ fn volume_per_particle(
         Amount::PackingFraction(fraction) => {
             let at = at.key("packing_fraction");
             positive(fraction, at.clone())?;
-            // Equal spheres: pi / (3 sqrt 2); disks: pi / (2 sqrt 3). Mixtures can fill the holes as well.
-            let limit = match (space.dimensions(), shares.len()) {
-                (3, 1) => PI / (3.0 * std::f64::consts::SQRT_2),
-                (2, 1) => PI / 12.0_f64.sqrt(),
-                _ => 1.0,
-            };
+            let limit = largest_packing_fraction(space.dimensions(), shares.len());
             if fraction > limit {
                 return Err(SceneError::new(at, SceneErrorKind::PackingFraction { value: fraction, limit }));
             }
-            let total: f64 = shares.iter().map(|(_, share)| share).sum();
-            let mean: f64 = shares
-                .iter()
-                .map(|(id, share)| share / total * own_volume(species[id.0 as usize].diameter, space.dimensions()))
-                .sum();
-            Ok(mean / fraction)
+            Ok(mean_volume(shares, species, space.dimensions()) / fraction)
         }
     }
 }
@@ -235,21 +186,6 @@ impl SceneBuilder {
         affordable(count, at)?;
         let shares = shares(fill, species, at)?;
         let volume = count as f64 * volume_per_particle(amount, &realised(shares, count), species, space, at)?;
-        let edge = root(volume, space.dimensions());
-        Ok(Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Flat { 0.0 } else { edge }))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shares_become_whole_numbers_that_add_up() {
-        let shares = [(SpeciesId(0), 0.5), (SpeciesId(1), 0.25), (SpeciesId(2), 0.25)];
-        let numbers = |count| whole_numbers(&shares, count).iter().map(|(_, n)| *n).collect::<Vec<_>>();
-        assert_eq!(numbers(8), [4, 2, 2]);
-        assert_eq!(numbers(7), [3, 2, 2]);
-        assert_eq!(numbers(1), [1, 0, 0]);
+        Ok(edges(volume, space))
     }
 }

@@ -2,20 +2,19 @@
 
 mod placing;
 
-use std::ops::Range;
-
 use self::placing::{Order, Placing};
-
+use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::StaticSurface;
 use crate::model::space::Space;
 use crate::model::{Bond, Particle, ParticleId, Species};
+use crate::prepare::velocity::Drawn;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::interactions::Interactions;
-use crate::scene::limits::affordable;
-use crate::scene::unvalidated::{Group, LocatedGroup};
+use crate::scene::interactions::{Interactions, species_named};
+use crate::scene::limits::{affordable, motion, on_flat_axes};
+use crate::scene::unvalidated::{Chain, Fill, Group, Listed, LocatedGroup, SurfaceFill};
 use crate::scene::validate::start;
 
 /// All particles, and which group each came from.
@@ -48,7 +47,7 @@ impl Groups {
                     occupancy = Some(placing.occupied(&parts));
                 }
                 parts[index] = match &placed.group {
-                    Group::Listed(listed) => placing.listed(listed, &placed.at)?,
+                    Group::Listed(particles) => listed(particles, species, space, &placed.at)?,
                     Group::Surface(surface) => placing.surface(index, surface, &placed.at)?,
                     Group::Fill(_) => placing.fill(index, placed, occupancy.as_mut())?,
                     Group::Chain(chain) => {
@@ -85,9 +84,9 @@ impl Groups {
                 }
                 Group::Surface(surface) => {
                     let layout = placing.layouts.iter().find(|(of, _)| *of == index).map(|(_, layout)| layout);
-                    groups.static_surfaces.extend(
-                        layout.map(|layout| StaticSurface::new(surface, part[0].species, first, layout, index)),
-                    );
+                    groups.static_surfaces.extend(layout.map(|layout| {
+                        StaticSurface::new(surface_name(surface, index), part[0].species, first, layout)
+                    }));
                 }
                 Group::Listed(_) | Group::Fill(_) => {}
             }
@@ -119,10 +118,22 @@ impl Groups {
         counts
     }
 
-    /// The ids of the particles of each group, in the order of the scene.
-    pub(crate) fn ids(&self) -> Vec<Range<usize>> {
+    /// The velocities of fills and chains; those of listed particles are given, and surfaces stay at rest.
+    pub(crate) fn drawn(&self, scene: &SceneBuilder) -> Vec<Drawn> {
         let ends = self.starts.iter().skip(1).map(|(first, _)| *first).chain([self.particles.len()]);
-        self.starts.iter().zip(ends).map(|((first, _), end)| *first..end).collect()
+        let ids = self.starts.iter().zip(ends).map(|((first, _), end)| *first..end);
+        ids.zip(&scene.groups)
+            .enumerate()
+            .filter_map(|(group, (ids, placed))| match &placed.group {
+                Group::Fill(Fill { temperature, velocity, .. }) => {
+                    Some(Drawn { ids, group, temperature: *temperature, velocity: *velocity })
+                }
+                Group::Chain(Chain { temperature, .. }) => {
+                    Some(Drawn { ids, group, temperature: *temperature, velocity: Vector::zeros() })
+                }
+                Group::Listed(_) | Group::Surface(_) => None,
+            })
+            .collect()
     }
 
     /// Where the scene asks for a particle.
@@ -133,4 +144,22 @@ impl Groups {
         let group = self.starts.partition_point(|(first, _)| *first <= id);
         self.starts.get(group.wrapping_sub(1)).map_or_else(ConfigPath::root, |(_, at)| at.clone())
     }
+}
+
+/// Particles at given positions, those beyond a periodic side wrapped into the box.
+fn listed(listed: &[Listed], species: &[Species], space: &Space, at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
+    let mut particles = Vec::with_capacity(listed.len());
+    for Listed { species: name, position, velocity } in listed {
+        let id = species_named(species, name, &at.key("species"))?;
+        on_flat_axes(position, &space.lower, space, &at.key("position"))?;
+        on_flat_axes(velocity, &Vector::zeros(), space, &at.key("velocity"))?;
+        motion(&species[id.0 as usize], velocity, &at.key("velocity"))?;
+        particles.push(Particle { species: id, position: space.wrapped(*position), velocity: *velocity });
+    }
+    Ok(particles)
+}
+
+/// The name of a surface, or its number among the groups.
+fn surface_name(surface: &SurfaceFill, number: usize) -> String {
+    surface.name.clone().unwrap_or_else(|| format!("mesh {number}"))
 }

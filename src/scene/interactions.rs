@@ -6,11 +6,11 @@ use crate::base::numbers::id;
 use crate::model::error::PotentialError;
 use crate::model::species_pairs::SpeciesPairs;
 use crate::model::{Interaction, InteractionId, Species, SpeciesId};
+use crate::prepare::packing::occupancy::Contacts;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::limits::{above_one, finite, positive, restitution};
 use crate::scene::names;
-use crate::scene::packing::occupancy::Contacts;
 use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
 
 /// The most steps of a stepped potential: more are a slip of the keyboard.

@@ -3,6 +3,7 @@
 use crate::Vector;
 use crate::base::memory;
 use crate::base::text::shortest;
+use crate::model::Species;
 use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
@@ -115,6 +116,15 @@ pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &C
             let expected = format!("{} because {} is flat", flat[k], AXES[k]);
             return Err(SceneError::new(at.index(k), SceneErrorKind::value(vector[k], expected)));
         }
+    }
+    Ok(())
+}
+
+/// A velocity of a species that moves, or none.
+pub(crate) fn motion(species: &Species, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
+    if species.is_static() && *velocity != Vector::zeros() {
+        let kind = SceneErrorKind::value(format!("{:?}", velocity.as_slice()), "none: a static species stays");
+        return Err(SceneError::new(at.clone(), kind));
     }
     Ok(())
 }

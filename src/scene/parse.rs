@@ -1,5 +1,6 @@
 //! Parses the tables of a scene file into an unvalidated scene: words become variants, and every variant has the keys that it needs.
 
+pub(crate) mod diameter;
 pub(crate) mod interaction;
 pub(crate) mod particles;
 pub(crate) mod plan;
@@ -11,13 +12,13 @@ use crate::Vector;
 use crate::model::Format;
 use crate::model::Region;
 use crate::model::{AuditPlan, CountRegion, OutputPlan};
+use crate::prepare::polydispersity::Class;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{CountFile, DiameterFile, OutputFile, SceneFile, SpeciesFile};
-use crate::scene::polydispersity::{self, Class};
 use crate::scene::unvalidated::{Group, Listed, LocatedGroup, UnvalidatedBond, UnvalidatedSpecies};
 
 /// The keys of an entry that depend on its kind, and which of them are given.
@@ -157,7 +158,7 @@ fn parse_species(
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
         // Every class will have its own.
-        DiameterFile::Distribution(file) => (0.0, Some(polydispersity::parse(file, &at.key("diameter"))?)),
+        DiameterFile::Distribution(file) => (0.0, Some(diameter::parse_distribution(file, &at.key("diameter"))?)),
     };
     Ok((UnvalidatedSpecies { name, mass, diameter, acceleration: acceleration.map(vector) }, classes))
 }

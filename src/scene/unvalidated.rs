@@ -5,9 +5,9 @@ use crate::Vector;
 use crate::model::Region;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
+pub use crate::prepare::lattice::Lattice;
+pub use crate::prepare::surface::Surface;
 use crate::scene::config_path::ConfigPath;
-pub use crate::scene::lattice::Lattice;
-pub use crate::scene::surface::Surface;
 
 /// Density of a fill: number density or packing fraction.
 #[derive(Debug, Clone, Copy, PartialEq)]

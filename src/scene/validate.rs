@@ -9,6 +9,7 @@ use std::collections::HashMap;
 use crate::Vector;
 use crate::model::space::{Boundary, Face, Space, displacement_within_period};
 use crate::model::{AuditPlan, CountRegion, Scene, Species};
+use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
@@ -17,7 +18,6 @@ use crate::scene::interactions::{Interactions, MOST_KINDS};
 use crate::scene::limits::{AXES, affordable_species, finite, finite_vector, on_flat_axes, positive, restitution};
 use crate::scene::names;
 use crate::scene::unvalidated::{Group, SurfaceFill};
-use crate::scene::velocity;
 
 impl SceneBuilder {
     /// Checks the parts and places the particles.
@@ -52,7 +52,7 @@ impl SceneBuilder {
             start::check_overlaps(&groups, &contacts, &space, displacement)?;
         }
         let (interactions, table) = interactions.finish();
-        let ids = groups.ids();
+        let drawn = groups.drawn(self);
         let mut scene = Scene {
             name: self.name.clone(),
             seed: self.seed,
@@ -75,7 +75,7 @@ impl SceneBuilder {
             measure: self.measure.clone(),
             inputs: self.inputs.clone(),
         };
-        velocity::set_velocities(self, &ids, &mut scene);
+        set_velocities(&drawn, &mut scene);
         plan::check_growth_fits(&scene)?;
         Ok(scene)
     }

@@ -151,7 +151,7 @@ fn every_test_and_benchmark_of_cargo_is_there() {
 const FOLDERS: [&str; 8] = ["tests/", "benches/", "configs/", "docs/", "examples/", "fuzz/", "src/", ".ci/"];
 
 /// Folders of `src`.
-const LAYERS: [&str; 5] = ["analysis/", "check/", "engine/", "physics/", "scene/"];
+const LAYERS: [&str; 6] = ["analysis/", "check/", "engine/", "physics/", "prepare/", "scene/"];
 
 #[test]
 fn every_file_of_the_repository_that_is_named_is_there() {

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
-use crate::scene::polydispersity::DISTRIBUTIONS;
+use crate::scene::parse::diameter::DISTRIBUTIONS;
 use crate::scene::schema::{keys_by_kind, words};
 
 /// `1.0`, or `{ distribution = "lognormal", mean = 1.0, deviation = 0.1 }`

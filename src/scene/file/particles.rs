@@ -6,10 +6,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::prepare::surface::BoxSide;
 use crate::scene::names::WORDS;
 use crate::scene::parse::particles::{ARRANGEMENTS, SURFACES};
 use crate::scene::schema::{keys_by_kind, words};
-use crate::scene::surface::BoxSide;
 
 /// `[[particle]]`: one particle.
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -1,23 +1,21 @@
-//! The particles of one group: listed, on a surface, in a fill or in chains.
+//! The particles of a group that has no positions of its own: on a surface, in a fill or in chains.
 
 use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
-use crate::model::Region;
 use crate::model::random::{Purpose, Random};
-use crate::model::scene::own_volume;
 use crate::model::space::Space;
-use crate::model::{Particle, Species, SpeciesId};
+use crate::model::{Particle, Species};
+use crate::prepare::chain::{self, Links};
+use crate::prepare::packing::RandomFill;
+use crate::prepare::packing::occupancy::{Contacts, Occupancy};
+use crate::prepare::surface::{Layout, tight_spacing};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::filling::Filling;
 use crate::scene::interactions::{Interactions, species_named};
-use crate::scene::limits::{affordable, finite_vector, not_negative, on_flat_axes, positive};
-use crate::scene::packing::compression::Compression;
-use crate::scene::packing::insertion::{Links, grow, insert, wrapped};
-use crate::scene::packing::occupancy::{Contacts, Occupancy};
-use crate::scene::surface::{Layout, default_spacing};
-use crate::scene::unvalidated::{Arrangement, Chain, Fill, Group, Listed, LocatedGroup, SurfaceFill};
+use crate::scene::limits::{affordable, finite_vector, motion, not_negative, on_flat_axes, positive};
+use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
 /// What has to be placed before what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,26 +78,6 @@ impl<'a> Placing<'a> {
         occupancy
     }
 
-    pub(super) fn listed(&self, listed: &[Listed], at: &ConfigPath) -> Result<Vec<Particle>, SceneError> {
-        let mut particles = Vec::with_capacity(listed.len());
-        for Listed { species, position, velocity } in listed {
-            let species = species_named(self.species, species, &at.key("species"))?;
-            on_flat_axes(position, &self.space.lower, self.space, &at.key("position"))?;
-            on_flat_axes(velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
-            self.check_motion(species, velocity, &at.key("velocity"))?;
-            particles.push(Particle { species, position: wrapped(*position, self.space), velocity: *velocity });
-        }
-        Ok(particles)
-    }
-
-    fn check_motion(&self, species: SpeciesId, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
-        if self.species[species.0 as usize].is_static() && *velocity != Vector::zeros() {
-            let kind = SceneErrorKind::value(format!("{:?}", velocity.as_slice()), "none: a static species stays");
-            return Err(SceneError::new(at.clone(), kind));
-        }
-        Ok(())
-    }
-
     pub(super) fn surface(
         &mut self,
         index: usize,
@@ -116,12 +94,7 @@ impl<'a> Placing<'a> {
         if let Some(spacing) = surface.spacing {
             positive(spacing, at.key("spacing"))?;
         }
-        // The smallest that meets the surface decides: it is the first to leak.
-        let moving = (0..self.species.len()).filter(|&other| !self.species[other].is_static());
-        let contacts =
-            moving.map(|other| self.contacts.get(other, species.0 as usize)).filter(|contact| *contact > 0.0);
-        let contact = contacts.reduce(f64::min).unwrap_or(kind.diameter);
-        let spacing = surface.spacing.unwrap_or(default_spacing(contact));
+        let spacing = surface.spacing.unwrap_or_else(|| tight_spacing(species, self.species, self.contacts));
         let estimate = surface.shape.estimate(spacing);
         affordable(trunc_to_u64(estimate), at)?;
         let layout = surface.shape.layout(spacing);
@@ -129,7 +102,7 @@ impl<'a> Placing<'a> {
         for point in &layout.points {
             finite_vector(point, at)?;
             on_flat_axes(point, &self.space.lower, self.space, at)?;
-            let position = wrapped(*point, self.space);
+            let position = self.space.wrapped(*point);
             particles.push(Particle { species, position, velocity: Vector::zeros() });
         }
         self.layouts.push((index, layout));
@@ -151,53 +124,32 @@ impl<'a> Placing<'a> {
                 let contacts = (!self.scene.allow_invalid_start).then_some(self.contacts);
                 filling.on_lattice(lattice, self.space, self.species, contacts, at)?
             }
-            (Arrangement::Random, Some(occupancy)) => self
-                .at_random(index, fill, &filling.region, &kinds, occupancy)
-                .map_err(|kind| SceneError::new(at.clone(), kind))?,
+            (Arrangement::Random, Some(occupancy)) => {
+                let random = RandomFill {
+                    kinds: &kinds,
+                    species: self.species,
+                    contacts: self.contacts,
+                    space: self.space,
+                    region: filling.region,
+                    has_box: self.scene.groups.len() == 1 && fill.region.is_none(),
+                    seed: self.scene.seed,
+                    group: index,
+                };
+                random.positions(occupancy).map_err(|error| SceneError::new(at.clone(), error))?
+            }
             (Arrangement::Random, None) => Vec::new(),
         };
         for kind in filling.species() {
-            self.check_motion(kind, &fill.velocity, &at.key("velocity"))?;
+            motion(&self.species[kind.0 as usize], &fill.velocity, &at.key("velocity"))?;
         }
         on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
         check_temperature(fill.temperature, at)?;
         let at_rest = |(position, species)| Particle {
             species,
-            position: wrapped(position, self.space),
+            position: self.space.wrapped(position),
             velocity: Vector::zeros(),
         };
         Ok(positions.into_iter().zip(kinds).map(at_rest).collect())
-    }
-
-    /// One by one, or all together where that is too dense and they have a periodic box for themselves.
-    fn at_random(
-        &self,
-        index: usize,
-        fill: &Fill,
-        region: &Region,
-        kinds: &[SpeciesId],
-        occupancy: &mut Occupancy<'_>,
-    ) -> Result<Vec<Vector>, SceneErrorKind> {
-        let diameter = |kind: &SpeciesId| self.species[kind.0 as usize].diameter;
-        let is_alone = self.scene.groups.len() == 1 && fill.region.is_none() && self.space.is_fully_periodic();
-        let is_moving = kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
-        let dense = (is_alone && is_moving).then(|| {
-            let volumes = kinds.iter().map(|kind| own_volume(diameter(kind), self.space.dimensions()));
-            let packing_fraction = volumes.sum::<f64>() / self.space.volume();
-            let (seed, contacts, space) = (self.scene.seed, self.contacts, self.space);
-            Compression { kinds, contacts, space, seed, group: index, packing_fraction }
-        });
-        if let Some(dense) = &dense
-            && dense.is_too_dense_to_insert()
-        {
-            return dense.positions();
-        }
-        let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
-        let sizes = kinds.iter().map(|kind| (0.5 * diameter(kind), kind.0));
-        match (insert(sizes, region, self.space, occupancy, &mut random), dense) {
-            (Err(SceneErrorKind::NoRoom { .. }), Some(dense)) => dense.positions(),
-            (placed, _) => placed,
-        }
     }
 
     pub(super) fn chains(
@@ -239,7 +191,7 @@ impl<'a> Placing<'a> {
         };
         check_temperature(chain.temperature, at)?;
         let at_rest =
-            |position| Particle { species, position: wrapped(position, self.space), velocity: Vector::zeros() };
+            |position| Particle { species, position: self.space.wrapped(position), velocity: Vector::zeros() };
         Ok(positions.into_iter().map(at_rest).collect())
     }
 
@@ -258,8 +210,7 @@ impl<'a> Placing<'a> {
             let expected = "1: several chains cannot start at one place";
             return Err(SceneError::new(at.key("count"), SceneErrorKind::value(chain.count, expected)));
         }
-        let step = direction.normalize() * spacing;
-        Ok((0..chain.length).map(|k| start + step * k as f64).collect())
+        Ok(chain::straight(start, direction, chain.length, spacing))
     }
 
     fn grown(
@@ -272,20 +223,8 @@ impl<'a> Placing<'a> {
     ) -> Result<Vec<Vector>, SceneError> {
         let Some(occupancy) = occupancy else { return Ok(Vec::new()) };
         let mut random = Random::new(self.scene.seed, Purpose::Placement, index);
-        let mut positions = Vec::with_capacity(links.length * numbers::index(chain.count));
-        for _ in 0..chain.count {
-            let Some(chain) = grow(links, self.space, occupancy, &mut random) else {
-                let count = links.length * numbers::index(chain.count);
-                let kind = SceneErrorKind::NoRoom {
-                    placed: positions.len(),
-                    count,
-                    attempts: crate::scene::packing::insertion::CHAIN_ATTEMPTS,
-                };
-                return Err(SceneError::new(at.clone(), kind));
-            };
-            positions.extend(chain);
-        }
-        Ok(positions)
+        chain::grow_all(links, chain.count, self.space, occupancy, &mut random)
+            .map_err(|no_room| SceneError::new(at.clone(), no_room))
     }
 }
 

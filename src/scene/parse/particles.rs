@@ -2,10 +2,10 @@
 
 use super::{Keys, missing, variant, vector};
 use crate::model::Region;
+use crate::prepare::surface::{BoxSide, Surface};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{ChainFile, FillFile, MeshFile};
-use crate::scene::surface::{BoxSide, Surface};
 use crate::scene::unvalidated::{Amount, Arrangement, Chain, Fill, Lattice, SurfaceFill};
 
 pub(super) fn parse_chain(file: ChainFile, at: &ConfigPath) -> Result<Chain, SceneError> {

@@ -9,8 +9,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
-use crate::scene::limits::{affordable, affordable_species, on_flat_axes};
-use crate::scene::packing::insertion::wrapped;
+use crate::scene::limits::{affordable, affordable_species, motion, on_flat_axes};
 use crate::scene::unvalidated::UnvalidatedSpecies;
 use crate::scene::validate::{plan, start};
 
@@ -133,10 +132,8 @@ fn check_particles(scene: &mut Scene) -> Result<(), SceneError> {
         on_flat_axes(&particle.position, &space.lower, space, &at.index(index).key("position"))?;
         let key = at.index(index).key("velocity");
         on_flat_axes(&particle.velocity, &Vector::zeros(), space, &key)?;
-        if species.is_static() && particle.velocity != Vector::zeros() {
-            return refuse(key, format!("{:?}", particle.velocity.as_slice()), "none: a static species stays");
-        }
-        particle.position = wrapped(particle.position, space);
+        motion(species, &particle.velocity, &key)?;
+        particle.position = space.wrapped(particle.position);
     }
     Ok(())
 }

@@ -2,18 +2,16 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::Species;
 use crate::model::space::{Boundary, Face, Space, nearest_image};
 use crate::model::{ParticleId, SpeciesId};
+use crate::prepare::packing::occupancy::{Contacts, first_overlap};
 use crate::scene::config_path::{ConfigPath, PathStep};
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
-use crate::scene::packing::insertion::first_overlap;
-use crate::scene::packing::occupancy::{Contacts, Occupancy};
 
 /// A wall or the end of a bond may be passed by the rounding of the coordinates that put the particle there.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
@@ -99,21 +97,9 @@ pub(crate) fn check_overlaps(
     space: &Space,
     displacement: f64,
 ) -> Result<(), SceneError> {
-    if contacts.largest() == 0.0 {
-        return Ok(());
-    }
     let bonded: HashSet<[ParticleId; 2]> = groups.bonds.iter().map(|(bond, _)| bond.pair).collect();
-    // Where images above and below are displaced, they are looked for at their own places.
-    let mut unstacked = space.clone();
-    if displacement != 0.0 {
-        unstacked.boundary[1] = Boundary::OPEN;
-    }
-    let up = Vector::new(displacement, space.size.y, 0.0);
-    let images: &[Vector] = if displacement == 0.0 { &[Vector::zeros()] } else { &[Vector::zeros(), up, -up] };
-    let occupancy = Occupancy::new(&unstacked, contacts, groups.particles.len());
-    let particles = groups.particles.iter().map(|particle| (&particle.position, particle.species.0));
     let is_bonded = |a: u32, b: u32| bonded.contains(&[ParticleId(a), ParticleId(b)]);
-    match first_overlap(particles, images, occupancy, is_bonded) {
+    match first_overlap(&groups.particles, contacts, space, displacement, is_bonded) {
         None => Ok(()),
         Some((second, overlapping)) => {
             let kind = SceneErrorKind::Overlap {

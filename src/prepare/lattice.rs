@@ -1,5 +1,7 @@
 //! Regular starts: the lattice that fits a region best, stretched to fill it.
 
+use thiserror::Error;
+
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
 use crate::model::Region;
@@ -70,6 +72,41 @@ impl Lattice {
     }
 }
 
+/// The sites of a lattice are closer than the particles on them may be.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("{count} sites are {spacing} apart where {contact} is needed")]
+pub(crate) struct TooTight {
+    pub count: usize,
+    pub spacing: f64,
+    pub contact: f64,
+}
+
+/// What a lattice has sites for.
+pub(crate) struct Sites {
+    /// Number of particles.
+    pub count: usize,
+    /// Diameter of the largest `[length]`.
+    pub diameter: f64,
+    /// The distance that all sites keep `[length]`; none where overlaps do not matter.
+    pub contact: Option<f64>,
+}
+
+/// The sites of a lattice that is stretched over a region.
+///
+/// # Errors
+/// [`TooTight`] where they are closer than contact.
+pub(crate) fn sites(lattice: Lattice, space: &Space, region: &Region, sites: Sites) -> Result<Vec<Vector>, TooTight> {
+    let Sites { count, diameter, contact } = sites;
+    let fit = Fit::new(lattice, space, region, diameter, count);
+    match contact {
+        // Sites at exactly the contact distance, but for rounding, are not too close.
+        Some(contact) if fit.spacing < contact * (1.0 - 1e-12) => {
+            Err(TooTight { count, spacing: fit.spacing, contact })
+        }
+        _ => Ok(fit.sites()),
+    }
+}
+
 /// One axis of the region, as the lattice sees it.
 #[derive(Clone, Copy)]
 struct Axis {
@@ -100,21 +137,21 @@ impl Axis {
 }
 
 /// A lattice stretched over a region, with a site for each of `count` particles.
-pub(crate) struct Fit {
+struct Fit {
     lattice: Lattice,
     axes: Vec<Axis>,
     cells: Vec<usize>,
     count: usize,
     lower: Vector,
     /// Distance of nearest sites `[length]`.
-    pub spacing: f64,
+    spacing: f64,
 }
 
 impl Fit {
     /// The number of cells per axis, out of those with sites enough, for which nearest sites are farthest apart.
     ///
     /// Sites fill a periodic axis evenly; along any other, the outermost keep half a `diameter` to the region's sides.
-    pub(crate) fn new(lattice: Lattice, space: &Space, region: &Region, diameter: f64, count: usize) -> Self {
+    fn new(lattice: Lattice, space: &Space, region: &Region, diameter: f64, count: usize) -> Self {
         let basis = lattice.basis();
         let moving = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
         let axes: Vec<Axis> = moving
@@ -197,7 +234,7 @@ impl Fit {
     }
 
     /// The positions, one per particle; sites in excess stay empty, evenly spread.
-    pub(crate) fn sites(&self) -> Vec<Vector> {
+    fn sites(&self) -> Vec<Vector> {
         let basis = self.lattice.basis();
         let sites = self.cells.iter().product::<usize>() * basis.len();
         let edges: Vec<f64> = self.axes.iter().zip(&self.cells).map(|(axis, &cells)| axis.edge(cells)).collect();
@@ -298,5 +335,16 @@ mod tests {
         let sites = fit(Lattice::SimpleCubic, &space, 64).sites();
         let least = sites.iter().map(|s| s.min()).fold(f64::INFINITY, f64::min);
         assert!((least - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sites_may_touch_but_not_overlap() {
+        let cube = Space::periodic_cube(6.0);
+        let region = Region { lower: cube.lower, upper: cube.upper() };
+        let simple = |contact| {
+            sites(Lattice::SimpleCubic, &cube, &region, Sites { count: 216, diameter: 1.0, contact: Some(contact) })
+        };
+        assert_eq!(simple(1.0).map(|sites| sites.len()), Ok(216));
+        assert_eq!(simple(1.0 + 1e-9), Err(TooTight { count: 216, spacing: 1.0, contact: 1.0 + 1e-9 }));
     }
 }

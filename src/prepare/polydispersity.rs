@@ -5,17 +5,6 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::file::DistributionFile;
-use crate::scene::limits::{finite, positive};
-use crate::scene::parse::Keys;
-
-/// The most classes of one species.
-const MOST_CLASSES: usize = 64;
-
-const DEFAULT_CLASSES: u64 = 16;
-
 /// Spheres of one size among those of a distribution.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Class {
@@ -24,87 +13,16 @@ pub(crate) struct Class {
     pub share: f64,
 }
 
-/// The distributions, and the keys that each one takes.
-pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
-    ("uniform", &["lower", "upper", "classes"]),
-    ("gaussian", &["mean", "deviation", "classes"]),
-    ("lognormal", &["mean", "deviation", "classes"]),
-    ("list", &["diameters", "shares"]),
-];
-
-/// The classes of a distribution, smallest first.
-pub(crate) fn parse(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
-    let Some((word, known)) = DISTRIBUTIONS.into_iter().find(|(word, _)| *word == file.distribution) else {
-        let known = DISTRIBUTIONS.map(|(word, _)| word);
-        let kind = SceneErrorKind::unknown_word("distribution", &file.distribution, known);
-        return Err(SceneError::new(at.key("distribution"), kind));
-    };
-    let given = [
-        ("lower", file.lower.is_some()),
-        ("upper", file.upper.is_some()),
-        ("mean", file.mean.is_some()),
-        ("deviation", file.deviation.is_some()),
-        ("diameters", file.diameters.is_some()),
-        ("shares", file.shares.is_some()),
-        ("classes", file.classes.is_some()),
-    ];
-    let keys = Keys { at, context: format!("distribution = \"{word}\""), given: &given };
-    keys.allow(known)?;
-    if word == "list" {
-        return listed(keys.need(file.diameters, "diameters")?, file.shares, at);
-    }
-    let classes = file.classes.unwrap_or(DEFAULT_CLASSES);
-    if !(1..=MOST_CLASSES as u64).contains(&classes) {
-        let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each is a species");
-        return Err(SceneError::new(at.key("classes"), SceneErrorKind::value(classes, expected)));
-    }
-    let given = |value: Option<f64>, key| positive(keys.need(value, key)?, at.key(key));
-    let diameters = match word {
-        "uniform" => {
-            let (lower, upper) = (given(file.lower, "lower")?, given(file.upper, "upper")?);
-            if upper <= lower {
-                let kind = SceneErrorKind::value(upper, format!("more than the lower end, {lower}"));
-                return Err(SceneError::new(at.key("upper"), kind));
-            }
-            uniform(lower, upper, classes)
-        }
-        "gaussian" => gaussian(given(file.mean, "mean")?, given(file.deviation, "deviation")?, classes),
-        _ => lognormal(given(file.mean, "mean")?, given(file.deviation, "deviation")?, classes),
-    };
-    let share = 1.0 / classes as f64;
-    // What is too wide for the numbers of a computer is too wide for a simulation.
-    diameters.into_iter().map(|diameter| Ok(Class { diameter: positive(diameter, at.clone())?, share })).collect()
-}
-
-fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
-    let count = diameters.len();
-    if !(1..=MOST_CLASSES).contains(&count) {
-        let kind = SceneErrorKind::value(format!("a list of {count}"), format!("1 to {MOST_CLASSES} diameters"));
-        return Err(SceneError::new(at.key("diameters"), kind));
-    }
-    let shares = shares.unwrap_or_else(|| vec![1.0; count]);
-    if shares.len() != count {
-        let expected = format!("{count}, one for each diameter");
-        let kind = SceneErrorKind::value(format!("a list of {}", shares.len()), expected);
-        return Err(SceneError::new(at.key("shares"), kind));
-    }
-    for (index, (&diameter, &share)) in diameters.iter().zip(&shares).enumerate() {
-        positive(diameter, at.key("diameters").index(index))?;
-        positive(share, at.key("shares").index(index))?;
-    }
-    let total = finite(shares.iter().sum(), at.key("shares"))?;
-    Ok(diameters.into_iter().zip(shares).map(|(diameter, share)| Class { diameter, share: share / total }).collect())
-}
-
-fn uniform(lower: f64, upper: f64, classes: u64) -> Vec<f64> {
+/// Diameters of the classes of a uniform distribution `[length]`.
+pub(crate) fn uniform(lower: f64, upper: f64, classes: u64) -> Vec<f64> {
     let width = (upper - lower) / classes as f64;
     (0..classes).map(|k| lower + (k as f64 + 0.5) * width).collect()
 }
 
-/// Cut at 0: the part of the Gaussian above it, in classes of equal share of that part.
+/// Diameters of the classes of a Gaussian distribution, cut at 0: of the part above it, in equal shares of that part `[length]`.
 ///
 /// The mean between the quantiles `a` and `b` of a part `w` is `mean + deviation (g(a) - g(b)) / w` with the density `g`.
-fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
+pub(crate) fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let cut = normal_distribution(-mean / deviation);
     let share = (1.0 - cut) / classes as f64;
     let density = |z: f64| libm::exp(-0.5 * z * z) / (2.0 * PI).sqrt();
@@ -116,9 +34,11 @@ fn gaussian(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     (0..classes).map(|k| mean + deviation * (edge(k) - edge(k + 1)) / share).collect()
 }
 
+/// Diameters of the classes of a lognormal distribution `[length]`.
+///
 /// `mean` and `deviation` are those of the diameter. Its logarithm has the variance `s^2 = ln(1 + deviation^2 / mean^2)`, and the mean between
 /// the quantiles `a` and `b` of a share `1/n` is `n mean [P(b - s) - P(a - s)]` with the normal distribution `P`.
-fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
+pub(crate) fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
     let width = libm::log1p((deviation / mean) * (deviation / mean)).sqrt();
     let edge = |k: u64| match k {
         0 => 0.0,
@@ -126,6 +46,29 @@ fn lognormal(mean: f64, deviation: f64, classes: u64) -> Vec<f64> {
         k => normal_distribution(normal_quantile(k as f64 / classes as f64) - width),
     };
     (0..classes).map(|k| classes as f64 * mean * (edge(k + 1) - edge(k))).collect()
+}
+
+/// The mean diameter `[length]`.
+pub(crate) fn mean_diameter(classes: &[Class]) -> f64 {
+    classes.iter().map(|class| class.share * class.diameter).sum()
+}
+
+/// The mass of a particle of a class where one of the mean diameter has `mass`: of the same material, so that masses go with the volumes.
+pub(crate) fn mass_of(class: &Class, mean_diameter: f64, mass: f64, dimensions: usize) -> f64 {
+    mass * libm::pow(class.diameter / mean_diameter, dimensions as f64)
+}
+
+/// All numbers below `count`, any first few of them spread evenly and in pairs about the middle: where a number of particles is not a
+/// multiple of that of the classes, the first classes have one more, and the mean diameter should not feel it.
+pub(crate) fn spread(count: usize) -> impl Iterator<Item = usize> {
+    let bits = count.next_power_of_two().trailing_zeros();
+    let reversed =
+        (0..1_usize << bits).map(move |k| if bits == 0 { 0 } else { k.reverse_bits() >> (usize::BITS - bits) });
+    let half = count.div_ceil(2);
+    reversed.filter(move |&k| k < half).flat_map(move |k| {
+        let mirror = count - 1 - k;
+        std::iter::once(k).chain((mirror != k).then_some(mirror))
+    })
 }
 
 /// The share of a Gaussian of mean 0 and deviation 1 below `z`.
@@ -200,5 +143,19 @@ mod tests {
         assert!((mean - (2.0 / PI).sqrt()).abs() < 1e-8, "{mean}");
         assert!(diameters[0] > 0.0 && diameters[0] < 0.02);
         assert!((deviation - (1.0 - 2.0 / PI).sqrt()).abs() < 0.01);
+    }
+
+    #[test]
+    fn the_first_few_are_spread_about_the_middle() {
+        let first = |count: usize| spread(count).collect::<Vec<_>>();
+        assert_eq!(first(1), [0]);
+        assert_eq!(first(2), [0, 1]);
+        assert_eq!(first(3), [0, 2, 1]);
+        assert_eq!(first(8), [0, 7, 2, 5, 1, 6, 3, 4]);
+        for count in 1..=64 {
+            let mut all = first(count);
+            all.sort_unstable();
+            assert_eq!(all, (0..count).collect::<Vec<_>>());
+        }
     }
 }

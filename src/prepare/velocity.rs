@@ -6,8 +6,6 @@ use crate::Vector;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Particle, Scene, Species};
-use crate::scene::builder::SceneBuilder;
-use crate::scene::unvalidated::{Chain, Fill, Group};
 
 /// Draws velocities for the moving ones among `particles`, at rest as a whole and exactly at a temperature, `T = 2 K / (D (N - 1))`.
 pub(crate) fn maxwell(
@@ -31,37 +29,43 @@ struct Cloud {
     dimensions: usize,
 }
 
-/// Gives the particles of fills and chains their velocities: those of their temperature, the one that they share, and that of what
-/// streams in a sheared box. `groups` are the ids of each group.
+/// The velocities that particles of one group start with: Maxwell velocities around a common one.
+pub(crate) struct Drawn {
+    /// Ids of the particles.
+    pub ids: Range<usize>,
+    /// Index of the group, which has random numbers of its own.
+    pub group: usize,
+    /// `[energy]`; without one they only have the common velocity.
+    pub temperature: Option<f64>,
+    /// `[length / time]`
+    pub velocity: Vector,
+}
+
+/// Gives groups of particles their velocities: those of their temperature, the one that they share, and that of what streams in a sheared
+/// box.
 ///
 /// All that have the same temperature and velocity are one cloud, so that it does not matter in how many groups they are given.
-pub(super) fn set_velocities(builder: &SceneBuilder, groups: &[Range<usize>], scene: &mut Scene) {
+pub(crate) fn set_velocities(groups: &[Drawn], scene: &mut Scene) {
     let (conserved, dimensions) = (scene.conserved_axes(), scene.space.dimensions());
-    let Scene { particles, species, space, .. } = scene;
+    let Scene { particles, species, space, seed, shear_rate, .. } = scene;
     let mut clouds: Vec<(f64, Vector, Vec<Range<usize>>)> = Vec::new();
-    let drawn = |index: usize| match &builder.groups[index].group {
-        Group::Fill(Fill { temperature, velocity, .. }) => Some((*temperature, *velocity)),
-        Group::Chain(Chain { temperature, .. }) => Some((*temperature, Vector::zeros())),
-        Group::Listed(_) | Group::Surface(_) => None,
-    };
-    for (index, ids) in groups.iter().enumerate() {
-        let Some((Some(temperature), velocity)) = drawn(index) else { continue };
-        let mut random = Random::new(builder.seed, Purpose::Velocities, index);
+    for Drawn { ids, group, temperature, velocity } in groups {
+        let Some(temperature) = *temperature else { continue };
+        let mut random = Random::new(*seed, Purpose::Velocities, *group);
         draw(&mut particles[ids.clone()], species, space, temperature, &mut random);
-        match clouds.iter_mut().find(|(t, v, _)| (*t, *v) == (temperature, velocity)) {
+        match clouds.iter_mut().find(|(t, v, _)| (t, v) == (&temperature, velocity)) {
             Some((_, _, members)) => members.push(ids.clone()),
-            None => clouds.push((temperature, velocity, vec![ids.clone()])),
+            None => clouds.push((temperature, *velocity, vec![ids.clone()])),
         }
     }
     for (temperature, _, members) in clouds {
         settle(particles, &members, species, &Cloud { temperature, conserved, dimensions });
     }
     let middle = space.lower.y + 0.5 * space.size.y;
-    for (index, ids) in groups.iter().enumerate() {
-        let Some((_, velocity)) = drawn(index) else { continue };
+    for Drawn { ids, velocity, .. } in groups {
         for particle in &mut particles[ids.clone()] {
             particle.velocity += velocity;
-            if let Some(rate) = builder.shear_rate {
+            if let Some(rate) = *shear_rate {
                 particle.velocity.x += rate * (particle.position.y - middle);
             }
         }
@@ -126,7 +130,7 @@ mod tests {
     use crate::base::numbers::id;
     use crate::model::SpeciesId;
     use crate::model::potential::Potential;
-    use crate::scene::Arrangement;
+    use crate::scene::{Arrangement, Fill, SceneBuilder};
 
     fn start(masses: &[f64], count: usize, space: &Space) -> (Vec<Particle>, Vec<Species>) {
         let species: Vec<Species> = masses

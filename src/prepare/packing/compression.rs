@@ -5,20 +5,18 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use crate::Vector;
+use crate::base::numbers::id;
 use crate::engine::{Simulation, Until};
-use crate::model::Region;
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
-use crate::model::space::Space;
-use crate::model::{Growth, GrowthTarget, Scene, SpeciesId};
-use crate::scene::SceneBuilder;
-use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::limits::AXES;
-use crate::scene::packing::insertion::{insert, wrapped};
-use crate::scene::packing::occupancy::{Contacts, Occupancy};
-use crate::scene::unvalidated::{Group, Listed, LocatedGroup, Model, UnvalidatedInteraction, UnvalidatedSpecies};
-use crate::scene::velocity::maxwell;
+use crate::model::{
+    AuditPlan, Growth, GrowthTarget, Interaction, InteractionId, MeasurementPlan, OutputPlan, Particle, Potential,
+    Region, RunPlan, Scene, SceneParts, Space, Species, SpeciesId, SpeciesPairs,
+};
+use crate::prepare::packing::PackingError;
+use crate::prepare::packing::insertion::insert;
+use crate::prepare::packing::occupancy::{Contacts, Occupancy};
+use crate::prepare::velocity::maxwell;
 
 /// Fractions of a line, a plane and space at which the spheres start to grow: half of where random insertion jams.
 const LOOSE: [f64; 3] = [0.4, 0.3, 0.2];
@@ -96,8 +94,8 @@ impl Compression<'_> {
     /// Places where no two cores overlap.
     ///
     /// # Errors
-    /// [`SceneErrorKind::Jammed`] where spheres of this size find none.
-    pub(crate) fn positions(&self) -> Result<Vec<Vector>, SceneErrorKind> {
+    /// [`PackingError::Jammed`] where spheres of this size find none, [`PackingError::SmallBox`] where a pair would meet twice.
+    pub(crate) fn positions(&self) -> Result<Vec<Vector>, PackingError> {
         self.check_room()?;
         let is_equal = self.kinds.iter().all(|kind| Some(kind) == self.kinds.first());
         let fraction = self.core_fraction();
@@ -118,22 +116,22 @@ impl Compression<'_> {
         Err(self.jammed(self.packing_fraction * densest.min(1.0)))
     }
 
-    fn jammed(&self, reached: f64) -> SceneErrorKind {
-        SceneErrorKind::Jammed { wanted: self.packing_fraction, reached }
+    fn jammed(&self, reached: f64) -> PackingError {
+        PackingError::Jammed { wanted: self.packing_fraction, reached }
     }
 
     /// Refuses a periodic axis on which a pair would meet twice.
-    fn check_room(&self) -> Result<(), SceneErrorKind> {
+    fn check_room(&self) -> Result<(), PackingError> {
         let range = self.contacts.largest();
         let periods = self.space.periods();
         match (0..3).find(|&k| periods[k] < 2.0 * range) {
             None => Ok(()),
-            Some(k) => Err(SceneErrorKind::SmallBox { axis: AXES[k], size: periods[k], range, needed: 2.0 * range }),
+            Some(axis) => Err(PackingError::SmallBox { axis, size: periods[axis], range }),
         }
     }
 
     /// A scene of hard spheres that are smaller by a factor, with a temperature of 1.
-    fn loose(&self) -> Result<(Scene, f64), SceneErrorKind> {
+    fn loose(&self) -> Result<(Scene, f64), PackingError> {
         let mut random = Random::new(self.seed, Purpose::Growth, self.group);
         let region = Region { lower: self.space.lower, upper: self.space.upper() };
         let share = self.of_dimensions(LOOSE) / self.core_fraction();
@@ -147,49 +145,48 @@ impl Compression<'_> {
             let sizes = self.kinds.iter().map(|kind| (0.0, kind.0));
             match insert(sizes, &region, self.space, &mut occupancy, &mut random) {
                 Ok(positions) => return Ok((self.scene(&positions, &contacts, &mut random)?, factor)),
-                Err(kind) => tried = Some(kind),
+                Err(no_room) => tried = Some(no_room.into()),
             }
         }
         Err(tried.unwrap_or_else(|| self.jammed(0.0)))
     }
 
-    fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, SceneErrorKind> {
-        let mut used: Vec<u32> = self.kinds.iter().map(|kind| kind.0).collect();
+    /// Hard spheres at these positions, with velocities of a temperature of 1. It needs no checks: they were inserted without overlaps, and
+    /// there is room on each axis.
+    fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, PackingError> {
+        let mut used = self.kinds.to_vec();
         used.sort_unstable();
         used.dedup();
-        let mut scene = SceneBuilder::new("growth").space(self.space.clone());
-        for &a in &used {
-            let reach = used.iter().map(|&b| contacts.get(a as usize, b as usize)).fold(0.0, f64::max);
-            let diameter = if reach > 0.0 { reach } else { contacts.largest() };
-            scene.species.push(UnvalidatedSpecies {
-                name: a.to_string(),
-                mass: Some(1.0),
-                diameter,
-                acceleration: None,
-            });
-            for &b in used.iter().filter(|&&b| b <= a) {
-                let contact = contacts.get(a as usize, b as usize);
-                let is_hard = contact > 0.0;
-                scene.interactions.push(UnvalidatedInteraction {
-                    name: None,
-                    species: Some([a.to_string(), b.to_string()]),
-                    model: if is_hard { Model::HardSphere } else { Model::None },
-                    diameter: is_hard.then_some(contact),
-                    restitution: 1.0,
-                });
-            }
-        }
-        let listed = |(kind, position): (&SpeciesId, &Vector)| Listed {
-            species: kind.0.to_string(),
+        let HardSpheres { species, interactions, table } = HardSpheres::new(&used, contacts)?;
+        let particle = |(kind, position): (&SpeciesId, &Vector)| Particle {
+            species: SpeciesId(id(used.partition_point(|other| other < kind))),
             position: *position,
             velocity: Vector::zeros(),
         };
-        let group = Group::Listed(self.kinds.iter().zip(positions).map(listed).collect());
-        scene.groups.push(LocatedGroup { at: ConfigPath::root(), group });
-        let mut scene = scene.build().map_err(SceneError::into_kind)?;
-        let Scene { particles, species, space, .. } = &mut scene;
-        maxwell(particles, species, space, 1.0, random);
-        Ok(scene)
+        let mut particles: Vec<Particle> = self.kinds.iter().zip(positions).map(particle).collect();
+        maxwell(&mut particles, &species, self.space, 1.0, random);
+        Ok(Scene::of_parts(SceneParts {
+            name: "growth".to_owned(),
+            seed: self.seed,
+            start_time: 0.0,
+            space: self.space.clone(),
+            species,
+            interactions,
+            table,
+            bonds: Vec::new(),
+            particles,
+            static_surfaces: Vec::new(),
+            wall_temperatures: [None; 3],
+            shear_rate: None,
+            displacement: 0.0,
+            contact_time: None,
+            allow_invalid_start: false,
+            audit: AuditPlan::default(),
+            run: RunPlan::default(),
+            output: OutputPlan::default(),
+            measure: MeasurementPlan::default(),
+            inputs: Vec::new(),
+        }))
     }
 
     /// Lets the spheres of a scene grow to full size. Otherwise, the part of the fraction at which they jam.
@@ -200,7 +197,7 @@ impl Compression<'_> {
         simulation.end_growth();
         self.grow_to(BEYOND, speed, factor, &mut simulation)?;
         let positions = simulation.snapshot().positions;
-        Ok(positions.into_iter().map(|position| wrapped(position, self.space)).collect())
+        Ok(positions.into_iter().map(|position| self.space.wrapped(position)).collect())
     }
 
     /// Lets spheres that started with `factor` times their full diameters grow to `size` times them.
@@ -232,8 +229,38 @@ impl Compression<'_> {
             if factor > JAMMED || (factor > CLOSE && jams_at * TOLERANCE < 1.0) {
                 return Err(jams_at);
             }
-            simulation.scale_velocities((1.0 / temperature).sqrt(), &crate::Vector::zeros());
+            simulation.scale_velocities((1.0 / temperature).sqrt(), &Vector::zeros());
         }
         Err(part(simulation))
+    }
+}
+
+/// Species of hard spheres of mass 1, and their interactions; two without a contact pass through each other.
+struct HardSpheres {
+    species: Vec<Species>,
+    interactions: Vec<Interaction>,
+    table: SpeciesPairs<InteractionId>,
+}
+
+impl HardSpheres {
+    /// Those of `used`, which are numbered anew.
+    fn new(used: &[SpeciesId], contacts: &Contacts) -> Result<Self, PackingError> {
+        let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
+        let mut spheres = Self { species: Vec::new(), interactions: Vec::new(), table: SpeciesPairs::new(used.len()) };
+        for (number, &kind) in used.iter().enumerate() {
+            let reach = used.iter().map(|&other| contact(kind, other)).fold(0.0, f64::max);
+            let diameter = if reach > 0.0 { reach } else { contacts.largest() };
+            let name = kind.0.to_string();
+            spheres.species.push(Species { name, mass: 1.0, diameter, acceleration: Vector::zeros() });
+            for (other, &partner) in used[..=number].iter().enumerate() {
+                let contact = contact(kind, partner);
+                if contact > 0.0 {
+                    spheres.table.set(other, number, InteractionId(id(spheres.interactions.len())));
+                    let potential = Potential::hard_sphere(contact)?;
+                    spheres.interactions.push(Interaction { potential, restitution: 1.0, name: None });
+                }
+            }
+        }
+        Ok(spheres)
     }
 }

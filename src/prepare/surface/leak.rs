@@ -8,15 +8,15 @@ use crate::engine::CellList;
 use crate::model::StaticSurface;
 use crate::model::space::{Boundary, Space};
 use crate::model::{ParticleId, Scene, SpeciesId};
-use crate::scene::packing::occupancy::Contacts;
-use crate::scene::surface::Layout;
-use crate::scene::unvalidated::SurfaceFill;
+use crate::prepare::packing::occupancy::Contacts;
+use crate::prepare::surface::Layout;
 
 impl StaticSurface {
-    pub(crate) fn new(draft: &SurfaceFill, species: SpeciesId, first: usize, layout: &Layout, number: usize) -> Self {
+    /// A surface whose spheres are those of a layout, the first of them with the id `first`.
+    pub(crate) fn new(name: String, species: SpeciesId, first: usize, layout: &Layout) -> Self {
         let number_of = |index: usize| id(first + index);
         Self {
-            name: draft.name.clone().unwrap_or_else(|| format!("mesh {number}")),
+            name,
             species,
             particles: number_of(0)..number_of(layout.points.len()),
             hole: layout.hole,

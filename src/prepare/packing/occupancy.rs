@@ -1,4 +1,4 @@
-//! Overlap search during insertion: the particles placed so far, in hashed grids of cells.
+//! Overlap search, during insertion and in a complete start: the particles placed so far, in hashed grids of cells.
 
 mod contacts;
 mod grid;
@@ -8,7 +8,8 @@ pub(crate) use contacts::Contacts;
 use self::grid::Grid;
 use crate::Vector;
 use crate::base::numbers::id;
-use crate::model::space::{Space, minimum_image};
+use crate::model::Particle;
+use crate::model::space::{Boundary, Space, minimum_image};
 
 /// Two particles closer than their cores allow.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,11 +111,41 @@ impl<'a> Occupancy<'a> {
     }
 }
 
+/// The first particle whose core overlaps that of an earlier one, and that one, but for pairs with interactions of their own. The next image up
+/// of a sheared box is displaced along x by `displacement` `[length]`.
+pub(crate) fn first_overlap(
+    particles: &[Particle],
+    contacts: &Contacts,
+    space: &Space,
+    displacement: f64,
+    is_bonded: impl Fn(u32, u32) -> bool,
+) -> Option<(u32, Overlapping)> {
+    if contacts.largest() == 0.0 {
+        return None;
+    }
+    // Where images above and below are displaced, they are looked for at their own places.
+    let mut unstacked = space.clone();
+    if displacement != 0.0 {
+        unstacked.boundary[1] = Boundary::OPEN;
+    }
+    let up = Vector::new(displacement, space.size.y, 0.0);
+    let images: &[Vector] = if displacement == 0.0 { &[Vector::zeros()] } else { &[Vector::zeros(), up, -up] };
+    let mut occupancy = Occupancy::new(&unstacked, contacts, particles.len());
+    for (id, particle) in (0..).zip(particles) {
+        let (position, species) = (particle.position, particle.species.0);
+        let overlap = |image| occupancy.overlap(&(position + image), species, |other| !is_bonded(other, id));
+        if let Some(overlapping) = images.iter().find_map(overlap) {
+            return Some((id, overlapping));
+        }
+        occupancy.take(position, species);
+    }
+    None
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::model::random::{Purpose, Random};
-    use crate::model::space::Boundary;
 
     #[test]
     fn overlaps_are_those_of_a_search_over_all_pairs() {

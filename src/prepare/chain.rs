@@ -1,0 +1,137 @@
+//! Chains: straight ones, and random ones that grow where they overlap nothing.
+
+use crate::Vector;
+use crate::base::numbers::index;
+use crate::model::Region;
+use crate::model::random::Random;
+use crate::model::space::{Boundary, Space, minimum_image};
+use crate::prepare::packing::NoRoom;
+use crate::prepare::packing::insertion::draw;
+use crate::prepare::packing::occupancy::Occupancy;
+
+/// Attempts to place one chain before it is given up; each tries several directions for every particle.
+const CHAIN_ATTEMPTS: usize = 2_000;
+
+/// Directions to try for the next particle of a chain before the chain starts afresh.
+const DIRECTIONS: usize = 50;
+
+/// Positions of a straight chain, neighbours `spacing` apart.
+pub(crate) fn straight(start: &Vector, direction: &Vector, length: u64, spacing: f64) -> Vec<Vector> {
+    let step = direction.normalize() * spacing;
+    (0..length).map(|k| start + step * k as f64).collect()
+}
+
+/// What a grown chain is made of.
+pub(crate) struct Links {
+    pub length: usize,
+    pub spacing: f64,
+    pub radius: f64,
+    pub species: u32,
+    /// Contact of two particles of a chain that are not neighbours `[length]`.
+    pub contact: f64,
+}
+
+/// Grows `count` chains, one after the other.
+///
+/// # Errors
+/// [`NoRoom`] if one finds no place.
+pub(crate) fn grow_all(
+    links: &Links,
+    count: u64,
+    space: &Space,
+    occupancy: &mut Occupancy<'_>,
+    random: &mut Random,
+) -> Result<Vec<Vector>, NoRoom> {
+    let beads = links.length * index(count);
+    let mut positions = Vec::with_capacity(beads);
+    for _ in 0..count {
+        let Some(chain) = grow(links, space, occupancy, random) else {
+            return Err(NoRoom { placed: positions.len(), count: beads, attempts: CHAIN_ATTEMPTS });
+        };
+        positions.extend(chain);
+    }
+    Ok(positions)
+}
+
+/// Grows one chain from a random place, bead by bead in random directions, where it overlaps nothing.
+fn grow(links: &Links, space: &Space, occupancy: &mut Occupancy<'_>, random: &mut Random) -> Option<Vec<Vector>> {
+    let region = Region { lower: space.lower, upper: space.upper() };
+    let chain = (0..CHAIN_ATTEMPTS).find_map(|_| try_to_grow(links, &region, space, occupancy, random))?;
+    for position in &chain {
+        occupancy.take(*position, links.species);
+    }
+    Some(chain)
+}
+
+fn try_to_grow(
+    links: &Links,
+    region: &Region,
+    space: &Space,
+    occupancy: &Occupancy<'_>,
+    random: &mut Random,
+) -> Option<Vec<Vector>> {
+    let mut chain: Vec<Vector> = Vec::with_capacity(links.length);
+    for _ in 0..links.length {
+        let tries = if chain.is_empty() { 1 } else { DIRECTIONS };
+        let next = (0..tries).find_map(|_| {
+            let position = match chain.last() {
+                None => draw(region, space, links.radius, random),
+                Some(last) => space.wrapped(last + random.direction(space) * links.spacing),
+            };
+            let is_free = is_inside(&position, links.radius, space)
+                && occupancy.overlap(&position, links.species, |_| true).is_none()
+                && !meets_itself(&chain, &position, links.contact, space);
+            is_free.then_some(position)
+        })?;
+        chain.push(next);
+    }
+    Some(chain)
+}
+
+/// Whether a particle would overlap its chain, but for the neighbour that it is bonded to.
+fn meets_itself(chain: &[Vector], position: &Vector, contact: f64, space: &Space) -> bool {
+    let others = &chain[..chain.len().saturating_sub(1)];
+    let periods = space.periods();
+    others.iter().any(|other| minimum_image(position - other, &periods).norm_squared() < contact * contact)
+}
+
+/// Whether a particle keeps clear of walls and, along open axes, inside of the box.
+fn is_inside(position: &Vector, radius: f64, space: &Space) -> bool {
+    (0..3).all(|k| {
+        let range = space.lower[k] + radius..=space.upper()[k] - radius;
+        !matches!(space.boundary[k], Boundary::Bounded { .. }) || range.contains(&position[k])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::random::Purpose;
+    use crate::prepare::packing::occupancy::Contacts;
+
+    /// Chains of ten in a periodic cube.
+    fn chains(count: u64, length: f64) -> Result<Vec<Vector>, NoRoom> {
+        let space = Space::periodic_cube(length);
+        let mut contacts = Contacts::new(1);
+        contacts.set(0, 0, 1.0);
+        let links = Links { length: 10, spacing: 1.1, radius: 0.5, species: 0, contact: 1.0 };
+        let mut random = Random::new(2, Purpose::Placement, 0);
+        grow_all(&links, count, &space, &mut Occupancy::new(&space, &contacts, 100), &mut random)
+    }
+
+    #[test]
+    fn chains_grow_bead_by_bead_where_they_overlap_nothing() {
+        let beads = chains(8, 9.0).unwrap();
+        let periods = Vector::repeat(9.0);
+        for (i, a) in beads.iter().enumerate() {
+            for (j, b) in beads[..i].iter().enumerate() {
+                let distance = minimum_image(a - b, &periods).norm();
+                // Coordinates up to 9 round by some 1e-15.
+                assert!(distance >= 1.0 - 1e-14, "{i} {j}: {distance}");
+                assert!(i - j > 1 || i.is_multiple_of(10) || (distance - 1.1).abs() < 1e-14, "{i} {j}: {distance}");
+            }
+        }
+        let error = chains(8, 4.0).unwrap_err();
+        assert!(error.placed < 80 && error.placed.is_multiple_of(10) && error.count == 80, "{error}");
+    }
+}

@@ -1,0 +1,84 @@
+//! Mixtures: whole numbers of particles in given shares, their mean volume, and the box that they need.
+
+use std::f64::consts::{PI, SQRT_2};
+
+use crate::Vector;
+use crate::base::numbers::{index, trunc_to_usize};
+use crate::model::scene::own_volume;
+use crate::model::space::Boundary;
+use crate::model::{Region, Space, Species, SpeciesId};
+use crate::prepare::lattice::root;
+
+/// Whole numbers in these shares that add up to `count`: rounded down, the rest to the largest remainders.
+pub(crate) fn whole_numbers(shares: &[(SpeciesId, f64)], count: usize) -> Vec<(SpeciesId, usize)> {
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    let exact: Vec<f64> = shares.iter().map(|(_, share)| share / total * count as f64).collect();
+    let mut numbers: Vec<usize> = exact.iter().map(|&number| trunc_to_usize(number).min(count)).collect();
+    let mut order: Vec<usize> = (0..shares.len()).collect();
+    order.sort_by(|&a, &b| exact[b].fract().total_cmp(&exact[a].fract()));
+    let mut rest = count.saturating_sub(numbers.iter().sum());
+    for &index in order.iter().cycle() {
+        if rest == 0 {
+            break;
+        }
+        numbers[index] += 1;
+        rest -= 1;
+    }
+    shares.iter().zip(numbers).map(|((species, _), number)| (*species, number)).collect()
+}
+
+/// The shares that whole numbers of particles have, so that the box fits them exactly.
+pub(crate) fn realised(shares: Vec<(SpeciesId, f64)>, count: u64) -> Vec<(SpeciesId, f64)> {
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    let numbers = whole_numbers(&shares, index(count));
+    let is_exact = |((_, share), (_, number)): (&(SpeciesId, f64), &(SpeciesId, usize))| {
+        // But for rounding, which would change the last digits of the box for nothing.
+        (share / total * count as f64 - *number as f64).abs() < 1e-6
+    };
+    if shares.iter().zip(&numbers).all(is_exact) {
+        return shares;
+    }
+    numbers.into_iter().map(|(species, number)| (species, number as f64)).collect()
+}
+
+/// Mean volume of a particle of a mixture `[length^D]`.
+pub(crate) fn mean_volume(shares: &[(SpeciesId, f64)], species: &[Species], dimensions: usize) -> f64 {
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    shares.iter().map(|(id, share)| share / total * own_volume(species[id.0 as usize].diameter, dimensions)).sum()
+}
+
+/// The largest packing fraction of a mixture of so many species: `pi / (3 sqrt 2)` of equal spheres, `pi / (2 sqrt 3)` of equal disks. Mixtures
+/// can fill the holes as well.
+pub(crate) fn largest_packing_fraction(dimensions: usize, species: usize) -> f64 {
+    match (dimensions, species) {
+        (3, 1) => PI / (3.0 * SQRT_2),
+        (2, 1) => PI / 12.0_f64.sqrt(),
+        _ => 1.0,
+    }
+}
+
+/// Volume of a region along the axes that are not flat `[length^D]`.
+pub(crate) fn volume(region: &Region, space: &Space) -> f64 {
+    let axes = (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
+    axes.map(|k| region.upper[k] - region.lower[k]).product()
+}
+
+/// Edges of the cube, square or line of this volume, 0 along flat axes `[length]`.
+pub(crate) fn edges(volume: f64, space: &Space) -> Vector {
+    let edge = root(volume, space.dimensions());
+    Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Flat { 0.0 } else { edge })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_become_whole_numbers_that_add_up() {
+        let shares = [(SpeciesId(0), 0.5), (SpeciesId(1), 0.25), (SpeciesId(2), 0.25)];
+        let numbers = |count| whole_numbers(&shares, count).iter().map(|(_, n)| *n).collect::<Vec<_>>();
+        assert_eq!(numbers(8), [4, 2, 2]);
+        assert_eq!(numbers(7), [3, 2, 2]);
+        assert_eq!(numbers(1), [1, 0, 0]);
+    }
+}

@@ -1,0 +1,138 @@
+//! Random packings: insertion one by one, and compression of small spheres where that finds no room.
+
+pub(crate) mod compression;
+pub(crate) mod insertion;
+pub(crate) mod occupancy;
+
+use thiserror::Error;
+
+use self::compression::Compression;
+use self::insertion::insert;
+use self::occupancy::{Contacts, Occupancy};
+use crate::Vector;
+use crate::model::random::{Purpose, Random};
+use crate::model::scene::own_volume;
+use crate::model::{PotentialError, Region, Space, Species, SpeciesId};
+
+/// Random insertion found no place for one more.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("no room after {placed} of {count} in {attempts} attempts")]
+pub(crate) struct NoRoom {
+    pub placed: usize,
+    pub count: usize,
+    pub attempts: usize,
+}
+
+/// A random packing that was not made.
+#[derive(Debug, PartialEq, Error)]
+pub(crate) enum PackingError {
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
+    /// Growing spheres jam before they have their size.
+    #[error("jammed at a packing fraction of {reached}, not {wanted}")]
+    Jammed { wanted: f64, reached: f64 },
+    /// A periodic axis on which a pair would meet twice.
+    #[error("axis {axis} is {size} long, less than twice the longest contact {range}")]
+    SmallBox { axis: usize, size: f64, range: f64 },
+    #[error(transparent)]
+    Potential(#[from] PotentialError),
+}
+
+/// Particles to be placed at random.
+pub(crate) struct RandomFill<'a> {
+    /// The species of each.
+    pub kinds: &'a [SpeciesId],
+    pub species: &'a [Species],
+    pub contacts: &'a Contacts,
+    pub space: &'a Space,
+    pub region: Region,
+    /// Whether the whole box is theirs, without other particles.
+    pub has_box: bool,
+    pub seed: u64,
+    /// Index of the group of particles, which has random numbers of its own.
+    pub group: usize,
+}
+
+impl RandomFill<'_> {
+    /// Places one by one, or all together where that is too dense and they have a periodic box for themselves.
+    ///
+    /// # Errors
+    /// [`PackingError`] if there is no room for them.
+    pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, PackingError> {
+        let dense = self.compression();
+        if let Some(dense) = &dense
+            && dense.is_too_dense_to_insert()
+        {
+            return dense.positions();
+        }
+        let mut random = Random::new(self.seed, Purpose::Placement, self.group);
+        let sizes = self.kinds.iter().map(|kind| (0.5 * self.diameter(*kind), kind.0));
+        match (insert(sizes, &self.region, self.space, occupancy, &mut random), dense) {
+            (Ok(positions), _) => Ok(positions),
+            (Err(_), Some(dense)) => dense.positions(),
+            (Err(no_room), None) => Err(no_room.into()),
+        }
+    }
+
+    fn diameter(&self, kind: SpeciesId) -> f64 {
+        self.species[kind.0 as usize].diameter
+    }
+
+    /// The same as a compression, which needs a periodic box without anything else in it.
+    fn compression(&self) -> Option<Compression<'_>> {
+        let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
+        (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {
+            let volumes = self.kinds.iter().map(|kind| own_volume(self.diameter(*kind), self.space.dimensions()));
+            let packing_fraction = volumes.sum::<f64>() / self.space.volume();
+            let Self { kinds, contacts, space, seed, group, .. } = *self;
+            Compression { kinds, contacts, space, seed, group, packing_fraction }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Particle;
+    use crate::prepare::packing::occupancy::first_overlap;
+
+    /// Spheres of diameter 1 at random in a periodic cube that they fill to a packing fraction.
+    fn fill(count: usize, packing_fraction: f64, has_box: bool) -> Result<Vec<Vector>, PackingError> {
+        let species = [Species { name: "A".to_owned(), mass: 1.0, diameter: 1.0, acceleration: Vector::zeros() }];
+        let kinds = vec![SpeciesId(0); count];
+        let space = Space::periodic_cube(libm::cbrt(count as f64 * own_volume(1.0, 3) / packing_fraction));
+        let mut contacts = Contacts::new(1);
+        contacts.set(0, 0, 1.0);
+        let fill = RandomFill {
+            kinds: &kinds,
+            species: &species,
+            contacts: &contacts,
+            space: &space,
+            region: Region { lower: space.lower, upper: space.upper() },
+            has_box,
+            seed: 3,
+            group: 0,
+        };
+        let positions = fill.positions(&mut Occupancy::new(&space, &contacts, count))?;
+        let particle = |&position| Particle { species: SpeciesId(0), position, velocity: Vector::zeros() };
+        let particles: Vec<Particle> = positions.iter().map(particle).collect();
+        assert_eq!(particles.len(), count);
+        assert!(particles.iter().all(|particle| space.wrapped(particle.position) == particle.position));
+        assert_eq!(first_overlap(&particles, &contacts, &space, 0.0, |_, _| false), None);
+        Ok(positions)
+    }
+
+    #[test]
+    fn what_is_too_dense_to_insert_is_compressed_if_it_has_the_box() {
+        assert!(fill(60, 0.2, false).is_ok());
+        assert!(fill(60, 0.5, true).is_ok());
+        let error = fill(60, 0.5, false).unwrap_err();
+        assert!(matches!(error, PackingError::NoRoom(NoRoom { placed: 30..60, count: 60, .. })), "{error}");
+    }
+
+    #[test]
+    fn a_packing_that_cannot_be_says_why() {
+        assert!(matches!(fill(60, 0.7, true), Err(PackingError::Jammed { reached: 0.6..0.7, .. })));
+        assert!(matches!(fill(3, 0.5, true), Err(PackingError::SmallBox { axis: 0, range: 1.0, .. })));
+    }
+}

@@ -1,0 +1,53 @@
+//! Random sequential insertion.
+
+use crate::Vector;
+use crate::model::Region;
+use crate::model::random::Random;
+use crate::model::space::{Boundary, Space};
+use crate::prepare::packing::NoRoom;
+use crate::prepare::packing::occupancy::Occupancy;
+
+/// Random attempts to place one particle before it is given up. At 90 % of the density where random insertion jams in
+/// three dimensions, a place is found once in some 10^4 attempts.
+const ATTEMPTS: usize = 200_000;
+
+/// A place drawn evenly from a region, with the surface of the particle inside of it.
+pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Random) -> Vector {
+    Vector::from_fn(|k, _| {
+        if space.boundary[k] == Boundary::Flat {
+            return space.lower[k];
+        }
+        let full = region.lower[k] == space.lower[k] && region.upper[k] == space.upper()[k];
+        let margin = if full && space.boundary[k] == Boundary::Periodic { 0.0 } else { radius };
+        let (lower, upper) = (region.lower[k] + margin, region.upper[k] - margin);
+        let drawn = lower + (upper - lower).max(0.0) * random.uniform();
+        // Rounding must not put it on the upper side, which is the lower one of the next image.
+        if drawn < upper { drawn } else { lower }
+    })
+}
+
+/// Places particles one by one where they overlap nothing, in the order given: radius and species of each.
+///
+/// # Errors
+/// [`NoRoom`] if one finds no place.
+pub(crate) fn insert(
+    sizes: impl ExactSizeIterator<Item = (f64, u32)>,
+    region: &Region,
+    space: &Space,
+    occupancy: &mut Occupancy<'_>,
+    random: &mut Random,
+) -> Result<Vec<Vector>, NoRoom> {
+    let count = sizes.len();
+    let mut positions = Vec::with_capacity(count);
+    for (radius, species) in sizes {
+        let free = (0..ATTEMPTS)
+            .map(|_| draw(region, space, radius, random))
+            .find(|position| occupancy.overlap(position, species, |_| true).is_none());
+        let Some(position) = free else {
+            return Err(NoRoom { placed: positions.len(), count, attempts: ATTEMPTS });
+        };
+        occupancy.take(position, species);
+        positions.push(position);
+    }
+    Ok(positions)
+}

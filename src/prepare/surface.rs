@@ -1,0 +1,351 @@
+//! Surfaces made of static spheres, laid out so that nothing that should be held can leak.
+//!
+//! A sphere whose contact distance with the static spheres is `s` passes through a hole between them only if the hole's
+//! circumradius `R`, the distance from its middle to the nearest static spheres, exceeds `s`. Rows of spheres at most `d`
+//! apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) / 2`, however the rows are shifted:
+//! an empty circle cuts no chord longer than `d` out of either row, so its centre lies at most `h / 2` from both.
+
+pub(crate) mod leak;
+
+use std::collections::BTreeSet;
+use std::f64::consts::{SQRT_2, TAU};
+
+use crate::Vector;
+use crate::base::numbers::trunc_to_usize;
+use crate::model::{Species, SpeciesId};
+use crate::prepare::packing::occupancy::Contacts;
+
+/// Holes are this much smaller than the contact distance unless a scene sets the spacing itself. A particle's centre
+/// then sinks by at most `1 - sqrt(1 - 0.65^2) = 24 %` of the contact distance between static spheres, so that the surface
+/// is smooth as well as tight.
+const HOLE_TO_CONTACT: f64 = 0.65;
+
+/// The largest spacing of a square grid that a surface of this species uses by itself `[length]`: no moving species passes it.
+pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &Contacts) -> f64 {
+    // The smallest that meets the surface decides: it is the first to leak.
+    let moving = (0..species.len()).filter(|&other| !species[other].is_static());
+    let contacts = moving.map(|other| contacts.get(other, surface.0 as usize)).filter(|contact| *contact > 0.0);
+    default_spacing(contacts.reduce(f64::min).unwrap_or(species[surface.0 as usize].diameter))
+}
+
+/// The same for one contact distance.
+fn default_spacing(contact: f64) -> f64 {
+    HOLE_TO_CONTACT * contact * SQRT_2
+}
+
+/// One side of a box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct BoxSide {
+    /// The axis across it: 0, 1 or 2.
+    pub axis: usize,
+    /// Whether it is the side at the upper corner.
+    pub is_upper: bool,
+}
+
+impl BoxSide {
+    /// The lower and the upper side across each axis.
+    pub(crate) const ALL: [Self; 6] = [
+        Self { axis: 0, is_upper: false },
+        Self { axis: 0, is_upper: true },
+        Self { axis: 1, is_upper: false },
+        Self { axis: 1, is_upper: true },
+        Self { axis: 2, is_upper: false },
+        Self { axis: 2, is_upper: true },
+    ];
+}
+
+/// Shape of a static-sphere surface `[length]`.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Surface {
+    /// A parallelogram.
+    Plane {
+        /// One corner.
+        corner: Vector,
+        /// The two edges that start there.
+        edges: [Vector; 2],
+    },
+    /// The sides of a box, but for the open ones.
+    Box {
+        /// Lower corner.
+        lower: Vector,
+        /// Upper corner.
+        upper: Vector,
+        /// Sides that are left out.
+        open: Vec<BoxSide>,
+    },
+    /// A cone's frustum without ends: a funnel, or a cylinder if the radii are equal.
+    Cone {
+        /// Centre of the first end.
+        base: Vector,
+        /// Direction from the first end to the second.
+        axis: Vector,
+        /// Radii of the ends.
+        radii: [f64; 2],
+        /// Distance of the ends along the axis.
+        length: f64,
+    },
+    /// A hollow sphere.
+    Sphere {
+        /// Its centre.
+        centre: Vector,
+        /// Its radius.
+        radius: f64,
+    },
+    /// Spheres at given places.
+    Points(Vec<Vector>),
+}
+
+/// A surface as static spheres.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Layout {
+    pub points: Vec<Vector>,
+    /// Largest circumradius of a hole; `None` if the spheres are not laid out as a surface.
+    pub hole: Option<f64>,
+    /// Indices of the spheres along each open end.
+    pub rims: Vec<Vec<usize>>,
+}
+
+impl Surface {
+    /// About how many spheres the surface needs, and never less than half of it: to refuse a surface before it is made.
+    pub(crate) fn estimate(&self, spacing: f64) -> f64 {
+        let patch = |a: f64, b: f64| (a / spacing + 2.0) * (b / spacing + 2.0);
+        match self {
+            Self::Plane { edges: [a, b], .. } => patch(a.norm(), b.norm()),
+            Self::Box { lower, upper, .. } => {
+                let size = upper - lower;
+                2.0 * (patch(size.x, size.y) + patch(size.y, size.z) + patch(size.z, size.x))
+            }
+            Self::Cone { radii: [a, b], length, .. } => patch(TAU * a.max(*b), libm::hypot(*length, b - a)),
+            Self::Sphere { radius, .. } => patch(TAU * radius, 0.5 * TAU * radius),
+            Self::Points(points) => points.len() as f64,
+        }
+    }
+
+    /// The spheres, neighbours at most `spacing` apart.
+    pub(crate) fn layout(&self, spacing: f64) -> Layout {
+        match self {
+            Self::Plane { corner, edges } => plane(corner, edges, spacing),
+            Self::Box { lower, upper, open } => sides(lower, upper, open, spacing),
+            Self::Cone { base, axis, radii, length } => cone(base, axis, *radii, *length, spacing),
+            Self::Sphere { centre, radius } => sphere(centre, *radius, spacing),
+            Self::Points(points) => Layout { points: points.clone(), ..Layout::default() },
+        }
+    }
+}
+
+/// Number of equal intervals of at most `spacing`.
+fn intervals(length: f64, spacing: f64) -> usize {
+    // The rounding of a length that is a whole number of spacings must not add an interval.
+    trunc_to_usize((length / spacing - 1e-9).ceil()).max(1)
+}
+
+fn plane(corner: &Vector, edges: &[Vector; 2], spacing: f64) -> Layout {
+    let [columns, rows] = edges.map(|edge| intervals(edge.norm(), spacing));
+    let (a, b) = (edges[0] / columns as f64, edges[1] / rows as f64);
+    let mut layout = Layout { rims: vec![Vec::new(); 4], ..Layout::default() };
+    for row in 0..=rows {
+        for column in 0..=columns {
+            for (edge, is_on_edge) in [row == 0, row == rows, column == 0, column == columns].into_iter().enumerate() {
+                if is_on_edge {
+                    layout.rims[edge].push(layout.points.len());
+                }
+            }
+            layout.points.push(corner + a * column as f64 + b * row as f64);
+        }
+    }
+    layout.hole = Some(hole_of_cell(&a, &b));
+    layout
+}
+
+/// Circumradius of the holes of a grid of parallelograms: that of the triangle of its edges and the shorter diagonal,
+/// `R = |a| |b| |a - b| / (2 |a x b|)`, which is not obtuse if both diagonals are longer than the edges.
+fn hole_of_cell(a: &Vector, b: &Vector) -> f64 {
+    let b = if a.dot(b) < 0.0 { -b } else { *b };
+    let diagonal = a - b;
+    let circumradius = a.norm() * b.norm() * diagonal.norm() / (2.0 * a.cross(&b).norm());
+    let longest = a.norm().max(b.norm());
+    if diagonal.norm_squared() + a.norm_squared().min(b.norm_squared()) >= longest * longest {
+        circumradius
+    } else {
+        // Slanted rows: `h` between rows is less than the edge, so the bound for rows of any shift holds with it.
+        0.5 * libm::hypot(a.norm(), b.norm())
+    }
+}
+
+/// The sides share one division of each edge, so that they join in common spheres.
+fn sides(lower: &Vector, upper: &Vector, open: &[BoxSide], spacing: f64) -> Layout {
+    let size = upper - lower;
+    let cells = [0, 1, 2].map(|k| intervals(size[k], spacing));
+    let mut sites = BTreeSet::new();
+    for side in BoxSide::ALL.iter().filter(|side| !open.contains(side)) {
+        let (u, v) = ((side.axis + 1) % 3, (side.axis + 2) % 3);
+        for i in 0..=cells[u] {
+            for j in 0..=cells[v] {
+                let mut site = [0; 3];
+                site[side.axis] = if side.is_upper { cells[side.axis] } else { 0 };
+                (site[u], site[v]) = (i, j);
+                // From bottom to top, so that ids follow the height.
+                sites.insert([site[2], site[1], site[0]]);
+            }
+        }
+    }
+    let mut layout = Layout { rims: vec![Vec::new(); open.len()], ..Layout::default() };
+    for [z, y, x] in sites {
+        let site = [x, y, z];
+        for (rim, side) in open.iter().enumerate() {
+            if site[side.axis] == if side.is_upper { cells[side.axis] } else { 0 } {
+                layout.rims[rim].push(layout.points.len());
+            }
+        }
+        layout.points.push(Vector::from_fn(|k, _| lower[k] + size[k] * (site[k] as f64 / cells[k] as f64)));
+    }
+    let edge = |k: usize| size[k] / cells[k] as f64;
+    layout.hole = BoxSide::ALL
+        .iter()
+        .filter(|side| !open.contains(side))
+        .map(|side| 0.5 * libm::hypot(edge((side.axis + 1) % 3), edge((side.axis + 2) % 3)))
+        .reduce(f64::max);
+    layout
+}
+
+/// One ring of spheres; every other ring is turned by half a step, which makes most holes smaller than the bound.
+fn ring(centre: &Vector, [u, v]: &[Vector; 2], radius: f64, spacing: f64, turn: f64) -> (Vec<Vector>, f64) {
+    let count = if radius > 0.0 { intervals(TAU * radius, spacing) } else { 1 };
+    let points = (0..count)
+        .map(|k| {
+            let angle = TAU * (k as f64 + turn) / count as f64;
+            centre + u * (radius * libm::cos(angle)) + v * (radius * libm::sin(angle))
+        })
+        .collect();
+    (points, TAU * radius / count as f64)
+}
+
+/// Two directions at right angles to `axis` and to each other.
+fn across(axis: &Vector) -> [Vector; 2] {
+    let least = if axis.x.abs() <= axis.y.abs() && axis.x.abs() <= axis.z.abs() {
+        Vector::x()
+    } else if axis.y.abs() <= axis.z.abs() {
+        Vector::y()
+    } else {
+        Vector::z()
+    };
+    let u = axis.cross(&least).normalize();
+    [u, axis.cross(&u).normalize()]
+}
+
+fn cone(base: &Vector, axis: &Vector, radii: [f64; 2], length: f64, spacing: f64) -> Layout {
+    let axis = axis.normalize();
+    let directions = across(&axis);
+    let slant = libm::hypot(length, radii[1] - radii[0]);
+    let rows = intervals(slant, spacing);
+    let mut layout = Layout::default();
+    let mut widest: f64 = 0.0;
+    for row in 0..=rows {
+        let part = row as f64 / rows as f64;
+        let radius = radii[0] + (radii[1] - radii[0]) * part;
+        let (points, step) =
+            ring(&(base + axis * (length * part)), &directions, radius, spacing, 0.5 * (row % 2) as f64);
+        if (row == 0 || row == rows) && radius > 0.0 {
+            layout.rims.push((layout.points.len()..layout.points.len() + points.len()).collect());
+        }
+        layout.points.extend(points);
+        widest = widest.max(step);
+    }
+    layout.hole = Some(0.5 * libm::hypot(widest, slant / rows as f64));
+    layout
+}
+
+fn sphere(centre: &Vector, radius: f64, spacing: f64) -> Layout {
+    let rows = intervals(0.5 * TAU * radius, spacing).max(2);
+    let directions = [Vector::x(), Vector::y()];
+    let mut layout = Layout::default();
+    let mut widest: f64 = 0.0;
+    for row in 0..=rows {
+        let angle = 0.5 * TAU * row as f64 / rows as f64;
+        // The sine of pi is not exactly zero; the pole is one sphere.
+        let across = if row == 0 || row == rows { 0.0 } else { radius * libm::sin(angle) };
+        let height = Vector::z() * (radius * libm::cos(angle));
+        let (points, step) = ring(&(centre + height), &directions, across, spacing, 0.5 * (row % 2) as f64);
+        layout.points.extend(points);
+        widest = widest.max(step);
+    }
+    layout.hole = Some(0.5 * libm::hypot(widest, 0.5 * TAU * radius / rows as f64));
+    layout
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::random::{Purpose, Random};
+
+    /// Distance from a place to the nearest sphere.
+    fn nearest(points: &[Vector], at: &Vector) -> f64 {
+        points.iter().map(|point| (point - at).norm()).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The largest hole seen from random places on the surface, which must not exceed the one that is claimed.
+    fn check(surface: &Surface, spacing: f64, on_surface: impl Fn(&mut Random) -> Vector) {
+        let layout = surface.layout(spacing);
+        let claimed = layout.hole.unwrap();
+        assert!(claimed <= spacing / SQRT_2 + 1e-9, "{surface:?}: {claimed}");
+        assert!(surface.estimate(spacing) >= 0.5 * layout.points.len() as f64);
+        let mut random = Random::new(1, Purpose::Placement, 0);
+        let mut widest: f64 = 0.0;
+        for _ in 0..2000 {
+            widest = widest.max(nearest(&layout.points, &on_surface(&mut random)));
+        }
+        assert!(widest <= claimed * 1.05, "{surface:?}: a hole of {widest}, claimed {claimed}");
+        assert!(widest >= claimed * 0.75, "{surface:?}: a hole of {widest}, claimed {claimed}");
+    }
+
+    #[test]
+    fn no_surface_has_a_hole_larger_than_it_claims() {
+        let edges = [Vector::new(10.0, 0.0, 0.0), Vector::new(0.0, 7.0, 7.0)];
+        check(&Surface::Plane { corner: Vector::zeros(), edges }, 1.0, |random| {
+            edges[0] * random.uniform() + edges[1] * random.uniform()
+        });
+        let slanted = [Vector::new(10.0, 0.0, 0.0), Vector::new(7.0, 7.0, 0.0)];
+        check(&Surface::Plane { corner: Vector::zeros(), edges: slanted }, 1.0, |random| {
+            slanted[0] * random.uniform() + slanted[1] * random.uniform()
+        });
+        let upper = Vector::new(6.0, 5.0, 4.0);
+        check(&Surface::Box { lower: Vector::zeros(), upper, open: Vec::new() }, 0.9, |random| {
+            let mut at = Vector::from_fn(|k, _| upper[k] * random.uniform());
+            at[0] = upper[0];
+            at
+        });
+        let funnel = Surface::Cone { base: Vector::zeros(), axis: Vector::z(), radii: [3.0, 8.0], length: 6.0 };
+        check(&funnel, 0.7, |random| {
+            let part = random.uniform();
+            let (radius, angle) = (3.0 + 5.0 * part, TAU * random.uniform());
+            Vector::new(radius * angle.cos(), radius * angle.sin(), 6.0 * part)
+        });
+        check(&Surface::Sphere { centre: Vector::zeros(), radius: 5.0 }, 0.8, |random| {
+            let direction = random.direction(&crate::model::space::Space::periodic_cube(1.0));
+            direction * 5.0
+        });
+    }
+
+    #[test]
+    fn the_sides_of_a_box_share_their_edges_and_an_open_side_has_a_rim() {
+        let top = BoxSide::ALL[5];
+        let surface = Surface::Box { lower: Vector::zeros(), upper: Vector::repeat(3.0), open: vec![top] };
+        let layout = surface.layout(1.0);
+        // 4 x 4 at the bottom, and three levels of a ring of 12.
+        assert_eq!(layout.points.len(), 16 + 3 * 12);
+        assert_eq!(layout.rims.len(), 1);
+        assert_eq!(layout.rims[0].len(), 12);
+        assert!(layout.rims[0].iter().all(|&index| layout.points[index].z == 3.0));
+    }
+
+    #[test]
+    fn the_default_spacing_holds_and_a_wider_one_does_not() {
+        let plane = |spacing| {
+            let edges = [Vector::x() * 20.0, Vector::y() * 20.0];
+            Surface::Plane { corner: Vector::zeros(), edges }.layout(spacing).hole.unwrap()
+        };
+        assert!(plane(default_spacing(1.0)) < 0.7);
+        assert!(plane(1.6) > 1.0);
+    }
+}

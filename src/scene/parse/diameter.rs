@@ -1,0 +1,85 @@
+//! Parses the distribution of the diameters of a species.
+
+use super::Keys;
+use crate::prepare::polydispersity::{Class, gaussian, lognormal, uniform};
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::file::DistributionFile;
+use crate::scene::limits::{finite, positive};
+
+/// The most classes of one species.
+const MOST_CLASSES: usize = 64;
+
+const DEFAULT_CLASSES: u64 = 16;
+
+/// The distributions, and the keys that each one takes.
+pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
+    ("uniform", &["lower", "upper", "classes"]),
+    ("gaussian", &["mean", "deviation", "classes"]),
+    ("lognormal", &["mean", "deviation", "classes"]),
+    ("list", &["diameters", "shares"]),
+];
+
+/// The classes of a distribution, smallest first.
+pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
+    let Some((word, known)) = DISTRIBUTIONS.into_iter().find(|(word, _)| *word == file.distribution) else {
+        let known = DISTRIBUTIONS.map(|(word, _)| word);
+        let kind = SceneErrorKind::unknown_word("distribution", &file.distribution, known);
+        return Err(SceneError::new(at.key("distribution"), kind));
+    };
+    let given = [
+        ("lower", file.lower.is_some()),
+        ("upper", file.upper.is_some()),
+        ("mean", file.mean.is_some()),
+        ("deviation", file.deviation.is_some()),
+        ("diameters", file.diameters.is_some()),
+        ("shares", file.shares.is_some()),
+        ("classes", file.classes.is_some()),
+    ];
+    let keys = Keys { at, context: format!("distribution = \"{word}\""), given: &given };
+    keys.allow(known)?;
+    if word == "list" {
+        return listed(keys.need(file.diameters, "diameters")?, file.shares, at);
+    }
+    let classes = file.classes.unwrap_or(DEFAULT_CLASSES);
+    if !(1..=MOST_CLASSES as u64).contains(&classes) {
+        let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each is a species");
+        return Err(SceneError::new(at.key("classes"), SceneErrorKind::value(classes, expected)));
+    }
+    let given = |value: Option<f64>, key| positive(keys.need(value, key)?, at.key(key));
+    let diameters = match word {
+        "uniform" => {
+            let (lower, upper) = (given(file.lower, "lower")?, given(file.upper, "upper")?);
+            if upper <= lower {
+                let kind = SceneErrorKind::value(upper, format!("more than the lower end, {lower}"));
+                return Err(SceneError::new(at.key("upper"), kind));
+            }
+            uniform(lower, upper, classes)
+        }
+        "gaussian" => gaussian(given(file.mean, "mean")?, given(file.deviation, "deviation")?, classes),
+        _ => lognormal(given(file.mean, "mean")?, given(file.deviation, "deviation")?, classes),
+    };
+    let share = 1.0 / classes as f64;
+    // What is too wide for the numbers of a computer is too wide for a simulation.
+    diameters.into_iter().map(|diameter| Ok(Class { diameter: positive(diameter, at.clone())?, share })).collect()
+}
+
+fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
+    let count = diameters.len();
+    if !(1..=MOST_CLASSES).contains(&count) {
+        let kind = SceneErrorKind::value(format!("a list of {count}"), format!("1 to {MOST_CLASSES} diameters"));
+        return Err(SceneError::new(at.key("diameters"), kind));
+    }
+    let shares = shares.unwrap_or_else(|| vec![1.0; count]);
+    if shares.len() != count {
+        let expected = format!("{count}, one for each diameter");
+        let kind = SceneErrorKind::value(format!("a list of {}", shares.len()), expected);
+        return Err(SceneError::new(at.key("shares"), kind));
+    }
+    for (index, (&diameter, &share)) in diameters.iter().zip(&shares).enumerate() {
+        positive(diameter, at.key("diameters").index(index))?;
+        positive(share, at.key("shares").index(index))?;
+    }
+    let total = finite(shares.iter().sum(), at.key("shares"))?;
+    Ok(diameters.into_iter().zip(shares).map(|(diameter, share)| Class { diameter, share: share / total }).collect())
+}
