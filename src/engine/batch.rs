@@ -5,7 +5,7 @@ use super::prediction::Prediction;
 use super::state::Body;
 use crate::Vector;
 use crate::engine::neighbours::cells::NO_PARTICLE;
-use crate::engine::pairs::rules::Steps;
+use crate::engine::pairs::rules::Rules;
 use crate::engine::pairs::states::PairState;
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Simd, Work, negative, positive};
 use crate::physics::overlap::Side;
@@ -52,16 +52,24 @@ impl Batch<'_> {
         width.run(EarliestContact::<FALLING, TABLE> { batch: self, me, others, length, before })
     }
 
-    /// Keeps the earliest event of `me` with any of its captured partners, none of which accelerates relative to it.
+    /// Keeps the earliest event of `me` with any of those captured partners that do not accelerate relative to it.
     #[inline]
-    pub fn earliest_of_captured(
+    pub fn earliest_of_captured<const FALLING: bool>(
         &self,
         me: &Streamed,
         captured: &[PairState],
-        steps: &[Steps],
+        rules: &Rules,
         prediction: &mut Prediction,
     ) {
-        self.width.run(EarliestOfCaptured { batch: self, me, captured, steps, prediction });
+        self.width.run(EarliestOfCaptured::<FALLING> { batch: self, me, captured, rules, prediction });
+    }
+
+    /// Which of [`MOST_LANES`] others, as bits, `me` can reach within a finite time, by the rule of
+    /// [`is_out_of_reach`](super::predict::is_out_of_reach), of those that accelerate relative to it; `ranges` are
+    /// [`Rules::accelerated_ranges`]. It may say so of one that cannot be reached, never the other way round.
+    #[inline]
+    pub fn within_reach(&self, me: &Streamed, others: &[u32], ranges: &[f64], horizon: f64) -> u32 {
+        self.width.run(WithinReach { batch: self, me, others, ranges, horizon })
     }
 
     /// The user's id of a particle.
@@ -169,31 +177,68 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
     }
 }
 
+/// The search of [`Batch::within_reach`].
+struct WithinReach<'a> {
+    batch: &'a Batch<'a>,
+    me: &'a Streamed,
+    others: &'a [u32],
+    ranges: &'a [f64],
+    horizon: f64,
+}
+
+/// Much more than what rounding makes of a squared distance, so that no pair is left out that one by one would be within reach.
+const SLACK: f64 = 1.0 + 1e-9;
+
+impl Work for WithinReach<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) -> u32 {
+        let Self { batch, me, others, ranges, horizon } = self;
+        let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
+        let mut bits = 0;
+        for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
+            let ranges: [f64; MOST_LANES] =
+                std::array::from_fn(|k| ranges[usize::from(batch.species[ids[k % F::COUNT] as usize])]);
+            // Those that accelerate themselves are not where this says, but have an infinite range.
+            let (r, v) = batch.seen_from::<F, false>(me, ids);
+            let reach = F::each(&ranges).add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
+            let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
+            bits |= beyond.at_most(0.0) << (at * F::COUNT);
+        }
+        bits
+    }
+}
+
 /// The search of [`Batch::earliest_of_captured`].
-struct EarliestOfCaptured<'a> {
+struct EarliestOfCaptured<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     captured: &'a [PairState],
-    steps: &'a [Steps],
+    rules: &'a Rules,
     prediction: &'a mut Prediction,
 }
 
-impl Work for EarliestOfCaptured<'_> {
+impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
     type Output = ();
 
     #[inline(always)]
     fn run<F: Lanes>(self) {
-        let Self { batch, me, captured, steps, prediction } = self;
+        let Self { batch, me, captured, rules, prediction } = self;
+        let species = |id: u32| batch.species[id as usize];
         for some in captured.chunks(F::COUNT) {
             let mut ids = [me.id; MOST_LANES];
             let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
             for (k, captured) in some.iter().enumerate() {
                 ids[k] = captured.partner;
-                let edges = steps[usize::from(captured.interaction)].edges(captured.state);
+                if FALLING && rules.meeting(species(me.id), species(captured.partner)).is_accelerated {
+                    continue;
+                }
+                let edges = rules.steps[usize::from(captured.interaction)].edges(captured.state);
                 (inner[k], outer[k]) = (edges.inner, edges.outer);
             }
             let ids = &ids[..F::COUNT];
-            let (r, v) = batch.seen_from::<F, false>(me, ids);
+            let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
             let (squared, b, v2) = (dot(&r, &r), dot(&v, &r), dot(&v, &v));
             let dt = positive(squared.sub(F::each(&inner)), b, v2);
             batch.offer_all(me, ids, F::all(me.time).add(dt), Side::Positive, prediction);

@@ -10,7 +10,9 @@ use crate::Vector;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::neighbours::cells::NO_PARTICLE;
+use crate::engine::pairs::Pairs;
 use crate::model::space::minimum_image;
+use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::{accelerated, inertial};
 use crate::physics::motion::{RelativeState, stream_position};
 use crate::physics::overlap::{Quadratic, Quartic, Side};
@@ -71,19 +73,24 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Contacts with captured partners: both sides of the pair's state.
     fn predict_captured(&self, me: &Streamed, prediction: &mut Prediction) {
-        if !FALLING && self.sources.lees_edwards.is_none() {
+        let Pairs { states, rules, .. } = &self.pairs;
+        let captured = states.of(me.id);
+        let species = |id: u32| self.state.species[id as usize];
+        // The images of a sheared box are looked at one by one.
+        let is_batch = self.sources.lees_edwards.is_none();
+        if is_batch {
             let wraps = self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
-            self.others(me, wraps).earliest_of_captured(
-                me,
-                self.pairs.states.of(me.id),
-                &self.pairs.rules.steps,
-                prediction,
-            );
-            return;
+            self.others(me, wraps).earliest_of_captured::<FALLING>(me, captured, rules, prediction);
+            if !FALLING {
+                return;
+            }
         }
-        for captured in self.pairs.states.of(me.id) {
+        for captured in captured {
+            if is_batch && !rules.meeting(species(me.id), species(captured.partner)).is_accelerated {
+                continue;
+            }
             let (state, _) = self.relative(me, captured.partner);
-            let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
+            let steps = &rules.steps[usize::from(captured.interaction)];
             for side in [Side::Positive, Side::Negative] {
                 let Some(seen) = steps.seen_from(captured.state, side) else { continue };
                 let horizon = prediction.contact_time - me.time;
@@ -109,12 +116,36 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {
             prediction.meet(me.id, met.other, Side::Positive, met.time, &self.state.bodies);
         }
-        if FALLING && TABLE {
-            let mine = self.state.species[me.id as usize];
-            for &other in &others[..length] {
-                if self.pairs.rules.meeting(mine, self.state.species[other as usize]).is_accelerated {
-                    self.predict_uncaptured_pair(me, other, prediction);
-                }
+        if FALLING
+            && TABLE
+            && let Some(ranges) = self.pairs.rules.accelerated_ranges(self.state.species[me.id as usize])
+        {
+            self.predict_accelerated(me, wraps, &others[..length.next_multiple_of(MOST_LANES)], ranges, prediction);
+        }
+    }
+
+    /// The first contact with any of some uncaptured others that accelerate relative to the particle: the few within reach before the earliest
+    /// contact so far are looked at one by one.
+    fn predict_accelerated(
+        &self,
+        me: &Streamed,
+        wraps: bool,
+        others: &[u32],
+        ranges: &[f64],
+        prediction: &mut Prediction,
+    ) {
+        let batch = self.others(me, wraps);
+        for some in others.chunks_exact(MOST_LANES) {
+            let horizon = prediction.contact_time - me.time;
+            let mut bits = if horizon < f64::INFINITY {
+                batch.within_reach(me, some, ranges, horizon)
+            } else {
+                let is_met = |other: u32| !ranges[usize::from(self.state.species[other as usize])].is_nan();
+                (0..MOST_LANES).fold(0, |bits, k| bits | u32::from(is_met(some[k])) << k)
+            };
+            while bits != 0 {
+                self.predict_uncaptured_pair(me, some[bits.trailing_zeros() as usize], prediction);
+                bits &= bits - 1;
             }
         }
     }
