@@ -151,6 +151,11 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
                 } else {
                     F::all(batch.squared[0])
                 };
+                if FALLING && TABLE && squared.at_most(0.0) == (1 << F::COUNT) - 1 {
+                    // None but those that are never met, such as the static particles under a heap, or only with a relative acceleration.
+                    F::all(f64::INFINITY).write(due);
+                    continue;
+                }
                 let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
                 let dt = positive(dot(&r, &r).sub(squared), dot(&v, &r), dot(&v, &v));
                 let times = F::all(me.time).add(dt);
@@ -265,11 +270,13 @@ fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
 
 #[cfg(test)]
 mod tests {
-    use crate::Vector;
+    use super::*;
     use crate::engine::Until;
     use crate::engine::parts::Engine;
+    use crate::engine::predict::is_out_of_reach;
+    use crate::model::Scene;
     use crate::model::potential::Potential;
-    use crate::physics::detection::lanes::Simd;
+    use crate::model::space::{Boundary, Space};
     use crate::scene::{Amount, Lattice, SceneBuilder};
 
     /// Where a fluid is after some events, for every set of instructions that the processor has.
@@ -298,5 +305,78 @@ mod tests {
                 assert!(ends.iter().all(|end| *end == ends[0]));
             }
         }
+    }
+
+    /// Sticky grains that fall onto static spheres, which are sticky too, between walls.
+    fn falling() -> Scene {
+        let well = Potential::square_well(1.0, 1.5, 0.5).unwrap();
+        let mut scene = SceneBuilder::new("falling")
+            .gravity(Vector::new(0.0, -1.0, 0.0))
+            .species("grain", 1.0, 1.0)
+            .static_species("floor", 1.0)
+            .interaction("grain", "grain", well.clone(), 0.9)
+            .interaction("grain", "floor", well, 0.9);
+        for k in 0..40 {
+            let at = |n: u32| 0.8 + 1.6 * f64::from(n);
+            let velocity = Vector::new(0.3 * f64::from(k % 7) - 0.9, 0.1, 0.2 * f64::from(k % 5) - 0.4);
+            scene = scene.particle("grain", Vector::new(at(k % 5), 3.0 + at(k / 25), at(k / 5 % 5)), velocity);
+        }
+        for k in 0..25 {
+            let at = |n: u32| 0.8 + 1.6 * f64::from(n);
+            scene = scene.particle("floor", Vector::new(at(k % 5), 0.7, at(k / 5)), Vector::zeros());
+        }
+        let boundary = [Boundary::walls(0.9), Boundary::walls(0.9), Boundary::Periodic];
+        scene.space(Space { lower: Vector::zeros(), size: Vector::new(8.0, 12.0, 8.0), boundary }).build().unwrap()
+    }
+
+    #[test]
+    fn what_falls_is_the_same_in_lanes_of_any_width() {
+        let scene = falling();
+        let run = |width| {
+            let mut engine = Engine::<true, true>::new(&scene);
+            engine.hardware.width = width;
+            engine.advance(Until::events(5_000), &mut None).unwrap();
+            assert!(
+                engine.counts.totals.capture > 500 && engine.counts.totals.core > 100,
+                "{:?}",
+                engine.counts.totals
+            );
+            (engine.snapshot().positions, engine.clock.now)
+        };
+        let ends: Vec<_> = Simd::all().into_iter().map(run).collect();
+        assert!(ends.iter().all(|end| *end == ends[0]));
+    }
+
+    #[test]
+    fn all_that_one_by_one_is_within_reach_is_so_in_lanes() {
+        let mut engine = Engine::<true, true>::new(&falling());
+        let others: Vec<u32> = engine.particles().collect();
+        let (mut within, mut beyond) = (0, 0);
+        for part in 1..=20 {
+            engine.advance(Until::events(100 * part), &mut None).unwrap();
+            let now = engine.clock.now;
+            for particle in engine.particles().filter(|&particle| !engine.is_static(particle)) {
+                let me = engine.streamed(particle, now);
+                let species = |id: u32| engine.state.species[id as usize];
+                let ranges = engine.pairs.rules.accelerated_ranges(species(particle)).unwrap();
+                for (width, horizon) in Simd::all().into_iter().zip([0.01, 0.1, 1.0].into_iter().cycle()) {
+                    let batch = Batch { width, ..engine.others(&me, true) };
+                    for some in others.chunks_exact(MOST_LANES) {
+                        let bits = batch.within_reach(&me, some, ranges, horizon);
+                        for (k, &other) in some.iter().enumerate() {
+                            let meeting = engine.pairs.rules.meeting(species(particle), species(other));
+                            let (state, _) = engine.relative(&me, other);
+                            let is_reached = meeting.is_accelerated
+                                && !is_out_of_reach(&state, &me.acceleration, meeting.squared, horizon);
+                            let is_kept = bits >> k & 1 == 1;
+                            assert_eq!(is_kept, is_reached, "{particle} {other} {horizon}");
+                            within += u32::from(is_kept);
+                            beyond += u32::from(!is_kept && meeting.is_accelerated);
+                        }
+                    }
+                }
+            }
+        }
+        assert!(within > 1_000 && beyond > 1_000, "{within} {beyond}");
     }
 }

@@ -136,13 +136,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) {
         let batch = self.others(me, wraps);
         for some in others.chunks_exact(MOST_LANES) {
+            let is_met = |other: u32| !ranges[usize::from(self.state.species[other as usize])].is_nan();
+            let mut bits = (0..MOST_LANES).fold(0, |bits, k| bits | u32::from(is_met(some[k])) << k);
             let horizon = prediction.contact_time - me.time;
-            let mut bits = if horizon < f64::INFINITY {
-                batch.within_reach(me, some, ranges, horizon)
-            } else {
-                let is_met = |other: u32| !ranges[usize::from(self.state.species[other as usize])].is_nan();
-                (0..MOST_LANES).fold(0, |bits, k| bits | u32::from(is_met(some[k])) << k)
-            };
+            if bits != 0 && horizon < f64::INFINITY {
+                bits = batch.within_reach(me, some, ranges, horizon);
+            }
             while bits != 0 {
                 self.predict_uncaptured_pair(me, some[bits.trailing_zeros() as usize], prediction);
                 bits &= bits - 1;
@@ -152,7 +151,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// What others are to a particle.
     #[inline]
-    fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
+    pub(super) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let species = if TABLE { self.state.species[me.id as usize] } else { 0 };
         Batch {
             width: self.hardware.width,
