@@ -73,3 +73,17 @@ impl State {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_body_is_eight_numbers_of_which_seven_have_a_meaning() {
+        let (position, velocity) = (Vector::new(1.0, 2.0, 3.0), Vector::new(4.0, 5.0, 6.0));
+        let bodies = [Body { position, velocity, time: 7.0, events: 8, name: 9 }; 2];
+        for body in &bodies {
+            assert_eq!(body.numbers()[..7], [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        }
+    }
+}
