@@ -64,12 +64,17 @@ impl Batch<'_> {
         self.width.run(EarliestOfCaptured::<FALLING> { batch: self, me, captured, rules, prediction });
     }
 
-    /// Which of [`MOST_LANES`] others, as bits, `me` can reach within a finite time, by the rule of
-    /// [`is_out_of_reach`](super::predict::is_out_of_reach), of those that accelerate relative to it; `ranges` are
-    /// [`Rules::accelerated_ranges`]. It may say so of one that cannot be reached, never the other way round.
+    /// Which of [`MOST_LANES`] others, as bits, `me` can meet within a finite time, at the sum of all speeds:
+    /// `|r| <= s + (|v| + |a| T / 2 + growth) T`. It may say so of one that cannot be met, never the other way round.
     #[inline]
-    pub fn within_reach(&self, me: &Streamed, others: &[u32], ranges: &[f64], horizon: f64) -> u32 {
-        self.width.run(WithinReach { batch: self, me, others, ranges, horizon })
+    pub fn within_reach(&self, me: &Streamed, others: &[u32], reach: &Reach<'_>, horizon: f64) -> u32 {
+        self.width.run(WithinReach { batch: self, me, others, reach, horizon })
+    }
+
+    /// The species of a particle.
+    #[inline(always)]
+    pub fn species_of(&self, particle: u32) -> usize {
+        self.species.get(particle as usize).map_or(0, |species| usize::from(*species))
     }
 
     /// The user's id of a particle.
@@ -182,12 +187,20 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
     }
 }
 
+/// The distances at which others are met that can only be predicted one by one.
+pub(super) struct Reach<'a> {
+    /// By species, their squares `[length^2]`; infinite for one that is always looked at, negative infinity for one that is not met so.
+    pub squared: &'a [f64],
+    /// The factor of the distances now, and how fast it grows `[1, 1 / time]`.
+    pub growth: [f64; 2],
+}
+
 /// The search of [`Batch::within_reach`].
 struct WithinReach<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    ranges: &'a [f64],
+    reach: &'a Reach<'a>,
     horizon: f64,
 }
 
@@ -199,15 +212,15 @@ impl Work for WithinReach<'_> {
 
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
-        let Self { batch, me, others, ranges, horizon } = self;
+        let Self { batch, me, others, reach: Reach { squared, growth: [scale, rate] }, horizon } = self;
         let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
+        let factor = F::all(scale + rate * horizon);
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
-            let ranges: [f64; MOST_LANES] =
-                std::array::from_fn(|k| ranges[usize::from(batch.species[ids[k % F::COUNT] as usize])]);
-            // Those that accelerate themselves are not where this says, but have an infinite range.
+            let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
+            // Those that accelerate themselves are not where this says, but have an infinite range; that of those that are not met is no number.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
-            let reach = F::each(&ranges).add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
+            let reach = F::each(&squared).sqrt().mul(factor).add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
             let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
             bits |= beyond.at_most(0.0) << (at * F::COUNT);
         }
@@ -358,11 +371,12 @@ mod tests {
             for particle in engine.particles().filter(|&particle| !engine.is_static(particle)) {
                 let me = engine.streamed(particle, now);
                 let species = |id: u32| engine.state.species[id as usize];
-                let ranges = engine.pairs.rules.accelerated_ranges(species(particle)).unwrap();
+                let squared = engine.pairs.rules.accelerated_squared(species(particle)).unwrap();
+                let reach = Reach { squared, growth: [1.0, 0.0] };
                 for (width, horizon) in Simd::all().into_iter().zip([0.01, 0.1, 1.0].into_iter().cycle()) {
                     let batch = Batch { width, ..engine.others(&me, true) };
                     for some in others.chunks_exact(MOST_LANES) {
-                        let bits = batch.within_reach(&me, some, ranges, horizon);
+                        let bits = batch.within_reach(&me, some, &reach, horizon);
                         for (k, &other) in some.iter().enumerate() {
                             let meeting = engine.pairs.rules.meeting(species(particle), species(other));
                             let (state, _) = engine.relative(&me, other);

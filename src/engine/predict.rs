@@ -1,6 +1,6 @@
 //! Prediction: the earliest contact of one particle, and when it leaves its cell.
 
-use super::batch::Batch;
+use super::batch::{Batch, Reach};
 use super::parts::Engine;
 use super::prediction::Prediction;
 use super::sources::growth;
@@ -76,8 +76,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Pairs { states, rules, .. } = &self.pairs;
         let captured = states.of(me.id);
         let species = |id: u32| self.state.species[id as usize];
-        // The images of a sheared box are looked at one by one.
-        let is_batch = self.sources.lees_edwards.is_none();
+        // Images across the sides of a sheared box are looked at one by one.
+        let is_batch = self.sources.lees_edwards.is_none() || self.is_off_sliding_sides(me.id);
         if is_batch {
             let wraps = self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
             self.others(me, wraps).earliest_of_captured::<FALLING>(me, captured, rules, prediction);
@@ -118,29 +118,30 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if FALLING
             && TABLE
-            && let Some(ranges) = self.pairs.rules.accelerated_ranges(self.state.species[me.id as usize])
+            && let Some(squared) = self.pairs.rules.accelerated_squared(self.state.species[me.id as usize])
         {
-            self.predict_accelerated(me, wraps, &others[..length.next_multiple_of(MOST_LANES)], ranges, prediction);
+            let others = &others[..length.next_multiple_of(MOST_LANES)];
+            self.predict_within_reach(me, wraps, others, &Reach { squared, growth: [1.0, 0.0] }, prediction);
         }
     }
 
-    /// The first contact with any of some uncaptured others that accelerate relative to the particle: the few within reach before the earliest
-    /// contact so far are looked at one by one.
-    fn predict_accelerated(
+    /// The first contact with any of some uncaptured others of which each has to be predicted by itself: those within reach before the
+    /// earliest contact so far.
+    pub(super) fn predict_within_reach(
         &self,
         me: &Streamed,
         wraps: bool,
         others: &[u32],
-        ranges: &[f64],
+        reach: &Reach<'_>,
         prediction: &mut Prediction,
     ) {
         let batch = self.others(me, wraps);
         for some in others.chunks_exact(MOST_LANES) {
-            let is_met = |other: u32| !ranges[usize::from(self.state.species[other as usize])].is_nan();
-            let mut bits = (0..MOST_LANES).fold(0, |bits, k| bits | u32::from(is_met(some[k])) << k);
+            let is_met = |k: usize| reach.squared[batch.species_of(some[k])] >= 0.0;
+            let mut bits = (0..MOST_LANES).fold(0, |bits, k| bits | u32::from(is_met(k)) << k);
             let horizon = prediction.contact_time - me.time;
             if bits != 0 && horizon < f64::INFINITY {
-                bits = batch.within_reach(me, some, ranges, horizon);
+                bits = batch.within_reach(me, some, reach, horizon);
             }
             while bits != 0 {
                 self.predict_uncaptured_pair(me, some[bits.trailing_zeros() as usize], prediction);

@@ -146,9 +146,9 @@ pub struct Rules {
     meetings: Vec<Meeting>,
     /// The same: squared ranges of those without relative acceleration, negative infinity for others.
     inertial: Vec<f64>,
-    /// The same: ranges of those with a relative acceleration, infinite if the second accelerates, NaN for others.
+    /// The same: squared ranges of those with a relative acceleration, infinite if the second accelerates, negative infinity for others.
     accelerated: Vec<f64>,
-    /// By row, whether any of these is a number.
+    /// By row, whether any of these is not negative.
     is_met_accelerated: Vec<bool>,
 }
 
@@ -174,15 +174,15 @@ impl Rules {
             })
             .collect();
         let inertial = meetings.iter().map(|meeting| meeting.inertial_squared()).collect();
-        let accelerated = meetings.iter().zip(species.iter().cycle()).map(|(meeting, second)| match meeting {
-            Meeting { exists: true, is_accelerated: true, squared, .. } if second.acceleration == Vector::zeros() => {
-                squared.sqrt()
-            }
-            Meeting { exists: true, is_accelerated: true, .. } => f64::INFINITY,
-            _ => f64::NAN,
-        });
+        let accelerated =
+            meetings.iter().zip(species.iter().cycle()).map(|(meeting, second)| match meeting {
+                Meeting { exists: true, is_accelerated: true, squared, .. } => {
+                    if second.acceleration == Vector::zeros() { *squared } else { f64::INFINITY }
+                }
+                _ => f64::NEG_INFINITY,
+            });
         let accelerated: Vec<f64> = accelerated.collect();
-        let some = |ranges: &[f64]| ranges.iter().any(|range| !range.is_nan());
+        let some = |squared: &[f64]| squared.iter().any(|squared| *squared >= 0.0);
         let is_met_accelerated = accelerated.chunks(species.len().max(1)).map(some).collect();
         let steps = scene.interactions.iter().map(Steps::new).collect();
         Self { rows, inertial, accelerated, is_met_accelerated, species, steps, meetings }
@@ -197,11 +197,12 @@ impl Rules {
         &self.inertial[first..first + self.species.len()]
     }
 
-    /// The distances at which uncaptured particles of each species meet one of a given species that accelerates relative to them; infinite
-    /// for those that accelerate themselves, NaN for those that never meet it, or only without a relative acceleration. `None` if all are NaN.
+    /// The squares of the distances at which uncaptured particles of each species meet one of a given species that accelerates relative to them;
+    /// infinite for those that accelerate themselves, negative infinity for those that never meet it, or only without a relative acceleration.
+    /// `None` if there are no others.
     #[inline]
     #[must_use]
-    pub fn accelerated_ranges(&self, species: u16) -> Option<&[f64]> {
+    pub fn accelerated_squared(&self, species: u16) -> Option<&[f64]> {
         let first = usize::from(species) * self.species.len();
         self.is_met_accelerated[usize::from(species)].then(|| &self.accelerated[first..first + self.species.len()])
     }

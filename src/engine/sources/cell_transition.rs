@@ -1,5 +1,6 @@
 //! Cells in the event loop: contacts in the cells around a particle, and when it goes into the next cell.
 
+use crate::engine::batch::Reach;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::{Face, Grid};
@@ -60,9 +61,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.ranges.tied_axes.contains(&true) {
             self.predict_ties(me, near.found(), prediction);
         }
-        if !self.is_one_by_one() {
+        if !self.is_one_by_one() || self.is_off_sliding_sides(me.id) {
             let (others, length) = near.filled_up(me.id);
             self.predict_uncaptured(me, true, others, length, prediction);
+        } else if let Some(growing) = &self.sources.growth
+            && self.ranges.further_images.is_empty()
+        {
+            let species = if TABLE { self.state.species[me.id as usize] } else { 0 };
+            let reach = Reach { squared: self.pairs.rules.inertial_squared(species), growth: growing.factor(me.time) };
+            let (others, _) = near.filled_up(me.id);
+            self.predict_within_reach(me, true, others, &reach, prediction);
         } else {
             near.found().iter().for_each(|&other| self.predict_uncaptured_pair(me, other, prediction));
             self.predict_across(me, prediction);

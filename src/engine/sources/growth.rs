@@ -33,6 +33,12 @@ impl GrowingDiameters {
         1.0 + self.rate * (time - self.start)
     }
 
+    /// The same, and how fast it grows `[1, 1 / time]`.
+    #[inline]
+    pub fn factor(&self, time: f64) -> [f64; 2] {
+        [self.scale(time), self.rate]
+    }
+
     /// Counts times from an epoch that is later by `shift`.
     pub fn shift(&mut self, shift: f64) {
         self.start -= shift;

@@ -108,6 +108,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_across
     }
 
+    /// Whether a particle in a sheared box has no neighbours across the sides that slide, and each of them in one image only: then they are
+    /// what they are in a box at rest.
+    #[inline]
+    pub(in crate::engine) fn is_off_sliding_sides(&self, particle: u32) -> bool {
+        let (Some(_), Neighbours::Cells(cells)) = (&self.sources.lees_edwards, &self.neighbours) else { return false };
+        let tied = cells.grid.tied_axes();
+        let is_in_one_image = self.ranges.further_images.is_empty() && !tied[FLOW] && !tied[GRADIENT];
+        is_in_one_image && !cells.is_outermost(cells.home(particle), GRADIENT)
+    }
+
     /// Calls `visit` for those beyond the sides that slide: cells next to them do not stay next to them.
     pub(in crate::engine) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
         let (Some(_), Neighbours::Cells(cells)) = (&self.sources.lees_edwards, &self.neighbours) else { return };
