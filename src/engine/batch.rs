@@ -244,6 +244,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
     fn run<F: Lanes>(self) {
         let Self { batch, me, captured, rules, prediction } = self;
         let species = |id: u32| batch.species[id as usize];
+        let steps = &rules.steps[..];
         for some in captured.chunks(F::COUNT) {
             let mut ids = [me.id; MOST_LANES];
             let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
@@ -252,7 +253,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
                 if FALLING && rules.meeting(species(me.id), species(captured.partner)).is_accelerated {
                     continue;
                 }
-                let edges = rules.steps[usize::from(captured.interaction)].edges(captured.state);
+                let edges = steps[usize::from(captured.interaction)].edges(captured.state);
                 (inner[k], outer[k]) = (edges.inner, edges.outer);
             }
             let ids = &ids[..F::COUNT];

@@ -21,7 +21,6 @@ use candidates::Candidates;
 use cells::Cells;
 use lists::Lists;
 use serde::{Deserialize, Serialize};
-use std::collections::HashMap;
 use std::fmt;
 use verlet::VerletLists;
 
@@ -198,13 +197,13 @@ fn local_density(space: &Space, range: f64, positions: &[Vector]) -> f64 {
 fn density_in_cells(space: &Space, fair: f64, positions: &[Vector]) -> f64 {
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let side = Vector::from_fn(|k, _| extent(k).map_or(f64::INFINITY, |size| size / (size / fair).floor().max(1.0)));
-    let mut counts: HashMap<[i32; 3], f64> = HashMap::new();
-    for position in positions {
-        let cell = std::array::from_fn(|k| trunc_to_i32(((position[k] - space.lower[k]) / side[k]).floor()));
-        *counts.entry(cell).or_default() += 1.0;
-    }
+    let cell_of = |position: &Vector| -> [i32; 3] {
+        std::array::from_fn(|k| trunc_to_i32(((position[k] - space.lower[k]) / side[k]).floor()))
+    };
+    let mut cells: Vec<[i32; 3]> = positions.iter().map(cell_of).collect();
+    cells.sort_unstable();
     let cell: f64 = side.iter().filter(|side| side.is_finite()).product();
-    let mut counts: Vec<f64> = counts.into_values().collect();
+    let mut counts: Vec<f64> = cells.chunk_by(|a, b| a == b).map(|same| same.len() as f64).collect();
     counts.sort_unstable_by(f64::total_cmp);
     counts.iter().map(|n| n * n).sum::<f64>() / counts.iter().sum::<f64>() / cell
 }

@@ -75,6 +75,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn predict_captured(&self, me: &Streamed, prediction: &mut Prediction) {
         let Pairs { states, rules, .. } = &self.pairs;
         let captured = states.of(me.id);
+        if captured.is_empty() {
+            return;
+        }
         let species = |id: u32| self.state.species[id as usize];
         // Images across the sides of a sheared box are looked at one by one.
         let is_batch = self.sources.lees_edwards.is_none() || self.is_off_sliding_sides(me.id);
