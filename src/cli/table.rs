@@ -34,7 +34,7 @@ pub fn text(finished: &Finished) -> String {
     if !kinds.is_empty() {
         lines.pair("events", &kinds);
     }
-    lines.pair("cell or shell transitions", &event_counts.transition.to_string());
+    lines.pair("cell or list transitions", &event_counts.transition.to_string());
     if !finished.observables.is_empty() {
         lines.title("mean and standard error");
         for (name, estimate) in &finished.observables {
