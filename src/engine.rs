@@ -33,6 +33,7 @@ pub(crate) mod pairs;
 mod parts;
 mod predict;
 mod prediction;
+mod reach;
 mod schedule;
 mod set_state;
 mod snapshot;

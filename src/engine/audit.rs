@@ -160,7 +160,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let unit = unit_of_wall(radius);
         for wall in &self.sources.walls {
             let axis = usize::from(wall.face.axis);
-            let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+            let inwards = wall.face.inwards();
             let depth = radius - inwards * (position[axis] - wall.at);
             if depth > 0.0 {
                 let round_off = self.round_off_of_wall(particle, axis, wall.at, radius, self.flown(particle));

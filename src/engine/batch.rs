@@ -64,13 +64,6 @@ impl Batch<'_> {
         self.width.run(EarliestOfCaptured::<FALLING> { batch: self, me, captured, rules, prediction });
     }
 
-    /// Which of [`MOST_LANES`] others, as bits, `me` can meet within a finite time, at the sum of all speeds:
-    /// `|r| <= s + (|v| + |a| T / 2 + growth) T`. It may say so of one that cannot be met, never the other way round.
-    #[inline]
-    pub fn within_reach(&self, me: &Streamed, others: &[u32], reach: &Reach<'_>, horizon: f64) -> u32 {
-        self.width.run(WithinReach { batch: self, me, others, reach, horizon })
-    }
-
     /// The species of a particle.
     #[inline(always)]
     pub fn species_of(&self, particle: u32) -> usize {
@@ -95,7 +88,7 @@ impl Batch<'_> {
 
     /// Where `me` is from others, and how it moves.
     #[inline(always)]
-    fn seen_from<F: Lanes, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
+    pub fn seen_from<F: Lanes, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
         let [x, y, z, vx, vy, vz, time, _] = F::columns(|k| self.bodies[ids[k] as usize].numbers());
         let (positions, velocities) = ([x, y, z], [vx, vy, vz]);
         let dt = F::all(me.time).sub(time);
@@ -187,47 +180,6 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
     }
 }
 
-/// The distances at which others are met that can only be predicted one by one.
-pub(super) struct Reach<'a> {
-    /// By species, their squares `[length^2]`; infinite for one that is always looked at, negative infinity for one that is not met so.
-    pub squared: &'a [f64],
-    /// The factor of the distances now, and how fast it grows `[1, 1 / time]`.
-    pub growth: [f64; 2],
-}
-
-/// The search of [`Batch::within_reach`].
-struct WithinReach<'a> {
-    batch: &'a Batch<'a>,
-    me: &'a Streamed,
-    others: &'a [u32],
-    reach: &'a Reach<'a>,
-    horizon: f64,
-}
-
-/// Much more than what rounding makes of a squared distance, so that no pair is left out that one by one would be within reach.
-const SLACK: f64 = 1.0 + 1e-9;
-
-impl Work for WithinReach<'_> {
-    type Output = u32;
-
-    #[inline(always)]
-    fn run<F: Lanes>(self) -> u32 {
-        let Self { batch, me, others, reach: Reach { squared, growth: [scale, rate] }, horizon } = self;
-        let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
-        let factor = F::all(scale + rate * horizon);
-        let mut bits = 0;
-        for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
-            let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
-            // Those that accelerate themselves are not where this says, but have an infinite range; that of those that are not met is no number.
-            let (r, v) = batch.seen_from::<F, false>(me, ids);
-            let reach = F::each(&squared).sqrt().mul(factor).add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
-            let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
-            bits |= beyond.at_most(0.0) << (at * F::COUNT);
-        }
-        bits
-    }
-}
-
 /// The search of [`Batch::earliest_of_captured`].
 struct EarliestOfCaptured<'a, const FALLING: bool> {
     batch: &'a Batch<'a>,
@@ -270,7 +222,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
 }
 
 #[inline(always)]
-fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
+pub(super) fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
@@ -283,11 +235,10 @@ fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::engine::Until;
     use crate::engine::parts::Engine;
-    use crate::engine::predict::is_out_of_reach;
     use crate::model::Scene;
     use crate::model::potential::Potential;
     use crate::model::space::{Boundary, Space};
@@ -322,7 +273,7 @@ mod tests {
     }
 
     /// Sticky grains that fall onto static spheres, which are sticky too, between walls.
-    fn falling() -> Scene {
+    pub(in crate::engine) fn falling() -> Scene {
         let well = Potential::square_well(1.0, 1.5, 0.5).unwrap();
         let mut scene = SceneBuilder::new("falling")
             .gravity(Vector::new(0.0, -1.0, 0.0))
@@ -359,39 +310,5 @@ mod tests {
         };
         let ends: Vec<_> = Simd::all().into_iter().map(run).collect();
         assert!(ends.iter().all(|end| *end == ends[0]));
-    }
-
-    #[test]
-    fn all_that_one_by_one_is_within_reach_is_so_in_lanes() {
-        let mut engine = Engine::<true, true>::new(&falling());
-        let others: Vec<u32> = engine.particles().collect();
-        let (mut within, mut beyond) = (0, 0);
-        for part in 1..=20 {
-            engine.advance(Until::events(100 * part), &mut None).unwrap();
-            let now = engine.clock.now;
-            for particle in engine.particles().filter(|&particle| !engine.is_static(particle)) {
-                let me = engine.streamed(particle, now);
-                let species = |id: u32| engine.state.species[id as usize];
-                let squared = engine.pairs.rules.accelerated_squared(species(particle)).unwrap();
-                let reach = Reach { squared, growth: [1.0, 0.0] };
-                for (width, horizon) in Simd::all().into_iter().zip([0.01, 0.1, 1.0].into_iter().cycle()) {
-                    let batch = Batch { width, ..engine.others(&me, true) };
-                    for some in others.chunks_exact(MOST_LANES) {
-                        let bits = batch.within_reach(&me, some, &reach, horizon);
-                        for (k, &other) in some.iter().enumerate() {
-                            let meeting = engine.pairs.rules.meeting(species(particle), species(other));
-                            let (state, _) = engine.relative(&me, other);
-                            let is_reached = meeting.is_accelerated
-                                && !is_out_of_reach(&state, &me.acceleration, meeting.squared, horizon);
-                            let is_kept = bits >> k & 1 == 1;
-                            assert_eq!(is_kept, is_reached, "{particle} {other} {horizon}");
-                            within += u32::from(is_kept);
-                            beyond += u32::from(!is_kept && meeting.is_accelerated);
-                        }
-                    }
-                }
-            }
-        }
-        assert!(within > 1_000 && beyond > 1_000, "{within} {beyond}");
     }
 }

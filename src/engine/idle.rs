@@ -97,7 +97,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         doubt.position += Doubt::of(radius, 0.0).position;
         self.sources.walls.iter().any(|wall| {
             let axis = usize::from(wall.face.axis);
-            let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+            let inwards = wall.face.inwards();
             let height = inwards * (me.position[axis] - wall.at) - radius;
             let position = doubt.position + Doubt::of(wall.at.abs(), 0.0).position;
             let doubt = Doubt { position, ..doubt };

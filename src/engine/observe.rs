@@ -149,6 +149,7 @@ mod tests {
         assert_eq!(simulation.advance_with(until, |_| seen += 1), Ok(Reason::Events));
         assert_eq!(seen, 5);
     }
+
     #[test]
     fn an_observer_of_the_state_sees_that_of_the_event_and_changes_nothing() {
         let until = Until::events(1_000);

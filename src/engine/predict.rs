@@ -1,8 +1,9 @@
 //! Prediction: the earliest contact of one particle, and when it leaves its cell.
 
-use super::batch::{Batch, Reach};
+use super::batch::Batch;
 use super::parts::Engine;
 use super::prediction::Prediction;
+use super::reach::Reach;
 use super::sources::growth;
 use super::sources::lees_edwards::FLOW;
 use super::state::Body;
@@ -125,31 +126,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         {
             let others = &others[..length.next_multiple_of(MOST_LANES)];
             self.predict_within_reach(me, wraps, others, &Reach { squared, growth: [1.0, 0.0] }, prediction);
-        }
-    }
-
-    /// The first contact with any of some uncaptured others of which each has to be predicted by itself: those within reach before the
-    /// earliest contact so far.
-    pub(super) fn predict_within_reach(
-        &self,
-        me: &Streamed,
-        wraps: bool,
-        others: &[u32],
-        reach: &Reach<'_>,
-        prediction: &mut Prediction,
-    ) {
-        let batch = self.others(me, wraps);
-        for some in others.chunks_exact(MOST_LANES) {
-            let is_met = |k: usize| reach.squared[batch.species_of(some[k])] >= 0.0;
-            let mut bits = (0..MOST_LANES).fold(0, |bits, k| bits | u32::from(is_met(k)) << k);
-            let horizon = prediction.contact_time - me.time;
-            if bits != 0 && horizon < f64::INFINITY {
-                bits = batch.within_reach(me, some, reach, horizon);
-            }
-            while bits != 0 {
-                self.predict_uncaptured_pair(me, some[bits.trailing_zeros() as usize], prediction);
-                bits &= bits - 1;
-            }
         }
     }
 

@@ -84,8 +84,7 @@ impl RandomFill<'_> {
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {
             let volumes = self.kinds.iter().map(|kind| own_volume(self.diameter(*kind), self.space.dimensions()));
             let packing_fraction = volumes.sum::<f64>() / self.space.volume();
-            let Self { kinds, contacts, space, seed, group, .. } = *self;
-            Compression { kinds, contacts, space, seed, group, packing_fraction }
+            Compression { fill: self, packing_fraction }
         })
     }
 }

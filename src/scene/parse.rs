@@ -28,7 +28,24 @@ pub(super) struct Keys<'k> {
     pub given: &'k [(&'static str, bool)],
 }
 
-impl Keys<'_> {
+impl<'k> Keys<'k> {
+    /// The kind that an entry names under `what`, one of `kinds`, and its keys. Refuses other words, and given keys that are those of other kinds.
+    pub fn of_kind(
+        kinds: &[(&'static str, &[&'static str])],
+        what: &'static str,
+        word: &str,
+        at: &'k ConfigPath,
+        given: &'k [(&'static str, bool)],
+    ) -> Result<(&'static str, Self), SceneError> {
+        let Some(&(word, known)) = kinds.iter().find(|(known, _)| *known == word) else {
+            let kind = SceneErrorKind::unknown_word(what, word, kinds.iter().map(|(known, _)| *known));
+            return Err(SceneError::new(at.key(what), kind));
+        };
+        let keys = Self { at, context: format!("{what} = \"{word}\""), given };
+        keys.allow(known)?;
+        Ok((word, keys))
+    }
+
     /// Refuses every given key that is not among those of the kind.
     pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
         match self.given.iter().find(|(key, is_given)| *is_given && !known.contains(key)) {

@@ -200,8 +200,7 @@ impl<'a> Sample<'a> {
 
     /// A cell list of some particles, for pairs closer than a range of at most half of the shortest period.
     pub(crate) fn cell_list(&self, space: &Space, range: f64, ids: &[u32]) -> CellList {
-        let positions: Vec<Vector> = ids.iter().map(|&id| self.positions[id as usize]).collect();
-        CellList::new(space, self.displacement, range, ids, &positions)
+        CellList::new(space, self.displacement, range, ids.iter().map(|&id| (id, self.positions[id as usize])))
     }
 
     /// Where a particle would be if it had never been wrapped `[length]`: position + image * period, and in a sheared box along x also

@@ -25,13 +25,10 @@ pub(crate) struct CellList {
 }
 
 impl CellList {
-    /// Sorts points with ids into cells: `positions` within `space` along periodic axes, whose next image up is displaced by `displacement`.
-    ///
-    /// # Panics
-    /// If there is no id for each position.
-    pub fn new(space: &Space, displacement: f64, range: f64, ids: &[u32], positions: &[Vector]) -> Self {
-        assert_eq!(ids.len(), positions.len(), "an id for each position");
-        let grid = Grid::new(&bounds(space, positions), range, positions, [0.0; 3], CELLS_PER_POINT);
+    /// Sorts points, ids and positions, into cells. They are within `space` along periodic axes, and its next image up is displaced by `displacement`.
+    pub fn new(space: &Space, displacement: f64, range: f64, points: impl Iterator<Item = (u32, Vector)>) -> Self {
+        let (ids, positions): (Vec<u32>, Vec<Vector>) = points.unzip();
+        let grid = Grid::new(&bounds(space, &positions), range, &positions, [0.0; 3], CELLS_PER_POINT);
         let cells: Vec<usize> = positions.iter().map(|position| grid.cell_at(position) as usize).collect();
         let mut starts = vec![0; grid.count() + 1];
         cells.iter().for_each(|&cell| starts[cell + 1] += 1);
@@ -145,8 +142,7 @@ mod tests {
     }
 
     fn cell_list(space: &Space, displacement: f64, range: f64, ids: &[u32], all: &[Vector]) -> CellList {
-        let positions: Vec<Vector> = ids.iter().map(|&id| all[id as usize]).collect();
-        CellList::new(space, displacement, range, ids, &positions)
+        CellList::new(space, displacement, range, ids.iter().map(|&id| (id, all[id as usize])))
     }
 
     fn random_points(count: usize, space: &Space) -> Vec<Vector> {
@@ -220,10 +216,10 @@ mod tests {
     #[test]
     fn nothing_and_far_away_are_no_trouble() {
         let space = Space { lower: Vector::zeros(), size: Vector::repeat(1.0), boundary: [Boundary::OPEN; 3] };
-        CellList::new(&space, 0.0, 1.0, &[], &[]).for_each_pair(|_, _, _| panic!("no particles"));
+        CellList::new(&space, 0.0, 1.0, std::iter::empty()).for_each_pair(|_, _, _| panic!("no particles"));
         let points = [Vector::repeat(1e40), Vector::repeat(-1e40), Vector::zeros(), Vector::new(0.5, 0.0, 0.0)];
         let mut found = Vec::new();
-        let cells = CellList::new(&space, 0.0, 1.0, &[0, 1, 2, 3], &points);
+        let cells = CellList::new(&space, 0.0, 1.0, (0..).zip(points));
         cells.for_each_pair(|a, b, square| found.push((a, b, square)));
         assert_eq!(found, [(2, 3, 0.25)]);
     }
@@ -234,8 +230,7 @@ mod tests {
             let space =
                 Space { lower: Vector::zeros(), size: Vector::new(9.0, 5.0, 7.0), boundary: [Boundary::Periodic; 3] };
             let points = random_points(40, &space);
-            let ids: Vec<u32> = (0..40).collect();
-            let cells = CellList::new(&space, displacement, 1.2, &ids, &points);
+            let cells = CellList::new(&space, displacement, 1.2, (0..).zip(points.iter().copied()));
             let mut found = 0;
             for place in random_points(300, &space) {
                 let apart =
@@ -248,7 +243,7 @@ mod tests {
         }
         // Beside all points of an open space.
         let space = Space { lower: Vector::zeros(), size: Vector::zeros(), boundary: [Boundary::OPEN; 3] };
-        let cells = CellList::new(&space, 0.0, 1.0, &[0], &[Vector::repeat(4.0)]);
+        let cells = CellList::new(&space, 0.0, 1.0, [(0, Vector::repeat(4.0))].into_iter());
         assert_eq!(cells.distance_to_nearest(&Vector::new(4.0, 4.0, 3.5)), Some(0.5));
         assert_eq!(cells.distance_to_nearest(&Vector::new(4.0, 4.0, 2.5)), None);
     }

@@ -18,6 +18,15 @@ pub struct Face {
     pub is_upper: bool,
 }
 
+impl Face {
+    /// The sign of the direction from the face into the cell.
+    #[inline]
+    #[must_use]
+    pub fn inwards(self) -> f64 {
+        if self.is_upper { -1.0 } else { 1.0 }
+    }
+}
+
 /// The cells of a box.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Grid {

@@ -67,7 +67,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for wall in self.sources.walls.iter().filter(|wall| is_near(wall.face)) {
             let axis = usize::from(wall.face.axis);
             let radius = self.pairs.rules.species[usize::from(self.state.species[me.id as usize])].radius;
-            let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+            let inwards = wall.face.inwards();
             let height = inwards * (me.position[axis] - wall.at) - radius;
             if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
                 && me.time + dt < prediction.contact_time
@@ -88,7 +88,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let flown = time - self.state.bodies[i as usize].time;
         self.stream(i, time);
         let axis = usize::from(face.axis);
-        let inwards = if face.is_upper { -1.0 } else { 1.0 };
+        let inwards = face.inwards();
         let Some(&wall) = self.sources.walls.iter().find(|wall| wall.face == face) else {
             return Err(self.broken(i, None, Invariant::Wall));
         };
@@ -148,7 +148,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Leaving { speed: if vn < 0.0 { -restitution * vn } else { vn }, tangential_scale: 1.0 };
         }
         let velocity = self.state.bodies[i as usize].velocity;
-        let inwards = if wall.face.is_upper { -1.0 } else { 1.0 };
+        let inwards = wall.face.inwards();
         let closing = -inwards * self.acceleration(i)[usize::from(wall.face.axis)];
         let tangential = (velocity.norm_squared() - vn * vn).max(0.0).sqrt();
         let arriving = (-vn).max(0.0);
@@ -175,7 +175,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         observe: &mut Observe<'_>,
     ) -> Result<ControlFlow<()>, InvariantBroken> {
         let axis = usize::from(face.axis);
-        let inwards = if face.is_upper { -1.0 } else { 1.0 };
+        let inwards = face.inwards();
         let species = self.pairs.rules.species[usize::from(self.state.species[i as usize])];
         let width = (temperature * species.inverse_mass).sqrt();
         let body = self.state.bodies[i as usize];

@@ -1,12 +1,12 @@
 //! Cells in the event loop: contacts in the cells around a particle, and when it goes into the next cell.
 
-use crate::engine::batch::Reach;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::cells::Cells;
 use crate::engine::neighbours::grid::{Face, Grid};
 use crate::engine::parts::Engine;
 use crate::engine::predict::{Scratch, Streamed};
 use crate::engine::prediction::Prediction;
+use crate::engine::reach::Reach;
 use crate::engine::sources::lees_edwards::GRADIENT;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::plane;
@@ -168,7 +168,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         grid.for_each_face(cell, |face: Face, at| {
             let axis = usize::from(face.axis);
-            let inwards = if face.is_upper { -1.0 } else { 1.0 };
+            let inwards = face.inwards();
             let height = inwards * (me.position[axis] - at);
             if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
                 && me.time + dt < prediction.transition_time

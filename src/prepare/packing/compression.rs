@@ -11,11 +11,11 @@ use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
 use crate::model::{
     AuditPlan, Growth, GrowthTarget, Interaction, InteractionId, MeasurementPlan, OutputPlan, Particle, Potential,
-    Region, RunPlan, Scene, SceneParts, Space, Species, SpeciesId, SpeciesPairs,
+    Region, RunPlan, Scene, SceneParts, Species, SpeciesId, SpeciesPairs,
 };
-use crate::prepare::packing::PackingError;
 use crate::prepare::packing::insertion::insert;
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
+use crate::prepare::packing::{PackingError, RandomFill};
 use crate::prepare::velocity::maxwell;
 
 /// Fractions of a line, a plane and space at which the spheres start to grow: half of where random insertion jams.
@@ -64,12 +64,7 @@ const LOOSER: i32 = 6;
 
 /// The particles of a fill that has a periodic box for itself.
 pub(crate) struct Compression<'a> {
-    pub kinds: &'a [SpeciesId],
-    pub contacts: &'a Contacts,
-    pub space: &'a Space,
-    pub seed: u64,
-    /// Index of the group.
-    pub group: usize,
+    pub fill: &'a RandomFill<'a>,
     /// What the particles fill of the box, by the diameters of their species.
     pub packing_fraction: f64,
 }
@@ -77,13 +72,13 @@ pub(crate) struct Compression<'a> {
 impl Compression<'_> {
     /// The fraction of the box that the cores fill.
     fn core_fraction(&self) -> f64 {
-        let core = |kind: &SpeciesId| self.contacts.get(kind.0 as usize, kind.0 as usize);
-        let volumes = self.kinds.iter().map(|kind| own_volume(core(kind), self.space.dimensions()));
-        volumes.sum::<f64>() / self.space.volume()
+        let core = |kind: &SpeciesId| self.fill.contacts.get(kind.0 as usize, kind.0 as usize);
+        let volumes = self.fill.kinds.iter().map(|kind| own_volume(core(kind), self.fill.space.dimensions()));
+        volumes.sum::<f64>() / self.fill.space.volume()
     }
 
     fn of_dimensions(&self, values: [f64; 3]) -> f64 {
-        values[self.space.dimensions().clamp(1, 3) - 1]
+        values[self.fill.space.dimensions().clamp(1, 3) - 1]
     }
 
     /// Whether placing one by one has no chance.
@@ -97,9 +92,9 @@ impl Compression<'_> {
     /// [`PackingError::Jammed`] where spheres of this size find none, [`PackingError::SmallBox`] where a pair would meet twice.
     pub(crate) fn positions(&self) -> Result<Vec<Vector>, PackingError> {
         self.check_room()?;
-        let is_equal = self.kinds.iter().all(|kind| Some(kind) == self.kinds.first());
+        let is_equal = self.fill.kinds.iter().all(|kind| Some(kind) == self.fill.kinds.first());
         let fraction = self.core_fraction();
-        if is_equal && self.space.dimensions() == 3 && fraction > RANDOM_CLOSE {
+        if is_equal && self.fill.space.dimensions() == 3 && fraction > RANDOM_CLOSE {
             return Err(self.jammed(self.packing_fraction / fraction * RANDOM_CLOSE));
         }
         let (start, factor) = self.loose()?;
@@ -122,8 +117,8 @@ impl Compression<'_> {
 
     /// Refuses a periodic axis on which a pair would meet twice.
     fn check_room(&self) -> Result<(), PackingError> {
-        let range = self.contacts.largest();
-        let periods = self.space.periods();
+        let range = self.fill.contacts.largest();
+        let periods = self.fill.space.periods();
         match (0..3).find(|&k| periods[k] < 2.0 * range) {
             None => Ok(()),
             Some(axis) => Err(PackingError::SmallBox { axis, size: periods[axis], range }),
@@ -132,18 +127,18 @@ impl Compression<'_> {
 
     /// A scene of hard spheres that are smaller by a factor, with a temperature of 1.
     fn loose(&self) -> Result<(Scene, f64), PackingError> {
-        let mut random = Random::new(self.seed, Purpose::Growth, self.group);
-        let region = Region { lower: self.space.lower, upper: self.space.upper() };
+        let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
+        let region = Region { lower: self.fill.space.lower, upper: self.fill.space.upper() };
         let share = self.of_dimensions(LOOSE) / self.core_fraction();
-        let largest = libm::pow(share, 1.0 / self.space.dimensions() as f64).min(FRAC_1_SQRT_2);
+        let largest = libm::pow(share, 1.0 / self.fill.space.dimensions() as f64).min(FRAC_1_SQRT_2);
         let mut tried = None;
         for halvings in 0..LOOSER {
             let factor = largest * libm::scalbn(1.0, -halvings);
-            let contacts = self.contacts.scaled(factor);
-            let mut occupancy = Occupancy::new(self.space, &contacts, self.kinds.len());
+            let contacts = self.fill.contacts.scaled(factor);
+            let mut occupancy = Occupancy::new(self.fill.space, &contacts, self.fill.kinds.len());
             // In a periodic box the radius does not matter.
-            let sizes = self.kinds.iter().map(|kind| (0.0, kind.0));
-            match insert(sizes, &region, self.space, &mut occupancy, &mut random) {
+            let sizes = self.fill.kinds.iter().map(|kind| (0.0, kind.0));
+            match insert(sizes, &region, self.fill.space, &mut occupancy, &mut random) {
                 Ok(positions) => return Ok((self.scene(&positions, &contacts, &mut random)?, factor)),
                 Err(no_room) => tried = Some(no_room.into()),
             }
@@ -154,7 +149,7 @@ impl Compression<'_> {
     /// Hard spheres at these positions, with velocities of a temperature of 1. It needs no checks: they were inserted without overlaps, and
     /// there is room on each axis.
     fn scene(&self, positions: &[Vector], contacts: &Contacts, random: &mut Random) -> Result<Scene, PackingError> {
-        let mut used = self.kinds.to_vec();
+        let mut used = self.fill.kinds.to_vec();
         used.sort_unstable();
         used.dedup();
         let HardSpheres { species, interactions, table } = HardSpheres::new(&used, contacts)?;
@@ -163,13 +158,13 @@ impl Compression<'_> {
             position: *position,
             velocity: Vector::zeros(),
         };
-        let mut particles: Vec<Particle> = self.kinds.iter().zip(positions).map(particle).collect();
-        maxwell(&mut particles, &species, self.space, 1.0, random);
+        let mut particles: Vec<Particle> = self.fill.kinds.iter().zip(positions).map(particle).collect();
+        maxwell(&mut particles, &species, self.fill.space, 1.0, random);
         Ok(Scene::of_parts(SceneParts {
             name: "growth".to_owned(),
-            seed: self.seed,
+            seed: self.fill.seed,
             start_time: 0.0,
-            space: self.space.clone(),
+            space: self.fill.space.clone(),
             species,
             interactions,
             table,
@@ -192,12 +187,12 @@ impl Compression<'_> {
     /// Lets the spheres of a scene grow to full size. Otherwise, the part of the fraction at which they jam.
     fn grown(&self, start: &Scene, factor: f64, speed: f64) -> Result<Vec<Vector>, f64> {
         let mut simulation = Simulation::without_plan(start.clone());
-        let half_way = libm::pow(FLUID, 1.0 / self.space.dimensions() as f64);
+        let half_way = libm::pow(FLUID, 1.0 / self.fill.space.dimensions() as f64);
         self.grow_to(half_way, FAST.max(speed), factor, &mut simulation)?;
         simulation.end_growth();
         self.grow_to(BEYOND, speed, factor, &mut simulation)?;
         let positions = simulation.snapshot().positions;
-        Ok(positions.into_iter().map(|position| self.space.wrapped(position)).collect())
+        Ok(positions.into_iter().map(|position| self.fill.space.wrapped(position)).collect())
     }
 
     /// Lets spheres that started with `factor` times their full diameters grow to `size` times them.
@@ -207,7 +202,7 @@ impl Compression<'_> {
         let diameters = particles.iter().map(|particle| species[particle.species.0 as usize].diameter);
         let (rate, largest) = (speed * count as f64 / diameters.sum::<f64>(), size / (factor * simulation.scale()));
         let end = simulation.time() + (largest - 1.0) / rate;
-        let dimensions = self.space.dimensions() as f64;
+        let dimensions = self.fill.space.dimensions() as f64;
         let degrees = dimensions * count.saturating_sub(1).max(1) as f64;
         simulation.grow(&Growth { rate, until: GrowthTarget::PackingFraction(1.0) }, largest);
         let part = |simulation: &Simulation| libm::pow(factor * simulation.scale(), dimensions);

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::CellList;
 use crate::model::StaticSurface;
@@ -112,9 +111,8 @@ impl Scene {
         let open = Space { boundary: [Boundary::OPEN; 3], ..self.space };
         let mut joint: Option<(usize, f64)> = None;
         for (other, candidate) in self.static_surfaces.iter().enumerate().filter(|(other, _)| *other != surface) {
-            let spheres: Vec<Vector> = candidate.particles.clone().map(position).collect();
-            let numbers: Vec<u32> = candidate.particles.clone().collect();
-            let spheres = CellList::new(&open, 0.0, 3.0 * contact, &numbers, &spheres);
+            let spheres = candidate.particles.clone().map(|number| (number, position(number)));
+            let spheres = CellList::new(&open, 0.0, 3.0 * contact, spheres);
             let nearest = |id: &ParticleId| spheres.distance_to_nearest(&position(id.0));
             let mut widths: Vec<f64> = rim.iter().filter_map(nearest).collect();
             widths.sort_by(f64::total_cmp);

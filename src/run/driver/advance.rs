@@ -22,15 +22,8 @@ const PAUSE: Duration = Duration::from_millis(20);
 impl<R: Recorder> Driver<'_, R> {
     /// Goes on for a while, and says if it came to the time, or what kept it from going on.
     pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (wait, event_counts) = (self.state.wait, *self.simulation.event_counts());
-        let aim = Aim {
-            time: self.simulation.time() + wait,
-            events: event_counts.physical().saturating_add(CHUNK),
-            transitions: event_counts.transition,
-            collisions: event_counts.thermostat,
-            done: event_counts.physical(),
-        };
-        let aim = *self.state.aim.get_or_insert(aim);
+        let wait = self.state.wait;
+        let aim = self.aim(wait, CHUNK);
         let until = aim.until(time, events);
         let reason = match self.chunk(until)? {
             Ok(reason) => reason,
@@ -50,17 +43,23 @@ impl<R: Recorder> Driver<'_, R> {
         Ok((reason == Reason::Time && until.time >= time).then_some(Ending::Time))
     }
 
-    /// Advances to the next check of the overlaps of the start, in small steps, to find when the last one is gone.
-    pub(super) fn advance_to_overlap_check(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
-        let (event_counts, check) = (*self.simulation.event_counts(), self.state.overlap_check);
+    /// Where to go from here: the aim that an interruption has left, or one that is so far ahead.
+    fn aim(&mut self, ahead: f64, events: u64) -> Aim {
+        let event_counts = *self.simulation.event_counts();
         let aim = Aim {
-            time: self.simulation.time() + check.time,
-            events: event_counts.physical().saturating_add(check.events),
+            time: self.simulation.time() + ahead,
+            events: event_counts.physical().saturating_add(events),
             transitions: event_counts.transition,
             collisions: event_counts.thermostat,
             done: event_counts.physical(),
         };
-        let aim = *self.state.aim.get_or_insert(aim);
+        *self.state.aim.get_or_insert(aim)
+    }
+
+    /// Advances to the next check of the overlaps of the start, in small steps, to find when the last one is gone.
+    pub(super) fn advance_to_overlap_check(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+        let check = self.state.overlap_check;
+        let aim = self.aim(check.time, check.events);
         let until = aim.until(time, events);
         let reason = match self.chunk(until)? {
             Ok(reason) => reason,

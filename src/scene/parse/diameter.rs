@@ -22,11 +22,6 @@ pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
 
 /// The classes of a distribution, smallest first.
 pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
-    let Some((word, known)) = DISTRIBUTIONS.into_iter().find(|(word, _)| *word == file.distribution) else {
-        let known = DISTRIBUTIONS.map(|(word, _)| word);
-        let kind = SceneErrorKind::unknown_word("distribution", &file.distribution, known);
-        return Err(SceneError::new(at.key("distribution"), kind));
-    };
     let given = [
         ("lower", file.lower.is_some()),
         ("upper", file.upper.is_some()),
@@ -36,8 +31,7 @@ pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Res
         ("shares", file.shares.is_some()),
         ("classes", file.classes.is_some()),
     ];
-    let keys = Keys { at, context: format!("distribution = \"{word}\""), given: &given };
-    keys.allow(known)?;
+    let (word, keys) = Keys::of_kind(&DISTRIBUTIONS, "distribution", &file.distribution, at, &given)?;
     if word == "list" {
         return listed(keys.need(file.diameters, "diameters")?, file.shares, at);
     }

@@ -3,7 +3,7 @@
 use super::{Keys, missing};
 use crate::model::potential::Potential;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::SceneError;
 use crate::scene::file::InteractionFile;
 use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
 
@@ -20,10 +20,6 @@ pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
 ];
 
 pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<UnvalidatedInteraction, SceneError> {
-    let Some((word, known)) = POTENTIALS.into_iter().find(|(word, _)| *word == file.potential) else {
-        let kind = SceneErrorKind::unknown_word("potential", &file.potential, POTENTIALS.map(|(word, _)| word));
-        return Err(SceneError::new(at.key("potential"), kind));
-    };
     let given = [
         ("diameter", file.diameter.is_some()),
         ("lambda", file.lambda.is_some()),
@@ -37,8 +33,7 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
         ("steps", file.steps.is_some()),
         ("core_energy", file.core_energy.is_some()),
     ];
-    let keys = Keys { at, context: format!("potential = \"{word}\""), given: &given };
-    keys.allow(known)?;
+    let (word, keys) = Keys::of_kind(&POTENTIALS, "potential", &file.potential, at, &given)?;
     if file.species.is_none() && file.name.is_none() {
         return Err(missing(at, "species", "or a name, to use it in bonds"));
     }

@@ -81,10 +81,6 @@ pub(crate) const SURFACES: [(&str, &[&str]); 6] = [
 ];
 
 pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFill, SceneError> {
-    let Some((word, known)) = SURFACES.into_iter().find(|(word, _)| *word == file.surface) else {
-        let kind = SceneErrorKind::unknown_word("surface", &file.surface, SURFACES.map(|(word, _)| word));
-        return Err(SceneError::new(at.key("surface"), kind));
-    };
     let given = [
         ("corner", file.corner.is_some()),
         ("edge_1", file.edge_1.is_some()),
@@ -100,8 +96,7 @@ pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFi
         ("centre", file.centre.is_some()),
         ("points", file.points.is_some()),
     ];
-    let keys = Keys { at, context: format!("surface = \"{word}\""), given: &given };
-    keys.allow(known)?;
+    let (word, keys) = Keys::of_kind(&SURFACES, "surface", &file.surface, at, &given)?;
     let shape = match word {
         "plane" => Surface::Plane {
             corner: vector(keys.need(file.corner, "corner")?),

@@ -1,15 +1,12 @@
 //! Parses the tables `[run]`, `[[stage]]` and `[measure]` into plans.
 
+use super::{Keys, missing};
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
 use crate::model::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
-
-fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
-    SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
-}
 
 /// How long to run, and what to do first.
 pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
@@ -75,15 +72,8 @@ pub(crate) const THERMOSTATS: [(&str, &[&str]); 2] =
     [("andersen", &["temperature", "rate", "axes"]), ("rescaling", &["temperature", "interval"])];
 
 fn parse_thermostat(file: ThermostatFile, at: &ConfigPath) -> Result<Thermostat, SceneError> {
-    let Some((word, known)) = THERMOSTATS.into_iter().find(|(word, _)| *word == file.kind) else {
-        let kind = SceneErrorKind::unknown_word("kind", &file.kind, THERMOSTATS.map(|(word, _)| word));
-        return Err(SceneError::new(at.key("kind"), kind));
-    };
     let given = [("rate", file.rate.is_some()), ("axes", file.axes.is_some()), ("interval", file.interval.is_some())];
-    if let Some((key, _)) = given.into_iter().find(|(key, is_given)| *is_given && !known.contains(key)) {
-        let (context, known) = (format!("kind = \"{word}\""), known.to_vec());
-        return Err(SceneError::new(at.key(key), SceneErrorKind::Misplaced { key, context, known }));
-    }
+    let (word, _) = Keys::of_kind(&THERMOSTATS, "kind", &file.kind, at, &given)?;
     match word {
         "andersen" => Ok(Thermostat::Andersen {
             temperature: file.temperature,

@@ -3,7 +3,6 @@
 use std::collections::HashSet;
 
 use super::frame::wrapped;
-use crate::Vector;
 use crate::base::numbers::id;
 use crate::engine::CellList;
 use crate::model::{Scene, SpeciesId};
@@ -44,11 +43,9 @@ impl Neighbours {
 
     /// The number of each moving particle, in the order of the frame. Bonded partners do not count.
     pub fn count(&self, frame: &Frame) -> Vec<f64> {
-        let positions: Vec<Vector> =
-            frame.particles.iter().map(|particle| wrapped(frame, &particle.position)).collect();
-        let places: Vec<u32> = (0..positions.len()).map(id).collect();
-        let cells = CellList::new(&frame.space(), frame.displacement, self.longest, &places, &positions);
-        let mut counts = vec![0.0; positions.len()];
+        let positions = frame.particles.iter().map(|particle| wrapped(frame, &particle.position));
+        let cells = CellList::new(&frame.space(), frame.displacement, self.longest, (0..).zip(positions));
+        let mut counts = vec![0.0; frame.particles.len()];
         cells.for_each_pair(|a, b, square| {
             let [one, other] = [a, b].map(|place| &frame.particles[place as usize]);
             let pair = one.species.0 as usize * self.species + other.species.0 as usize;
