@@ -19,12 +19,15 @@ use super::progress::Progress;
 use super::state::RunState;
 use super::{Ending, Finished, Recorder};
 use crate::analysis::instruments::{Registry, SystemDescription};
-use crate::engine::Simulation;
+use crate::engine::{Simulation, Until};
 use crate::model::Limit;
 
 /// The engine's steps between two questions whether to go on: the first time, and at most. Steps can be slow, of particles with very many
 /// others near them, so that their number follows the clock. It changes nothing else.
 const STEPS: [u64; 2] = [64, 1 << 16];
+
+/// A pause that never comes.
+const NEVER: Until = Until { time: f64::INFINITY, events: u64::MAX };
 
 /// Goes on with a run from where it is.
 pub(super) fn drive<R: Recorder>(
@@ -44,6 +47,7 @@ pub(super) fn drive<R: Recorder>(
         watch,
         started: None,
         is_pilot: false,
+        pause: NEVER,
         patience: u64::MAX,
         is_over: false,
         steps: STEPS[0],
@@ -65,6 +69,8 @@ struct Driver<'a, R> {
     is_over: bool,
     /// Whether this is a pilot run, of which nothing is kept.
     is_pilot: bool,
+    /// Where it pauses, as if the caller wanted no more: at a simulated time, or after a number of physical events.
+    pause: Until,
     /// Events, cell transitions and Andersen collisions after which it gives up.
     patience: u64,
     /// Steps of the engine until it is next asked whether to go on.

@@ -73,6 +73,15 @@ impl Aim {
     }
 }
 
+/// A pilot run that is the beginning of its stage.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub(super) struct Pilot {
+    /// Physical events of it.
+    pub events: u64,
+    /// Events, cell transitions and Andersen collisions, since the start of the simulation, after which it gives up.
+    pub patience: u64,
+}
+
 /// What the measurement has so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Measurement {
@@ -94,6 +103,8 @@ pub struct RunState {
     pub(super) overlap_check: OverlapCheck,
     /// Where it is going, if it paused on the way.
     pub(super) aim: Option<Aim>,
+    /// The pilot run that is under way.
+    pub(super) pilot: Option<Pilot>,
     /// Steps of the run since the last event.
     pub(super) quiet_steps: u64,
     /// Rows and frames since the last event.
@@ -140,6 +151,7 @@ impl RunState {
             wait: crossing,
             overlap_check: OverlapCheck { events: moving.div_ceil(16), time: crossing * FIRST_CHECK },
             aim: None,
+            pilot: None,
             quiet_steps: 0,
             quiet_rows: 0,
             last_row: None,

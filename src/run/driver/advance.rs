@@ -98,13 +98,17 @@ impl<R: Recorder> Driver<'_, R> {
     fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, R::Error> {
         loop {
             let started = Instant::now();
-            let reached = self.steps(until)?;
+            let pause = self.pause;
+            let nearer = Until { time: until.time.min(pause.time), events: until.events.min(pause.events) };
+            let reached = self.steps(nearer)?;
             self.steps = steps_after(self.steps, started.elapsed());
-            if self.is_pilot && self.work() > self.patience {
+            if self.work() > self.patience {
                 return Ok(Err(Ending::Idle));
             }
             match reached {
                 Ok(Some(Reason::Observer)) => return Ok(Err(Ending::Condition)),
+                Ok(Some(Reason::Time)) if pause.time < until.time => return Ok(Err(Ending::Interrupted)),
+                Ok(Some(Reason::Events)) if pause.events < until.events => return Ok(Err(Ending::Interrupted)),
                 Ok(Some(reason)) => {
                     self.state.aim = None;
                     return Ok(Ok(reason));

@@ -200,6 +200,7 @@ mod tests {
             watch,
             started: None,
             is_pilot: false,
+            pause: crate::run::driver::NEVER,
             patience: u64::MAX,
             is_over: false,
             steps: 1,

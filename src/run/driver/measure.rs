@@ -19,7 +19,7 @@ const NEAR: f64 = 1e-9;
 impl<R: Recorder> Driver<'_, R> {
     /// The measurement, from where it is.
     pub(super) fn measure(&mut self) -> Result<Ending, R::Error> {
-        if self.state.measurement.is_none() {
+        if self.state.measurement.is_none() && self.state.pilot.is_none() {
             self.record(true, true)?;
             self.state.before = *self.simulation.event_counts();
             self.state.counts_before = self.simulation.event_counts_by_species();
@@ -29,16 +29,23 @@ impl<R: Recorder> Driver<'_, R> {
             self.keep()?;
             return Ok(Ending::Events);
         }
+        let mut ended = None;
         if self.state.measurement.is_none() {
             match self.pace()? {
-                Ok(pace) => self.set_up(pace),
+                Ok(pace) => {
+                    ended = pace.ending;
+                    self.set_up(pace);
+                }
                 Err(ending) => {
                     self.keep()?;
                     return Ok(ending);
                 }
             }
         }
-        let ending = self.sample_until_end()?;
+        let ending = match ended {
+            Some(ending) => ending,
+            None => self.sample_until_end()?,
+        };
         // From before the last row and frame, so that the run can be continued as if it had not ended here.
         self.keep()?;
         if ending == Ending::Time
@@ -52,10 +59,18 @@ impl<R: Recorder> Driver<'_, R> {
     /// A stage before the measurement, from where it is; says what ends the run in it.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, R::Error> {
         if self.state.rows.is_none() {
-            self.record(true, false)?;
-            match self.pace_of_rows()? {
-                Ok(rows) => self.state.rows = Some(rows),
+            if self.state.pilot.is_none() {
+                self.record(true, false)?;
+            }
+            let ended = match self.pace_of_rows()? {
+                Ok((rows, ended)) => {
+                    (self.state.rows, self.state.pilot) = (Some(rows), None);
+                    ended
+                }
                 Err(ending) => return Ok(Some(ending)),
+            };
+            if ended.is_some() || self.is_over {
+                return Ok(ended.filter(Ending::is_early));
             }
         }
         let (end_time, end_events) = self.state.stage.end();
@@ -83,7 +98,8 @@ impl<R: Recorder> Driver<'_, R> {
         }
     }
 
-    fn set_up(&mut self, Pace { rows, frames, duration }: Pace) {
+    fn set_up(&mut self, Pace { rows, frames, duration, .. }: Pace) {
+        self.state.pilot = None;
         let plan = &self.simulation.scene().measure;
         let instruments = if plan.is_empty() && self.registry.is_empty() {
             Instruments::default()

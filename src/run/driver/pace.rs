@@ -1,8 +1,11 @@
 //! How often a run writes, where the scene leaves it open.
 
-use super::{Driver, Monitor};
+use super::{Driver, Monitor, NEVER};
 use crate::analysis::sampling_times::SamplingTimes;
+use crate::engine::Until;
 use crate::model::Limit;
+use crate::run::progress::Stage;
+use crate::run::state::Pilot;
 use crate::run::{Ending, Recorder};
 
 /// A run that chooses its interval itself aims at this many rows, and at most twice as many.
@@ -18,11 +21,29 @@ const SOME_GROWTH: f64 = 0.05;
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
+/// A pilot run is kept as the beginning of its stage where the stage has so many events: then no row is due in it. Its intervals come from how
+/// long a thousandth of the events takes, and are a two-hundredth of the stage; a part of `1 / MOST_OF_STAGE` is still before the first of them.
+const FEWEST_EVENTS: u64 = 1000;
+const MOST_OF_STAGE: u64 = 400;
+
+/// A pilot run that has done so small a part of the work that is too much for it, at the rate of its beginning, will not come to that.
+const LITTLE_WORK: u64 = MOST_WORK / 4;
+
 /// When a measurement writes, and how long it will last, as far as is known `[time]`.
 pub(super) struct Pace {
     pub rows: SamplingTimes,
     pub frames: SamplingTimes,
     pub duration: f64,
+    /// How the measurement ended while they were chosen, if it did.
+    pub ending: Option<Ending>,
+}
+
+/// What a pilot run has found.
+pub(super) struct Found {
+    /// How long the events will take `[time]`.
+    duration: f64,
+    /// How the stage ended meanwhile, if it did.
+    ending: Option<Ending>,
 }
 
 impl<R: Recorder> Driver<'_, R> {
@@ -35,11 +56,15 @@ impl<R: Recorder> Driver<'_, R> {
         let scene = self.simulation.scene();
         let (thermo, frame) = (scene.output.thermo_interval, scene.output.frame_interval);
         let is_given = thermo.is_some() && frame.is_some() && scene.measure.is_empty() && self.registry.is_empty();
+        let mut ending = None;
         let duration = match self.state.stage.limit {
             Limit { time: Some(time), events: None } => time,
             _ if is_given => f64::INFINITY,
             Limit { time, events } => match self.pilot_run(time, events.unwrap_or(u64::MAX))? {
-                Some(expected) => rounded(expected).min(time.unwrap_or(f64::INFINITY)),
+                Some(found) => {
+                    ending = found.ending;
+                    rounded(found.duration).min(time.unwrap_or(f64::INFINITY))
+                }
                 None => return Ok(Err(Ending::Interrupted)),
             },
         };
@@ -47,32 +72,40 @@ impl<R: Recorder> Driver<'_, R> {
             Some(interval) => SamplingTimes::given(start, interval),
             None => SamplingTimes::expecting(start, duration, aim, 0.0),
         };
-        Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration }))
+        Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration, ending }))
     }
 
-    /// The times of rows in a stage before the measurement; or the ending, if the caller wants no more while they are chosen.
-    pub(super) fn pace_of_rows(&mut self) -> Result<Result<SamplingTimes, Ending>, R::Error> {
+    /// The times of rows in a stage before the measurement, and how the stage ended while they were chosen, if it did; or the ending, if the
+    /// caller wants no more meanwhile.
+    pub(super) fn pace_of_rows(&mut self) -> Result<Result<(SamplingTimes, Option<Ending>), Ending>, R::Error> {
         let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
-            return Ok(Ok(SamplingTimes::given(start, interval)));
+            return Ok(Ok((SamplingTimes::given(start, interval), None)));
         }
+        let mut ending = None;
         let duration = match limit {
             Limit { time: Some(time), events: None } => Some(time),
             Limit { time, events: Some(events) } => match self.pilot_run(time, events)? {
-                Some(expected) => Some(rounded(expected).min(time.unwrap_or(f64::INFINITY))),
+                Some(found) => {
+                    ending = found.ending;
+                    Some(rounded(found.duration).min(time.unwrap_or(f64::INFINITY)))
+                }
                 None => return Ok(Err(Ending::Interrupted)),
             },
             Limit { time: None, events: None } => match self.growth() {
                 Some(growth) => Some(SOME_GROWTH / growth.rate),
                 // An equilibration that ends by itself: as long as that takes at least.
-                None => match self.pilot_run(None, 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest))? {
-                    Some(expected) => Some(rounded(expected / 1000.0)),
-                    None => return Ok(Err(Ending::Interrupted)),
-                },
+                None => {
+                    let events = 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest);
+                    match self.excursion(None, events, self.first_pilot(events))? {
+                        Some(expected) => Some(rounded(expected / 1000.0)),
+                        None => return Ok(Err(Ending::Interrupted)),
+                    }
+                }
             },
         };
         let duration = duration.filter(|duration| duration.is_finite() && *duration > 0.0).unwrap_or(f64::INFINITY);
-        Ok(Ok(SamplingTimes::expecting(start, duration, ROWS, 0.0)))
+        Ok(Ok((SamplingTimes::expecting(start, duration, ROWS, 0.0), ending)))
     }
 
     /// How long so many events will take, from the first thousandth of them, or of a limit in time; `None` if the caller wants no more.
@@ -80,18 +113,96 @@ impl<R: Recorder> Driver<'_, R> {
     /// Where that takes too much work, as of a gas so thin that hardly anything happens, it is the time in which a particle crosses the box:
     /// intervals that are chosen from it grow with the run.
     ///
-    /// A copy goes ahead and is dropped, so that the run itself has its rows, frames and samples from the start of the measurement on. A checkpoint
-    /// from meanwhile is none: a run that is killed now makes its pilot run again, from the same state to the same bits.
-    fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
+    /// Where nothing is due in it, the pilot run is the beginning of the stage itself: nothing is done twice, and there is never memory for a second
+    /// simulation. Elsewhere a copy goes ahead.
+    fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, R::Error> {
+        let first = self.first_pilot(events);
+        let pilot = self.state.pilot.map_or(first, |begun| Pilot { events: begun.events.max(first.events), ..begun });
+        if self.may_be_kept(events) {
+            self.state.pilot = Some(pilot);
+            match self.beginning(limit, events, pilot)? {
+                Outcome::Found(found) => return Ok(Some(found)),
+                Outcome::Interrupted => return Ok(None),
+                Outcome::Undecided => {}
+            }
+        }
+        let expected = self.excursion(limit, events, pilot)?;
+        Ok(expected.map(|duration| Found { duration, ending: None }))
+    }
+
+    fn first_pilot(&self, events: u64) -> Pilot {
+        Pilot { events: events.div_ceil(1000).min(LONGEST), patience: self.work().saturating_add(MOST_WORK) }
+    }
+
+    /// Whether the pilot run of a stage of so many events can be its beginning: nothing else has to be chosen before the first event, and no row is due.
+    fn may_be_kept(&self, events: u64) -> bool {
+        let scene = self.simulation.scene();
+        let is_measured = self.state.stage.stage == Stage::Measurement;
+        let has_instruments = !(scene.measure.is_empty() && self.registry.is_empty()) || self.recorder.has_events();
+        events >= FEWEST_EVENTS
+            && scene.output.thermo_interval.is_none()
+            && !(is_measured && (scene.output.frame_interval.is_some() || has_instruments))
+    }
+
+    /// A pilot run that is the beginning of the stage: it pauses, and the stage goes on from there to the same bits. It comes to nothing where rows could be due
+    /// in what is to come.
+    fn beginning(&mut self, limit: Option<f64>, events: u64, mut pilot: Pilot) -> Result<Outcome, R::Error> {
+        let start = self.state.stage;
+        let (end_time, end_events) = start.end();
+        let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
+        // Before the first row if the pilot run turns out to be too much work.
+        let early = start.time + (1.0 - 1e-6) * rounded(self.without_rate(limit)) / f64::from(ROWS);
+        loop {
+            let until = Until {
+                time: if pilot.patience == u64::MAX { soon } else { soon.min(early) },
+                events: start.events.saturating_add(pilot.events),
+            };
+            (self.pause, self.patience) = (until, pilot.patience);
+            let ending = self.advance(end_time, end_events)?;
+            (self.pause, self.patience) = (NEVER, u64::MAX);
+            let (time, done) = (self.simulation.time(), self.simulation.event_counts().physical());
+            let is_there = time >= until.time || done >= until.events;
+            if self.work() > pilot.patience {
+                return Ok(Outcome::Found(Found { duration: self.without_rate(limit), ending: None }));
+            }
+            match ending {
+                Some(Ending::Interrupted) if !is_there => return Ok(Outcome::Interrupted),
+                Some(Ending::Interrupted) => {}
+                ending => return Ok(Outcome::Found(Found { duration: self.estimate(limit, events), ending })),
+            }
+            if time >= soon || (done >= until.events && time > start.time) {
+                return Ok(Outcome::Found(Found { duration: self.estimate(limit, events), ending: None }));
+            }
+            if done >= until.events {
+                // Simultaneous events give no rate.
+                pilot.events = pilot.events.saturating_mul(2);
+                if pilot.events > events / MOST_OF_STAGE {
+                    return Ok(Outcome::Undecided);
+                }
+            } else {
+                let work = MOST_WORK - (pilot.patience - self.work());
+                let is_slow = (done - start.events).saturating_mul(LITTLE_WORK) <= work.saturating_mul(pilot.events);
+                if is_slow {
+                    return Ok(Outcome::Undecided);
+                }
+                pilot.patience = u64::MAX;
+            }
+            self.state.pilot = Some(pilot);
+        }
+    }
+
+    /// A pilot run of a copy that is dropped, so that the run itself has its rows, frames and samples from the start of the stage on.
+    ///
+    /// A checkpoint from meanwhile is none: a run that is killed now makes its pilot run again, from the same state to the same bits.
+    fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, R::Error> {
         let present = (self.simulation.clone(), self.state.clone());
-        (self.is_pilot, self.patience) = (true, self.work().saturating_add(MOST_WORK));
-        let mut expected = self.pilot(limit, events);
+        (self.is_pilot, self.patience) = (true, pilot.patience);
+        let mut expected = self.pilot(limit, events, pilot);
         // By what was done, not by where it gave up, which depends on the clock.
         if self.work() > self.patience
             && let Ok(Some(expected)) = &mut expected
         {
-            let crossing = self.state.crossing;
-            *expected = limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 });
+            *expected = self.without_rate(limit);
         }
         (self.is_pilot, self.patience) = (false, u64::MAX);
         (self.simulation, self.state) = present;
@@ -99,11 +210,11 @@ impl<R: Recorder> Driver<'_, R> {
         expected
     }
 
-    fn pilot(&mut self, limit: Option<f64>, events: u64) -> Result<Option<f64>, R::Error> {
+    fn pilot(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, R::Error> {
         let start = self.state.stage;
         let (_, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
-        let mut pilot = events.div_ceil(1000).min(LONGEST);
+        let mut pilot = pilot.events;
         loop {
             let target = start.events.saturating_add(pilot).min(end_events);
             match self.advance(soon, target)? {
@@ -117,12 +228,33 @@ impl<R: Recorder> Driver<'_, R> {
             }
             pilot = pilot.saturating_mul(2);
         }
+        Ok(Some(self.estimate(limit, events)))
+    }
+
+    /// How long so many events will take, by those since the start of the stage.
+    fn estimate(&self, limit: Option<f64>, events: u64) -> f64 {
+        let start = self.state.stage;
         let done = (self.simulation.event_counts().physical() - start.events) as f64;
         if done == 0.0 {
-            return Ok(Some(limit.unwrap_or(f64::INFINITY)));
+            return limit.unwrap_or(f64::INFINITY);
         }
-        Ok(Some((self.simulation.time() - start.time) * (events as f64 / done)))
+        (self.simulation.time() - start.time) * (events as f64 / done)
     }
+
+    /// How long a stage is taken to last whose rate of events is not known.
+    fn without_rate(&self, limit: Option<f64>) -> f64 {
+        let crossing = self.state.crossing;
+        limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 })
+    }
+}
+
+/// What has become of a pilot run that is the beginning of its stage.
+enum Outcome {
+    Found(Found),
+    /// The caller wants no more.
+    Interrupted,
+    /// A copy has to go on, because rows may be due.
+    Undecided,
 }
 
 /// A duration rounded to two digits, for intervals that are shown.
