@@ -56,6 +56,7 @@ pub use neighbours::Search;
 pub(crate) use neighbours::cell_list::CellList;
 pub use observe::Flow;
 pub use set_state::{PairStates, SetStateError};
+pub(crate) use snapshot::ParticleNow;
 pub use snapshot::{Energy, Snapshot};
 pub use start::NeedsRun;
 pub use states::{Elapsed, States};
@@ -323,6 +324,16 @@ impl Simulation {
     pub fn snapshot(&self) -> Snapshot {
         let snapshot = with_engine!(&self.engine, engine => engine.snapshot());
         Snapshot { scale: self.scale(), ..snapshot }
+    }
+
+    /// Calls `visit` for every particle as it is now, in the order of their ids: a snapshot that takes no memory.
+    pub(crate) fn for_each_now<E>(&self, visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
+        with_engine!(&self.engine, engine => engine.for_each_now(visit))
+    }
+
+    /// Displacement of the next image up, as in a [`Snapshot`].
+    pub(crate) fn displacement(&self) -> f64 {
+        with_engine!(&self.engine, engine => engine.displacement().0)
     }
 
     /// The energies now.

@@ -45,6 +45,14 @@ pub trait Recorder {
     /// If they cannot be kept.
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
+    /// The same of a simulation as it is now, where nothing else is measured of each particle: for recorders that need no memory for a snapshot.
+    ///
+    /// # Errors
+    /// If they cannot be kept.
+    fn frame_of(&mut self, simulation: &Simulation) -> Result<(), Self::Error> {
+        self.frame(&simulation.snapshot(), Vec::new())
+    }
+
     /// Whether every event of the measurement is shown to [`Recorder::event`].
     fn has_events(&self) -> bool {
         false
@@ -85,6 +93,10 @@ impl Recorder for () {
     }
 
     fn frame(&mut self, _snapshot: &Snapshot, _scalars: Vec<Scalar>) -> Result<(), Infallible> {
+        Ok(())
+    }
+
+    fn frame_of(&mut self, _simulation: &Simulation) -> Result<(), Infallible> {
         Ok(())
     }
 }

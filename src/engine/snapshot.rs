@@ -4,6 +4,8 @@ use super::parts::Engine;
 use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::Vector;
 use crate::base::sum::Sum;
+use crate::model::{ParticleId, SpeciesId};
+use std::convert::Infallible;
 
 /// All particles at one time, in the order of their ids.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +24,17 @@ pub struct Snapshot {
     pub displacement: f64,
     /// Factor by which diameters have grown since the start of the scene.
     pub scale: f64,
+}
+
+/// A particle at one time.
+pub(crate) struct ParticleNow {
+    pub id: ParticleId,
+    pub species: SpeciesId,
+    /// Position and velocity, as in a [`Snapshot`].
+    pub position: Vector,
+    pub velocity: Vector,
+    /// Periods travelled, as in a [`Snapshot`].
+    pub image: [i32; 3],
 }
 
 /// Energies of all particles at one time `[energy]`.
@@ -47,19 +60,44 @@ pub struct Energy {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn snapshot(&self) -> Snapshot {
-        let (positions, velocities) =
-            self.state.numbers.iter().map(|&particle| self.state_at(particle, self.clock.now)).unzip();
-        let mut images: Vec<[i32; 3]> =
-            self.state.numbers.iter().map(|&particle| self.state.images[particle as usize]).collect();
-        let mut displacement = 0.0;
-        if let Some(shear) = &self.sources.lees_edwards {
-            let periods;
-            (displacement, periods) = shear.displacement_within(self.clock.now, self.state.periods[FLOW]);
-            for image in &mut images {
+        let count = self.state.numbers.len();
+        let mut snapshot = Snapshot {
+            time: self.time(),
+            positions: Vec::with_capacity(count),
+            velocities: Vec::with_capacity(count),
+            images: Vec::with_capacity(count),
+            displacement: self.displacement().0,
+            scale: self.scale(),
+        };
+        let Ok(()) = self.for_each_now(|particle| {
+            snapshot.positions.push(particle.position);
+            snapshot.velocities.push(particle.velocity);
+            snapshot.images.push(particle.image);
+            Ok::<(), Infallible>(())
+        });
+        snapshot
+    }
+
+    /// Displacement of the next image up, less whole periods, and how many those are.
+    pub(super) fn displacement(&self) -> (f64, i32) {
+        let shear = self.sources.lees_edwards.as_ref();
+        shear.map_or((0.0, 0), |shear| shear.displacement_within(self.clock.now, self.state.periods[FLOW]))
+    }
+
+    /// Calls `visit` for every particle as it is now, in the order of their ids.
+    pub(super) fn for_each_now<E>(&self, mut visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
+        let (_, periods) = self.displacement();
+        let species = self.pairs.rules.rows.species();
+        for (id, &particle) in (0..).zip(&self.state.numbers) {
+            let (position, velocity) = self.state_at(particle, self.clock.now);
+            let mut image = self.state.images[particle as usize];
+            if self.sources.lees_edwards.is_some() {
                 image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
             }
+            let species = species[usize::from(self.state.species[particle as usize])];
+            visit(ParticleNow { id: ParticleId(id), species, position, velocity, image })?;
         }
-        Snapshot { time: self.time(), positions, velocities, images, displacement, scale: self.scale() }
+        Ok(())
     }
 
     pub(super) fn energy(&self) -> Energy {

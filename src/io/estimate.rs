@@ -19,7 +19,6 @@
 
 use crate::model::Format;
 use crate::model::{Limit, Scene};
-use crate::trajectory::Frame;
 
 /// A run that chooses its intervals itself writes at most so many rows and frames, and those of its start and its end.
 const ROWS: f64 = 400.0;
@@ -140,18 +139,17 @@ fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
 
 /// Bytes of a frame in all formats that the scene asks for.
 fn frame_bytes(scene: &Scene) -> f64 {
-    let frame = Frame::start_of(scene);
-    let per_particle: f64 = frame
+    let per_particle: f64 = scene
         .particles
         .iter()
         .map(|particle| {
-            let species = frame.species.get(particle.species.0 as usize);
-            let numbers = if species.is_some_and(|species| species.is_static) { 3.0 } else { 6.0 };
-            species.map_or(0.0, |species| species.name.len() as f64) + numbers * DIGITS + 20.0
+            let species = &scene.species[particle.species.0 as usize];
+            let numbers = if species.is_static() { 3.0 } else { 6.0 };
+            species.name.len() as f64 + numbers * DIGITS + 20.0
         })
         .sum();
-    let scalars = if scene.measure.bond_order.is_some() { 2.0 * DIGITS * frame.particles.len() as f64 } else { 0.0 };
-    let bonds = 12.0 * frame.bonds.len() as f64;
+    let scalars = if scene.measure.bond_order.is_some() { 2.0 * DIGITS * scene.particles.len() as f64 } else { 0.0 };
+    let bonds = 12.0 * scene.bonds.len() as f64;
     let text = per_particle + scalars + bonds + 300.0;
     // In binary a number takes 4 or 8 bytes in place of its digits.
     let share = |format: &Format| match format {

@@ -1,6 +1,7 @@
 //! The folder of a run.
 
 mod completion;
+mod frames;
 mod resumption;
 
 pub use completion::Completed;
@@ -11,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::atomic::Existing;
+use self::frames::Frames;
 use super::checkpoints::{self, Checkpoints};
 use super::contacts;
 use super::error::OutputError;
@@ -30,8 +32,6 @@ use crate::model::Format;
 use crate::model::{Limit, Scene};
 use crate::run::checkpoint::{Manifest, ManifestEntry};
 use crate::run::{Recorder, RunState, Stage};
-use crate::trajectory::extended_xyz::write_frame;
-use crate::trajectory::frame::Frame;
 
 /// The last file of a run: where it is, the others are complete and belong to it.
 pub(super) const SUMMARY: &str = "summary.json";
@@ -89,9 +89,7 @@ pub struct Folder {
     trajectory: PartialFile,
     contacts: Option<PartialFile>,
     events: Option<EventLog>,
-    frame: Frame,
-    /// Radii of the particles at the start of the scene.
-    radii: Vec<f64>,
+    frames: Frames,
     formats: Vec<Format>,
     flushed: Instant,
     checkpoints: Checkpoints,
@@ -146,7 +144,6 @@ impl Folder {
         if let Some(file) = &mut contacts {
             file.write(contacts::HEADER)?;
         }
-        let frame = Frame::start_of(scene);
         Ok(Self {
             scene: None,
             columns,
@@ -154,8 +151,7 @@ impl Folder {
             trajectory: PartialFile::create(path.join(TRAJECTORY))?,
             contacts,
             events: scene.output.has_event_log.then(|| EventLog::create(&path)).transpose()?,
-            radii: frame.particles.iter().map(|particle| particle.radius).collect(),
-            frame,
+            frames: Frames::of(scene, 1.0),
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             most_bytes: f64::INFINITY,
@@ -270,17 +266,16 @@ impl Recorder for Folder {
     }
 
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
-        (self.frame.time, self.frame.displacement, self.frame.scalars) =
-            (snapshot.time, snapshot.displacement, scalars);
-        let states = snapshot.positions.iter().zip(&snapshot.velocities);
-        let all = self.frame.particles.iter_mut().zip(&self.radii);
-        for ((particle, radius), (position, velocity)) in all.zip(states) {
-            (particle.position, particle.velocity) = (*position, *velocity);
-            particle.radius = radius * snapshot.scale;
-        }
-        self.frame.images.clone_from(&snapshot.images);
         let path = self.trajectory.path().to_owned();
-        write_frame(self.trajectory.writer(), &self.frame).map_err(|source| OutputError::Frame { path, source })?;
+        let written = self.frames.write(self.trajectory.writer(), snapshot, scalars);
+        written.map_err(|source| OutputError::Frame { path, source })?;
+        self.trajectory.flush()
+    }
+
+    fn frame_of(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
+        let path = self.trajectory.path().to_owned();
+        let written = self.frames.write_now(self.trajectory.writer(), simulation);
+        written.map_err(|source| OutputError::Frame { path, source })?;
         self.trajectory.flush()
     }
 

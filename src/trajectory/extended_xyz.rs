@@ -46,6 +46,7 @@ use std::path::Path;
 pub use error::{ReadError, WriteError};
 pub use read::FrameReader;
 pub use write::write_frame;
+pub(crate) use write::{FrameWriter, Heading};
 
 use super::Frame;
 

@@ -131,6 +131,15 @@ impl Frame {
             velocity: particle.velocity,
             radius: 0.5 * scene.species_of(ParticleId(id)).diameter,
         };
+        Self {
+            particles: (0..).zip(&scene.particles).map(particle).collect(),
+            images: vec![[0; 3]; scene.particles.len()],
+            ..Self::without_particles(scene)
+        }
+    }
+
+    /// All but the particles of a scene at its start: time, box, table and bonds.
+    pub(crate) fn without_particles(scene: &Scene) -> Self {
         let (bond_names, bond_kinds) = kinds_of_bonds(scene);
         Self {
             time: scene.start_time,
@@ -147,11 +156,11 @@ impl Frame {
                     mass: Some(species.mass),
                 })
                 .collect(),
-            particles: (0..).zip(&scene.particles).map(particle).collect(),
+            particles: Vec::new(),
             bonds: scene.bonds.iter().map(|bond| bond.pair).collect(),
             bond_names,
             bond_kinds,
-            images: vec![[0; 3]; scene.particles.len()],
+            images: Vec::new(),
             scalars: Vec::new(),
         }
     }
@@ -191,7 +200,12 @@ impl Frame {
 
     /// What readers that refuse a box without volume get for the extent of flat axes: the largest diameter, or 1.
     pub(super) fn thickness(&self) -> f64 {
-        let widest = self.particles.iter().map(|particle| 2.0 * particle.radius).fold(0.0, f64::max);
+        Self::thickness_for(self.particles.iter().map(|particle| particle.radius))
+    }
+
+    /// The same for particles of some radii.
+    pub(crate) fn thickness_for(radii: impl Iterator<Item = f64>) -> f64 {
+        let widest = radii.map(|radius| 2.0 * radius).fold(0.0, f64::max);
         if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }
     }
 

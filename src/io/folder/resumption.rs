@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use super::frames::Frames;
 use super::{BEFORE, CONTACTS, Folder, SCENE, SUMMARY, THERMO, TRAJECTORY, levels, names_of};
 use crate::io::checkpoints::{self, Checkpoints};
 use crate::io::error::OutputError;
@@ -16,7 +17,6 @@ use crate::io::thermo::Columns;
 use crate::io::{inputs, replacement};
 use crate::model::Limit;
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
-use crate::trajectory::frame::Frame;
 
 impl Folder {
     /// Goes on with a run from its last checkpoint, or from the one before if that is gone: what its files gained later is cut off. A run that
@@ -61,8 +61,6 @@ impl Folder {
             let missing = || CheckpointError::File { path: path.join(name), found: 0, expected: 0 };
             file(name)?.ok_or_else(|| OutputError::from(missing()))
         };
-        let frame = Frame::start_of(scene);
-        let radii = frame.particles.iter().map(|particle| particle.radius / checkpoint.simulation.grown()).collect();
         let folder = Self {
             // A program of the library need not have kept it.
             scene: manifest.scene.map(|checksum| SceneCopy::resume(&path.join(SCENE), checksum)).transpose()?,
@@ -71,8 +69,7 @@ impl Folder {
             trajectory: need(TRAJECTORY)?,
             contacts: file(CONTACTS)?,
             events: scene.output.has_event_log.then(|| EventLog::resume(path, manifest)).transpose()?,
-            radii,
-            frame,
+            frames: Frames::of(scene, checkpoint.simulation.grown()),
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             most_bytes: f64::INFINITY,

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::Driver;
 use super::pace::Pace;
-use crate::analysis::instruments::{Instruments, Sample, Setup, scalars};
+use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::model::Limit;
 use crate::run::state::Measurement;
@@ -168,9 +168,14 @@ impl<R: Recorder> Driver<'_, R> {
         }
         if has_frame && self.state.last_frame != now {
             self.state.last_frame = now;
-            let snapshot = self.simulation.snapshot();
-            let scalars = scalars(&self.simulation.scene().measure, &Sample::of(&snapshot), &self.system);
-            self.recorder.frame(&snapshot, scalars)?;
+            let plan = &self.simulation.scene().measure;
+            if has_scalars(plan) {
+                let snapshot = self.simulation.snapshot();
+                let scalars = scalars(plan, &Sample::of(&snapshot), &self.system);
+                self.recorder.frame(&snapshot, scalars)?;
+            } else {
+                self.recorder.frame_of(&self.simulation)?;
+            }
         }
         Ok(())
     }

@@ -6,9 +6,10 @@ use super::WriteError;
 use super::comment::is_mass;
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
+use crate::model::SpeciesId;
 use crate::model::space::displacement_within_period;
 use crate::trajectory::Frame;
-use crate::trajectory::frame::FrameSpecies;
+use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 
 /// Text is handed on in pieces of about this size `[bytes]`, so that the output needs no buffer of its own.
 const PIECE: usize = 1 << 16;
@@ -19,24 +20,72 @@ const PIECE: usize = 1 << 16;
 /// [`WriteError::Io`] if the output fails, any other [`WriteError`] if the frame could not be read back: a species
 /// name that is not one word or used twice, a mass that is not positive, a particle without species, a scalar that is not one
 /// number of each particle, images of some particles only, or something not finite. Nothing is written of a frame whose table, box or scalars are refused.
-pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteError> {
-    refuse_species(frame)?;
-    refuse_scalars(frame)?;
-    refuse_bonds(frame)?;
+pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError> {
     if !frame.images.is_empty() && frame.images.len() != frame.particles.len() {
         return Err(WriteError::Images);
     }
-    let masses = frame.masses();
-    let is_box_finite = frame.time.is_finite() && is_finite(&frame.lower) && is_finite(&frame.size);
-    let is_displaced = frame.displacement != 0.0;
-    let can_be_displaced = (0..2).all(|axis| frame.periodic[axis] && frame.size[axis] > 0.0)
-        && displacement_within_period(frame.displacement, frame.size.x) == frame.displacement;
-    if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) || (is_displaced && !can_be_displaced) {
-        return Err(WriteError::Frame);
-    }
-    let mut text = Vec::with_capacity(PIECE + 1024);
-    write_comment(&mut text, frame, masses.is_some())?;
+    let heading = Heading {
+        count: frame.particles.len(),
+        has_images: !frame.images.is_empty(),
+        has_masses: frame.particles.iter().all(|particle| mass(frame, particle.species).is_some()),
+        thickness: frame.thickness(),
+    };
+    let mut writer = FrameWriter::begin(output, frame, &heading)?;
     for (index, particle) in frame.particles.iter().enumerate() {
+        writer.particle(particle, frame.images.get(index))?;
+    }
+    writer.end()
+}
+
+/// What the heading of a frame says about all of its particles.
+pub(crate) struct Heading {
+    /// How many there are.
+    pub count: usize,
+    pub has_images: bool,
+    /// Whether the masses of all are known.
+    pub has_masses: bool,
+    /// The extent of flat axes.
+    pub thickness: f64,
+}
+
+/// A frame that is written particle by particle: as [`write_frame`] does it, without memory for all of them.
+pub(crate) struct FrameWriter<'a, W> {
+    output: W,
+    /// Table, box, bonds and scalars.
+    frame: &'a Frame,
+    has_masses: bool,
+    /// Particles so far.
+    index: usize,
+    text: Vec<u8>,
+}
+
+impl<'a, W: Write> FrameWriter<'a, W> {
+    /// Writes the heading of a frame; its particles are not looked at.
+    ///
+    /// # Errors
+    /// Those of [`write_frame`] for the table, the box, the bonds and the scalars.
+    pub fn begin(output: W, frame: &'a Frame, heading: &Heading) -> Result<Self, WriteError> {
+        refuse_species(frame)?;
+        refuse_scalars(frame, heading.count)?;
+        refuse_bonds(frame)?;
+        let is_box_finite = frame.time.is_finite() && is_finite(&frame.lower) && is_finite(&frame.size);
+        let is_displaced = frame.displacement != 0.0;
+        let can_be_displaced = (0..2).all(|axis| frame.periodic[axis] && frame.size[axis] > 0.0)
+            && displacement_within_period(frame.displacement, frame.size.x) == frame.displacement;
+        if !is_box_finite || frame.size.iter().any(|&edge| edge < 0.0) || (is_displaced && !can_be_displaced) {
+            return Err(WriteError::Frame);
+        }
+        let mut text = Vec::with_capacity(PIECE + 1024);
+        write_comment(&mut text, frame, heading)?;
+        Ok(Self { output, frame, has_masses: heading.has_masses, index: 0, text })
+    }
+
+    /// Writes the next particle.
+    ///
+    /// # Errors
+    /// Those of [`write_frame`] for a particle.
+    pub fn particle(&mut self, particle: &FrameParticle, image: Option<&[i32; 3]>) -> Result<(), WriteError> {
+        let (frame, text) = (self.frame, &mut self.text);
         let species = frame.species.get(particle.species.0 as usize).ok_or(WriteError::NoSpecies(particle.id))?;
         let is_radius = particle.radius.is_finite() && particle.radius >= 0.0;
         if !(is_radius && is_finite(&particle.position) && is_finite(&particle.velocity)) {
@@ -45,38 +94,52 @@ pub fn write_frame<W: Write>(mut output: W, frame: &Frame) -> Result<(), WriteEr
         text.extend_from_slice(species.name.as_bytes());
         for &number in particle.position.iter().chain(particle.velocity.iter()).chain([&particle.radius]) {
             text.push(b' ');
-            write_number(&mut text, number)?;
+            write_number(text, number)?;
         }
         write!(text, " {}", particle.id.0)?;
-        if let Some([x, y, z]) = frame.images.get(index) {
+        if let Some([x, y, z]) = image {
             write!(text, " {x} {y} {z}")?;
         }
-        if let Some(masses) = &masses {
+        if let Some(mass) = mass(frame, particle.species).filter(|_| self.has_masses) {
             text.push(b' ');
-            write_number(&mut text, masses[index])?;
+            write_number(text, mass)?;
         }
         for scalar in &frame.scalars {
             text.push(b' ');
-            write_number(&mut text, scalar.values[index])?;
+            write_number(text, scalar.values[self.index])?;
         }
         text.push(b'\n');
+        self.index += 1;
         if text.len() > PIECE {
-            output.write_all(&text)?;
+            self.output.write_all(text)?;
             text.clear();
         }
+        Ok(())
     }
-    output.write_all(&text)?;
-    Ok(())
+
+    /// Hands on what is left.
+    ///
+    /// # Errors
+    /// [`WriteError::Io`].
+    pub fn end(mut self) -> Result<(), WriteError> {
+        self.output.write_all(&self.text)?;
+        Ok(())
+    }
+}
+
+/// The mass of the particles of a species, if it is known; 0 for those that never move, with which sums stay finite.
+fn mass(frame: &Frame, species: SpeciesId) -> Option<f64> {
+    let mass = frame.species.get(species.0 as usize)?.mass?;
+    Some(if mass.is_finite() { mass } else { 0.0 })
 }
 
 /// The number of particles and the comment line.
-fn write_comment(text: &mut Vec<u8>, frame: &Frame, has_masses: bool) -> io::Result<()> {
-    let thickness = frame.thickness();
-    write!(text, "{}\nLattice=\"", frame.particles.len())?;
+fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Result<()> {
+    write!(text, "{}\nLattice=\"", heading.count)?;
     for entry in 0..9 {
         let (row, column) = (entry / 3, entry % 3);
         text.extend_from_slice(if entry == 0 { b"" } else { b" " });
-        let edge = if frame.is_flat(row) { thickness } else { frame.size[row] };
+        let edge = if frame.is_flat(row) { heading.thickness } else { frame.size[row] };
         let entry = match (row, column) {
             (1, 0) => frame.displacement,
             _ if row == column => edge,
@@ -90,10 +153,10 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, has_masses: bool) -> io::Res
         write_number(text, frame.lower[axis])?;
     }
     text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1");
-    if !frame.images.is_empty() {
+    if heading.has_images {
         text.extend_from_slice(b":map_shift:I:3");
     }
-    if has_masses {
+    if heading.has_masses {
         text.extend_from_slice(b":masses:R:1");
     }
     for scalar in &frame.scalars {
@@ -169,10 +232,10 @@ fn is_finite(vector: &Vector) -> bool {
     vector.iter().all(|x| x.is_finite())
 }
 
-fn refuse_scalars(frame: &Frame) -> Result<(), WriteError> {
+fn refuse_scalars(frame: &Frame, count: usize) -> Result<(), WriteError> {
     for (index, Scalar { name, values }) in frame.scalars.iter().enumerate() {
         let is_new = frame.scalars[..index].iter().all(|other| other.name != *name);
-        let is_whole = values.len() == frame.particles.len() && values.iter().all(|value| value.is_finite());
+        let is_whole = values.len() == count && values.iter().all(|value| value.is_finite());
         if !(Frame::is_name_of_scalar(name) && is_new && is_whole) {
             return Err(WriteError::Scalar(name.clone()));
         }

@@ -1,0 +1,87 @@
+//! The frames of a run, written particle by particle.
+
+use std::io::Write;
+
+use crate::analysis::instruments::Scalar;
+use crate::engine::{ParticleNow, Simulation, Snapshot};
+use crate::model::{ParticleId, Scene, SpeciesId};
+use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
+use crate::trajectory::frame::{Frame, FrameParticle};
+
+/// What all frames of a run have in common: the table, the box and the bonds, and how large particles are.
+#[derive(Debug)]
+pub(super) struct Frames {
+    /// Without particles.
+    frame: Frame,
+    /// Number of particles.
+    count: usize,
+    /// Radii at the start of the scene, by species; 0 of those without particles.
+    radii: Vec<f64>,
+    /// The species of each particle; of the first one only, if that is the species of all.
+    species: Vec<SpeciesId>,
+}
+
+impl Frames {
+    /// The frames of a scene whose diameters are larger by a factor than at its start.
+    pub fn of(scene: &Scene, scale: f64) -> Self {
+        let mut radii = vec![0.0; scene.species.len()];
+        for particle in &scene.particles {
+            let species = particle.species.0 as usize;
+            radii[species] = 0.5 * scene.species[species].diameter / scale;
+        }
+        let mut species: Vec<SpeciesId> = Vec::new();
+        if scene.particles.windows(2).any(|two| two[0].species != two[1].species) {
+            species = scene.particles.iter().map(|particle| particle.species).collect();
+        } else {
+            species.extend(scene.particles.first().map(|particle| particle.species));
+        }
+        Self { frame: Frame::without_particles(scene), count: scene.particles.len(), radii, species }
+    }
+
+    /// Writes a snapshot, with what is measured of each particle.
+    pub fn write(
+        &mut self,
+        output: impl Write,
+        snapshot: &Snapshot,
+        scalars: Vec<Scalar>,
+    ) -> Result<(), WriteError> {
+        (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
+        self.frame.scalars = scalars;
+        let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(snapshot.scale))?;
+        let states = snapshot.positions.iter().zip(&snapshot.velocities).zip(&snapshot.images);
+        for (id, ((position, velocity), image)) in (0..).zip(states) {
+            let species = self.species.get(id as usize).or(self.species.first()).copied().unwrap_or(SpeciesId(0));
+            let now =
+                ParticleNow { id: ParticleId(id), species, position: *position, velocity: *velocity, image: *image };
+            self.add(&mut writer, &now, snapshot.scale)?;
+        }
+        writer.end()
+    }
+
+    /// Writes a simulation as it is now.
+    pub fn write_now(&mut self, output: impl Write, simulation: &Simulation) -> Result<(), WriteError> {
+        (self.frame.time, self.frame.displacement) = (simulation.time(), simulation.displacement());
+        self.frame.scalars.clear();
+        let scale = simulation.scale();
+        let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(scale))?;
+        simulation.for_each_now(|particle| self.add(&mut writer, &particle, scale))?;
+        writer.end()
+    }
+
+    fn add<W: Write>(
+        &self,
+        writer: &mut FrameWriter<'_, W>,
+        now: &ParticleNow,
+        scale: f64,
+    ) -> Result<(), WriteError> {
+        let &ParticleNow { id, species, position, velocity, image } = now;
+        let radius = self.radii[species.0 as usize] * scale;
+        writer.particle(&FrameParticle { id, species, position, velocity, radius }, Some(&image))
+    }
+
+    fn heading(&self, scale: f64) -> Heading {
+        let thickness = Frame::thickness_for(self.radii.iter().map(|radius| radius * scale));
+        // A scene knows all masses.
+        Heading { count: self.count, has_images: true, has_masses: true, thickness }
+    }
+}
