@@ -210,7 +210,7 @@ impl Simulation {
         if self.choice.has_table {
             return with_engine!(&self.engine, engine => engine.counts.by_species.of_rows(engine.pairs.rules.rows.species()));
         }
-        let species = self.scene().particles.first().map_or(0, |particle| particle.species.0 as usize);
+        let species = self.population().iter().position(|count| *count > 0).unwrap_or(0);
         EventCountsBySpecies::of_one_species(species, self.event_counts())
     }
 
@@ -373,7 +373,14 @@ impl Simulation {
     /// Number of particles that move.
     #[must_use]
     pub fn moving(&self) -> usize {
-        self.scene.particles.iter().filter(|p| !self.scene.species[p.species.0 as usize].is_static()).count()
+        let population = self.population();
+        self.scene.species.iter().zip(population).filter(|(species, _)| !species.is_static()).map(|(_, count)| count).sum()
+    }
+
+    /// Number of particles of each species.
+    #[must_use]
+    pub fn population(&self) -> Vec<usize> {
+        with_engine!(&self.engine, engine => engine.state.population(&engine.pairs.rules.rows, self.scene.species.len()))
     }
 
     /// Number of axes along which particles move.

@@ -119,7 +119,7 @@ impl Run {
         }
         signals::watch();
         let mut display = Display::new(&scene, self.quiet);
-        let result = run::run(scene, &mut folder, &mut |progress| {
+        let result = run::Run::without_start(scene).execute(&mut folder, &mut |progress| {
             display.show(progress);
             signals::flow()
         });

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use carom::analysis::observables::{Equilibrium, OBSERVABLES};
 use carom::base::text::{self, digits, tiny};
-use carom::io::rates::{rates, told_apart};
+use carom::io::rates::{rates_of, told_apart};
 use carom::run::{Ending, Finished, Stage};
 use carom::view::describe::{self};
 
@@ -20,7 +20,7 @@ pub fn text(finished: &Finished) -> String {
     let measurement = &finished.measurement;
     let mut lines = Lines::default();
     lines.pair("scene", &format!("{}, seed {}", scene.name(), scene.seed()));
-    lines.pair("particles", &describe::population(scene));
+    lines.pair("particles", &describe::population_of(scene, &simulation.population()));
     lines.pair("engine", &simulation.engine().to_string());
     lines.pair("", &describe::reasons(scene, simulation.engine()));
     lines.pair("ended", &ending(finished));
@@ -45,7 +45,7 @@ pub fn text(finished: &Finished) -> String {
             lines.pair(&name.replace('_', " "), &format!("{words} [{unit}]"));
         }
     }
-    let all = rates(&finished.event_counts_by_species, scene, measurement.duration);
+    let all = rates_of(finished);
     let all = told_apart(&all);
     if !all.is_empty() {
         lines.title("events by kind and species, by time");

@@ -24,13 +24,20 @@ const MANY: usize = 32_768;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub fn new(scene: &Scene) -> Self {
+        let mut engine = Self::placed(scene);
+        engine.begin(scene, Search::of(scene));
+        engine
+    }
+
+    /// The particles of a scene where they are, without predictions. Nothing after this looks at those of the scene.
+    pub(super) fn placed(scene: &Scene) -> Self {
         let count = scene.particles().len();
         let pairs = Pairs::of(scene, TABLE);
         let rows = &pairs.rules.rows;
         let mut engine = Self {
             state: State::of(scene, rows),
             clock: Clock::new(scene.start_time(), count),
-            schedule: Schedule { predictions: vec![Prediction::NONE; count], queue: EventQueue::new(count, 1.0) },
+            schedule: Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 1.0) },
             neighbours: Neighbours::none(scene.space()),
             ranges: Ranges::of(scene, rows.species()),
             sources: Sources::of(scene, rows),
@@ -41,30 +48,44 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             pairs,
         };
         engine.sources.schedule_global();
-        engine.sort_in(Search::of(scene));
+        engine
+    }
+
+    /// Sorts the particles in and predicts the first events.
+    pub(super) fn begin(&mut self, scene: &Scene, search: Search) {
+        let count = self.state.bodies.len();
+        self.schedule.predictions = vec![Prediction::NONE; count];
+        self.schedule.queue = EventQueue::new(count, 1.0);
+        self.sort_in(search);
         if TABLE {
-            engine.set_pair_states(scene);
+            self.set_pair_states(scene);
         }
-        engine.fill_lists();
-        engine.enlarge();
-        for particle in engine.particles() {
-            if !engine.is_static(particle) {
-                engine.predict_anew(particle, 0.0);
+        self.fill_lists();
+        self.enlarge();
+        for particle in self.particles() {
+            if !self.is_static(particle) {
+                self.predict_anew(particle, 0.0);
             }
         }
-        let moving = engine.schedule.predictions.iter().filter(|prediction| prediction.due_time().is_finite()).count();
+        let moving = self.schedule.predictions.iter().filter(|prediction| prediction.due_time().is_finite()).count();
         if moving > 0 {
             // Some of them are enough for a median.
-            let finite = engine.schedule.predictions.iter().map(Prediction::due_time).filter(|time| time.is_finite());
+            let finite = self.schedule.predictions.iter().map(Prediction::due_time).filter(|time| time.is_finite());
             let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
             let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
-            engine.schedule.queue = EventQueue::new(moving, median);
+            self.schedule.queue = EventQueue::new(moving, median);
         }
-        for particle in engine.particles() {
-            engine.enqueue(particle);
+        for particle in self.particles() {
+            self.enqueue(particle);
         }
-        engine
+    }
+
+    /// Frees what is largest, before another engine takes the place of this one.
+    pub(super) fn let_go(&mut self) {
+        (self.state.bodies, self.state.images) = (Vec::new(), Vec::new());
+        self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 1.0) };
+        self.neighbours = Neighbours::none(&self.state.space);
     }
 
     /// Sets the states of all pairs from their distances at the start, or where they are put: the times that distances decide them.

@@ -1,7 +1,7 @@
 //! What acts on a simulation from outside: thermostats, growing diameters.
 
 use super::sources::andersen::Bath;
-use super::{Chosen, Simulation};
+use super::{Chosen, Simulation, Snapshot};
 use crate::Vector;
 use crate::engine::parts::Engine;
 use crate::model::{Growth, Thermostat};
@@ -62,13 +62,15 @@ impl Simulation {
         self.scene.start_time = snapshot.time;
         let scene = &self.scene;
         let carried = with_engine!(&self.engine, engine => engine.carried());
+        let Snapshot { images, .. } = snapshot;
+        with_engine!(&mut self.engine, engine => engine.let_go());
         match &mut self.engine {
             Chosen::FreeHard(engine) => *engine = Engine::new(scene),
             Chosen::FreeTable(engine) => *engine = Engine::new(scene),
             Chosen::FallingHard(engine) => *engine = Engine::new(scene),
             Chosen::FallingTable(engine) => *engine = Engine::new(scene),
         }
-        with_engine!(&mut self.engine, engine => engine.carry(carried, &snapshot.images));
+        with_engine!(&mut self.engine, engine => engine.carry(carried, &images));
         self.choice = super::EngineChoice::new(&self.scene);
     }
 }

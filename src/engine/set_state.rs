@@ -96,7 +96,8 @@ impl Simulation {
             return Err(SetStateError::Growing);
         }
         let scene = &self.scene;
-        self.check_vectors(positions, |particle| scene.particles[particle].position, &scene.space.lower)?;
+        let fixed = |particle| with_engine!(&self.engine, engine => engine.state.bodies[engine.number(particle) as usize].position);
+        self.check_vectors(positions, fixed, &scene.space.lower)?;
         if scene.shear_rate.is_some() {
             let (lower, upper) = (scene.space.lower.y, scene.space.upper().y);
             if let Some((_, id)) = positions.iter().zip(0..).find(|(position, _)| !(lower..upper).contains(&position.y))
@@ -121,22 +122,22 @@ impl Simulation {
     fn check_vectors(
         &self,
         vectors: &[Vector],
-        fixed: impl Fn(usize) -> Vector,
+        fixed: impl Fn(ParticleId) -> Vector,
         flat: &Vector,
     ) -> Result<(), SetStateError> {
-        let particles = &self.scene.particles;
-        if vectors.len() != particles.len() {
-            return Err(SetStateError::Count { expected: particles.len(), found: vectors.len() });
+        let expected = self.population().iter().sum();
+        if vectors.len() != expected {
+            return Err(SetStateError::Count { expected, found: vectors.len() });
         }
-        for ((index, vector), id) in vectors.iter().enumerate().zip(0..) {
+        for (vector, id) in vectors.iter().zip(0..) {
             let particle = ParticleId(id);
             if !vector.iter().all(|component| component.abs() <= LARGEST) {
                 return Err(SetStateError::NotFinite { particle });
             }
-            let is_static = self.scene.species[particles[index].species.0 as usize].is_static();
+            let is_static = with_engine!(&self.engine, engine => engine.is_static(engine.number(particle)));
             let is_flat = |axis: usize| self.scene.space.boundary[axis] == Boundary::Flat;
             let is_wrong = |axis: &usize| {
-                (is_flat(*axis) && vector[*axis] != flat[*axis]) || (is_static && vector[*axis] != fixed(index)[*axis])
+                (is_flat(*axis) && vector[*axis] != flat[*axis]) || (is_static && vector[*axis] != fixed(particle)[*axis])
             };
             if let Some(axis) = (0..3).find(is_wrong) {
                 return Err(SetStateError::Fixed { particle, axis });

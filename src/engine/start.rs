@@ -62,13 +62,22 @@ impl Simulation {
     /// its thermostat.
     #[must_use]
     pub fn without_plan(scene: Scene) -> Self {
+        Self::begin(scene, true)
+    }
+
+    /// The same; the particles of the scene are let go unless they are kept, before there is memory for neighbours and predictions.
+    pub(crate) fn begin(mut scene: Scene, keeps_start: bool) -> Self {
         let choice = EngineChoice::new(&scene);
-        let engine = match (choice.is_falling, choice.has_table) {
-            (false, false) => Chosen::FreeHard(Engine::new(&scene)),
-            (false, true) => Chosen::FreeTable(Engine::new(&scene)),
-            (true, false) => Chosen::FallingHard(Engine::new(&scene)),
-            (true, true) => Chosen::FallingTable(Engine::new(&scene)),
+        let mut engine = match (choice.is_falling, choice.has_table) {
+            (false, false) => Chosen::FreeHard(Engine::placed(&scene)),
+            (false, true) => Chosen::FreeTable(Engine::placed(&scene)),
+            (true, false) => Chosen::FallingHard(Engine::placed(&scene)),
+            (true, true) => Chosen::FallingTable(Engine::placed(&scene)),
         };
+        if !keeps_start {
+            scene.particles = Vec::new();
+        }
+        with_engine!(&mut engine, engine => engine.begin(&scene, choice.search));
         Self { scene, choice, engine, scale: 1.0 }
     }
 }

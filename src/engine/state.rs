@@ -74,6 +74,17 @@ impl State {
     }
 }
 
+impl State {
+    /// Number of particles of each of so many species.
+    pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {
+        let mut population = vec![0; species];
+        for &row in &self.species {
+            population[rows.species()[usize::from(row)].0 as usize] += 1;
+        }
+        population
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

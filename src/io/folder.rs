@@ -151,7 +151,7 @@ impl Folder {
             trajectory: PartialFile::create(path.join(TRAJECTORY))?,
             contacts,
             events: scene.output.has_event_log.then(|| EventLog::create(&path)).transpose()?,
-            frames: Frames::of(scene, 1.0),
+            frames: Frames::of(scene),
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             most_bytes: f64::INFINITY,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::rates::{Rate, rates};
+use super::rates::{Rate, rates_of};
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::statistics::Stationarity;
 use crate::model::InputFile;
@@ -157,7 +157,7 @@ impl Summary {
             seed: scene.seed,
             inputs: scene.inputs.clone(),
             engine: simulation.engine().to_string(),
-            particles: scene.particles.len(),
+            particles: simulation.population().iter().sum(),
             time: simulation.time(),
             diameter_factor: simulation.scale(),
             events: events(finished),
@@ -183,7 +183,7 @@ impl Summary {
             faults: audit.faults().iter().map(ToString::to_string).collect(),
             equilibrated: Equilibrium::of(&finished.stationarity, scene.space.dimensions()),
             observables: finished.observables.iter().map(observable).collect(),
-            rates: rates(&finished.event_counts_by_species, scene, finished.measurement.duration),
+            rates: rates_of(finished),
             speed: Speed {
                 wall_seconds,
                 events_per_second: per_second(event_counts.physical()),

@@ -3,6 +3,8 @@
 //! Energy and momentum are compared with the exact ledger: what restitution dissipated is counted at every contact, so that
 //! kinetic and potential energy and the dissipated energy add up to the same sum, but for round-off.
 
+use std::convert::Infallible;
+
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -172,6 +174,8 @@ pub(crate) struct Ledger {
     initial_energy: f64,
     /// The total momentum at the start, if it is conserved.
     initial_momentum: Option<Vector>,
+    /// `sum m |v|` at the start, or after the last growth, if it is conserved.
+    initial_momenta: f64,
     scale: f64,
     initial: Initial,
 }
@@ -186,8 +190,16 @@ impl Ledger {
         Self {
             initial_energy,
             initial_momentum: conserves_momentum.then_some(energy.momentum),
+            initial_momenta: if conserves_momentum { sum_of_momenta(simulation) } else { 0.0 },
             scale: initial_energy.abs().max(energy.kinetic),
             initial: Initial { overlaps, resolved_after: None },
+        }
+    }
+
+    /// Takes note of the size of momenta after a growth, from which the simulation starts again.
+    pub fn start_again(&mut self, simulation: &Simulation) {
+        if self.initial_momentum.is_some() {
+            self.initial_momenta = sum_of_momenta(simulation);
         }
     }
 
@@ -229,7 +241,7 @@ impl Ledger {
             ledger_error: relative((total + dissipated - supplied - self.initial_energy).abs(), self.scale),
             momentum_drift: self
                 .initial_momentum
-                .map(|initial| relative((energy.momentum - initial).norm(), momentum_scale(simulation))),
+                .map(|initial| relative((energy.momentum - initial).norm(), self.initial_momenta.max(sum_of_momenta(simulation)))),
             event_counts,
             deepest_final: simulation.deepest_overlap(),
             final_overlaps: simulation.real_overlaps().len(),
@@ -239,16 +251,16 @@ impl Ledger {
     }
 }
 
-/// `sum m |v|`, at the start or now, whichever is more.
-fn momentum_scale(simulation: &Simulation) -> f64 {
-    let scene = simulation.scene();
-    let masses = || {
-        let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
-        species.map(|species| if species.is_static() { 0.0 } else { species.mass })
-    };
-    let initial: f64 = masses().zip(&scene.particles).map(|(mass, particle)| mass * particle.velocity.norm()).sum();
-    let now: f64 = masses().zip(&simulation.snapshot().velocities).map(|(mass, velocity)| mass * velocity.norm()).sum();
-    initial.max(now)
+/// `sum m |v|`.
+fn sum_of_momenta(simulation: &Simulation) -> f64 {
+    let species = &simulation.scene().species;
+    let mut sum = 0.0;
+    let Ok(()) = simulation.for_each_now(|particle| {
+        let species = &species[particle.species.0 as usize];
+        sum += if species.is_static() { 0.0 } else { species.mass } * particle.velocity.norm();
+        Ok::<(), Infallible>(())
+    });
+    sum
 }
 
 #[cfg(test)]

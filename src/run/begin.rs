@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::checkpoint::Checkpoint;
 use super::driver::drive;
 use super::progress::Progress;
-use super::state::RunState;
+use super::state::{Beginning, RunState};
 use super::{Finished, Recorder};
 use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup};
 use crate::engine::Simulation;
@@ -75,6 +75,17 @@ impl Run {
     pub fn new(scene: Scene) -> Self {
         let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
+        Self { simulation, state, registry: Registry::default(), is_new: true }
+    }
+
+    /// The same with less memory: the positions and velocities of the start, 56 bytes of each particle, are let go as soon as the simulation has
+    /// them. `simulation.scene().particles()` of what has [`Finished`] is empty then, unless the scene has a stage of growth, which
+    /// needs them.
+    pub fn without_start(scene: Scene) -> Self {
+        let keeps_start = scene.run.stages.iter().any(|stage| stage.growth.is_some());
+        let beginning = Beginning::of(&scene);
+        let simulation = Simulation::begin(scene, keeps_start);
+        let state = RunState::begin(&simulation, beginning);
         Self { simulation, state, registry: Registry::default(), is_new: true }
     }
 

@@ -37,11 +37,10 @@ pub(super) fn drive<R: Recorder>(
     recorder: &mut R,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
-    let system = SystemDescription::of(simulation.scene());
-    let driver = Driver {
+    let mut driver = Driver {
         simulation,
         state,
-        system,
+        system: None,
         registry,
         recorder,
         watch,
@@ -52,13 +51,15 @@ pub(super) fn drive<R: Recorder>(
         is_over: false,
         steps: STEPS[0],
     };
+    driver.describe();
     driver.drive()
 }
 
 struct Driver<'a, R> {
     simulation: Simulation,
     state: RunState,
-    system: SystemDescription,
+    /// What instruments are told about the system, if there are any.
+    system: Option<SystemDescription>,
     /// Instruments of the user that have not begun yet.
     registry: Registry,
     recorder: &'a mut R,
@@ -152,6 +153,15 @@ impl<R: Recorder> Driver<'_, R> {
             }
         }
         Ok((self.simulation.event_counts().physical() >= events).then_some(Ending::Events))
+    }
+
+    /// Describes the system to instruments as it is now, if there are any.
+    fn describe(&mut self) {
+        let measurement = self.state.measurement.as_ref();
+        let is_measured = !(self.simulation.scene().measure.is_empty() && self.registry.is_empty())
+            || measurement.is_some_and(|measurement| !measurement.instruments.is_empty());
+        let applicable = self.state.observer.applicable();
+        self.system = is_measured.then(|| SystemDescription::of_simulation(&self.simulation, applicable));
     }
 
     /// Hands out what is needed to go on from here later.

@@ -9,7 +9,7 @@ use crate::analysis::observables::Observer;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::engine::{Simulation, Until};
-use crate::model::{Limit, Thermostat};
+use crate::model::{Limit, Scene, Thermostat};
 use crate::run::audit::Ledger;
 
 /// Where a stage began.
@@ -134,11 +134,26 @@ pub struct RunState {
     pub(super) registered: Vec<String>,
 }
 
+/// What a run takes from the start of its scene.
+pub(crate) struct Beginning {
+    observer: Observer,
+    crossing: f64,
+}
+
+impl Beginning {
+    pub fn of(scene: &Scene) -> Self {
+        Self { observer: Observer::new(scene), crossing: crossing_time(scene) }
+    }
+}
+
 impl RunState {
     /// At the start of a scene.
     pub(crate) fn new(simulation: &Simulation) -> Self {
-        let observer = Observer::new(simulation.scene());
-        let crossing = crossing_time(simulation);
+        Self::begin(simulation, Beginning::of(simulation.scene()))
+    }
+
+    /// The same, of a simulation that may have let go of the start of its scene.
+    pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing }: Beginning) -> Self {
         let moving = observer.applicable().moving as u64;
         Self {
             ledger: Ledger::open(
@@ -185,15 +200,15 @@ impl RunState {
     }
 
     /// What was measured so far.
-    pub(super) fn measured(&self, system: &SystemDescription) -> crate::analysis::instruments::Measured {
-        self.measurement.as_ref().map(|measurement| measurement.instruments.report(system)).unwrap_or_default()
+    pub(super) fn measured(&self, system: Option<&SystemDescription>) -> crate::analysis::instruments::Measured {
+        let measurement = self.measurement.as_ref().zip(system);
+        measurement.map(|(measurement, system)| measurement.instruments.report(system)).unwrap_or_default()
     }
 }
 
 /// The simulated time in which a typical particle crosses the box, by its speed, from rest, or by the temperature that something outside
 /// gives it; or in which a heat bath is busy for a moment; infinite if nothing moves.
-fn crossing_time(simulation: &Simulation) -> f64 {
-    let scene = simulation.scene();
+fn crossing_time(scene: &Scene) -> f64 {
     let length = scene.space.size.max().max(scene.longest_range());
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
     let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();

@@ -26,9 +26,14 @@ pub fn counts(scene: &Scene) -> Vec<usize> {
 /// The particles of a scene: numbers by species.
 #[must_use]
 pub fn population(scene: &Scene) -> String {
-    let counts = counts(scene);
+    population_of(scene, &counts(scene))
+}
+
+/// The same of numbers by species that are known.
+#[must_use]
+pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     let of = |is_static: bool| {
-        let species = scene.species.iter().zip(&counts).filter(|(species, _)| species.is_static() == is_static);
+        let species = scene.species.iter().zip(counts).filter(|(species, _)| species.is_static() == is_static);
         let words: Vec<String> = species.map(|(species, count)| format!("{count} {}", species.name)).collect();
         words.join(" + ")
     };

@@ -126,6 +126,11 @@ pub struct Instruments {
 }
 
 impl Instruments {
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.kinds.is_empty() && self.registered.is_empty()
+    }
+
     /// Instruments for what is planned, at the start of the measurement.
     pub(crate) fn new(plan: &MeasurementPlan, setup: &Setup<'_>) -> Self {
         let mut kinds = Vec::new();

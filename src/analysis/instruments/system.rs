@@ -1,9 +1,11 @@
 //! What an instrument measures: the description of the system, constant in time, and its state at one time.
 
 use crate::Vector;
-use crate::engine::{CellList, Snapshot};
+use crate::analysis::observables::ApplicableObservables;
+use crate::engine::{CellList, Simulation, Snapshot};
 use crate::model::space::{Boundary, Face, Space};
 use crate::model::{Bond, InteractionId, Scene, SpeciesPairs};
+use std::convert::Infallible;
 
 /// Description of the simulated system, constant during a measurement: box, species, masses, bonds, conserved quantities.
 ///
@@ -53,13 +55,26 @@ impl SystemDescription {
     /// The constants of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
-        let species: Vec<u32> = scene.particles.iter().map(|particle| particle.species.0).collect();
+        let species = scene.particles.iter().map(|particle| particle.species.0).collect();
+        Self::with(scene, species, &ApplicableObservables::of(scene))
+    }
+
+    /// The constants of a simulation, which may have let go of the start of its scene.
+    pub(crate) fn of_simulation(simulation: &Simulation, applicable: &ApplicableObservables) -> Self {
+        let mut species = Vec::new();
+        let Ok(()) = simulation.for_each_now(|particle| {
+            species.push(particle.species.0);
+            Ok::<(), Infallible>(())
+        });
+        Self::with(simulation.scene(), species, applicable)
+    }
+
+    fn with(scene: &Scene, species: Vec<u32>, applicable: &ApplicableObservables) -> Self {
         let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
         let lengths =
             |bond: &Bond| [potential(&bond.interaction).core().unwrap_or(0.0), potential(&bond.interaction).range()];
         let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
-        let applicable = crate::analysis::observables::ApplicableObservables::of(scene);
         let is_soft = |boundary: &Boundary| {
             let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
             matches!(boundary, Boundary::Bounded { lower, upper } if is_soft(lower) || is_soft(upper))

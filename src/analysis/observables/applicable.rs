@@ -52,9 +52,12 @@ impl ApplicableObservables {
     pub fn of(scene: &Scene) -> Self {
         let species_of = |index: usize| &scene.species[scene.particles[index].species.0 as usize];
         let all = 0..scene.particles.len();
-        let is_moving: Vec<bool> = all.clone().map(|index| !species_of(index).is_static()).collect();
-        let moving = is_moving.iter().filter(|is_moving| **is_moving).count();
-        let masses: Vec<f64> = all.map(|index| if is_moving[index] { species_of(index).mass } else { 0.0 }).collect();
+        let is_moving = |index: usize| !species_of(index).is_static();
+        let moving = all.clone().filter(|&index| is_moving(index)).count();
+        let mass = |index: usize| if is_moving(index) { species_of(index).mass } else { 0.0 };
+        let up = super::upwards(scene);
+        // Only heights and regions need those of each particle.
+        let listed = if up.is_none() && scene.output.regions.is_empty() { 0..0 } else { all.clone() };
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_walls = scene.space.boundary.iter().any(is_walled);
         let is_alone = !is_accelerated && !has_walls && moving == scene.particles.len();
@@ -67,9 +70,7 @@ impl ApplicableObservables {
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
         let has_static = moving < scene.particles.len();
         let mut reached =
-            scene.particles.iter().zip(&is_moving).filter(|(_, is_moving)| **is_moving).map(|(particle, _)| {
-                scene.space.accessible_volume(scene.species[particle.species.0 as usize].diameter)
-            });
+            all.clone().filter(|&index| is_moving(index)).map(|index| scene.space.accessible_volume(species_of(index).diameter));
         let has_room = reached.all(|volume| volume > 0.0);
         let is_confined = has_walls && scene.space.is_closed() && has_temperature && !has_static && has_room;
         let walled_axes = std::array::from_fn(|axis| is_confined && scene.space.walls(axis) == 2);
@@ -91,10 +92,10 @@ impl ApplicableObservables {
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),
-            total_mass: masses.iter().sum(),
-            up: super::upwards(scene),
-            is_moving,
-            masses,
+            total_mass: all.map(mass).sum(),
+            up,
+            is_moving: listed.clone().map(is_moving).collect(),
+            masses: listed.map(mass).collect(),
             periods: scene.space.periods(),
             regions: scene.output.regions.clone(),
         }

@@ -1,5 +1,6 @@
 //! The frames of a run, written particle by particle.
 
+use std::convert::Infallible;
 use std::io::Write;
 
 use crate::analysis::instruments::Scalar;
@@ -22,20 +23,34 @@ pub(super) struct Frames {
 }
 
 impl Frames {
-    /// The frames of a scene whose diameters are larger by a factor than at its start.
-    pub fn of(scene: &Scene, scale: f64) -> Self {
+    /// The frames of a scene from its start on.
+    pub fn of(scene: &Scene) -> Self {
+        Self::with(scene, 1.0, scene.particles.iter().map(|particle| particle.species).collect())
+    }
+
+    /// Those of a run that goes on.
+    pub fn of_simulation(simulation: &Simulation) -> Self {
+        let mut species = Vec::new();
+        let Ok(()) = simulation.for_each_now(|particle| {
+            species.push(particle.species);
+            Ok::<(), Infallible>(())
+        });
+        Self::with(simulation.scene(), simulation.grown(), species)
+    }
+
+    /// The diameters of the scene are larger by a factor than at its start.
+    fn with(scene: &Scene, scale: f64, mut species: Vec<SpeciesId>) -> Self {
         let mut radii = vec![0.0; scene.species.len()];
-        for particle in &scene.particles {
-            let species = particle.species.0 as usize;
+        for id in &species {
+            let species = id.0 as usize;
             radii[species] = 0.5 * scene.species[species].diameter / scale;
         }
-        let mut species: Vec<SpeciesId> = Vec::new();
-        if scene.particles.windows(2).any(|two| two[0].species != two[1].species) {
-            species = scene.particles.iter().map(|particle| particle.species).collect();
-        } else {
-            species.extend(scene.particles.first().map(|particle| particle.species));
+        let count = species.len();
+        if species.iter().all(|other| Some(other) == species.first()) {
+            species.truncate(1);
         }
-        Self { frame: Frame::without_particles(scene), count: scene.particles.len(), radii, species }
+        species.shrink_to_fit();
+        Self { frame: Frame::without_particles(scene), count, radii, species }
     }
 
     /// Writes a snapshot, with what is measured of each particle.

@@ -69,7 +69,7 @@ impl Folder {
             trajectory: need(TRAJECTORY)?,
             contacts: file(CONTACTS)?,
             events: scene.output.has_event_log.then(|| EventLog::resume(path, manifest)).transpose()?,
-            frames: Frames::of(scene, checkpoint.simulation.grown()),
+            frames: Frames::of_simulation(&checkpoint.simulation),
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             most_bytes: f64::INFINITY,

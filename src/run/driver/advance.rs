@@ -129,21 +129,21 @@ impl<R: Recorder> Driver<'_, R> {
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, R::Error> {
         let is_measuring = self.state.stage.stage == Stage::Measurement && !self.is_pilot;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
-        let mut instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
+        let instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
+        let mut instruments = instruments.zip(self.system.as_ref());
         let mut recorder = (is_measuring && self.recorder.has_events()).then_some(&mut *self.recorder);
         if instruments.is_none() && recorder.is_none() {
             return Ok(self.simulation.advance_unobserved_for(self.steps, until));
         }
         let mut failure = None;
-        let system = &self.system;
         let reason = self.simulation.advance_for(self.steps, until, |event| {
-            if let Some(instruments) = &mut instruments {
+            if let Some((instruments, system)) = &mut instruments {
                 instruments.event(event, system);
             }
             if let Some(recorder) = &mut recorder {
                 failure = recorder.event(event).err();
             }
-            let is_done = instruments.as_ref().is_some_and(|instruments| instruments.is_done());
+            let is_done = instruments.as_ref().is_some_and(|(instruments, _)| instruments.is_done());
             if is_done || failure.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         failure.map_or(Ok(reason), Err)

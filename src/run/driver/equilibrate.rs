@@ -52,7 +52,8 @@ impl<R: Recorder> Driver<'_, R> {
     pub(super) fn begin_monitor(&mut self) {
         let is_watched = self.state.stage.stage == Stage::Equilibration && self.simulation.scene().run.until_stationary;
         self.state.monitor = is_watched.then(|| {
-            let mut observer = Observer::new(self.simulation.scene());
+            let mut observer = self.state.observer.clone();
+            observer.begin();
             observer.row(&self.simulation);
             let step = (EVENTS_PER_SAMPLE * observer.applicable().moving as u64).max(1);
             let next = self.simulation.event_counts().physical().saturating_add(step);

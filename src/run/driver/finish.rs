@@ -17,9 +17,10 @@ impl<R: Recorder> Driver<'_, R> {
             self.keep()?;
         }
         self.record(true, true)?;
-        if let Some(measurement) = self.state.measurement.as_mut().filter(|_| is_measured) {
+        let measurement = self.state.measurement.as_mut().filter(|_| is_measured);
+        if let Some((measurement, system)) = measurement.zip(self.system.as_ref()) {
             let snapshot = self.simulation.snapshot();
-            measurement.instruments.end(&Sample::of(&snapshot), &self.system);
+            measurement.instruments.end(&Sample::of(&snapshot), system);
         }
         let now = self.simulation.time();
         let start = if is_measured { self.state.stage.time } else { now };
@@ -35,7 +36,7 @@ impl<R: Recorder> Driver<'_, R> {
             stage: self.state.stage.stage,
             observables: if is_measured { self.state.observer.estimates() } else { Vec::new() },
             stationarity: if is_measured { self.state.observer.stationarity() } else { Vec::new() },
-            measured: self.state.measured(&self.system),
+            measured: self.state.measured(self.system.as_ref()),
             audit: self.state.ledger.close(&self.simulation),
             simulation: self.simulation,
         })

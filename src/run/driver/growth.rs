@@ -165,7 +165,7 @@ mod tests {
     use std::ops::ControlFlow;
 
     use super::*;
-    use crate::analysis::instruments::{Registry, SystemDescription};
+    use crate::analysis::instruments::Registry;
     use crate::engine::Simulation;
     use crate::model::potential::Potential;
     use crate::model::{RunPlan, StagePlan, Thermostat};
@@ -189,12 +189,12 @@ mod tests {
             .build()
             .unwrap();
         let simulation = Simulation::without_plan(scene);
-        let (state, system) = (RunState::new(&simulation), SystemDescription::of(simulation.scene()));
+        let state = RunState::new(&simulation);
         let watch = &mut |_: &Progress| ControlFlow::Continue(());
         let mut driver = Driver {
             simulation,
             state,
-            system,
+            system: None,
             registry: Registry::default(),
             recorder: &mut (),
             watch,

@@ -100,16 +100,13 @@ impl<R: Recorder> Driver<'_, R> {
 
     fn set_up(&mut self, Pace { rows, frames, duration, .. }: Pace) {
         self.state.pilot = None;
-        let plan = &self.simulation.scene().measure;
-        let instruments = if plan.is_empty() && self.registry.is_empty() {
-            Instruments::default()
-        } else {
+        let mut instruments = Instruments::default();
+        if let Some(system) = &self.system {
             let snapshot = self.simulation.snapshot();
-            let setup = Setup { system: &self.system, sample: Sample::of(&snapshot), duration };
-            let mut instruments = Instruments::new(plan, &setup);
+            let setup = Setup { system, sample: Sample::of(&snapshot), duration };
+            instruments = Instruments::new(&self.simulation.scene().measure, &setup);
             instruments.begin(&mut self.registry, &setup);
-            instruments
-        };
+        }
         self.state.measurement = Some(Measurement { rows, frames, instruments });
     }
 
@@ -135,9 +132,9 @@ impl<R: Recorder> Driver<'_, R> {
             let now = self.simulation.time().max(due);
             let is_too_quiet = self.is_too_quiet();
             let Some(measurement) = &mut self.state.measurement else { return Ok(Ending::Time) };
-            if sample <= due {
+            if let Some(system) = self.system.as_ref().filter(|_| sample <= due) {
                 let snapshot = self.simulation.snapshot();
-                measurement.instruments.sample(&Sample { time: now, ..Sample::of(&snapshot) }, &self.system);
+                measurement.instruments.sample(&Sample { time: now, ..Sample::of(&snapshot) }, system);
             }
             if is_too_quiet {
                 return Ok(Ending::GaveUp);
@@ -169,9 +166,9 @@ impl<R: Recorder> Driver<'_, R> {
         if has_frame && self.state.last_frame != now {
             self.state.last_frame = now;
             let plan = &self.simulation.scene().measure;
-            if has_scalars(plan) {
+            if let Some(system) = self.system.as_ref().filter(|_| has_scalars(plan)) {
                 let snapshot = self.simulation.snapshot();
-                let scalars = scalars(plan, &Sample::of(&snapshot), &self.system);
+                let scalars = scalars(plan, &Sample::of(&snapshot), system);
                 self.recorder.frame(&snapshot, scalars)?;
             } else {
                 self.recorder.frame_of(&self.simulation)?;

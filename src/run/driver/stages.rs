@@ -1,7 +1,6 @@
 //! What acts on each stage of a run.
 
 use super::Driver;
-use crate::analysis::instruments::SystemDescription;
 use crate::model::{Limit, Thermostat};
 use crate::run::Recorder;
 use crate::run::progress::Stage;
@@ -38,7 +37,7 @@ impl<R: Recorder> Driver<'_, R> {
         self.begin_monitor();
         self.state.observer.begin();
         (self.state.rows, self.state.last_row) = (None, None);
-        self.system = SystemDescription::of(self.simulation.scene());
+        self.describe();
     }
 
     /// Ends the present stage.
@@ -48,6 +47,7 @@ impl<R: Recorder> Driver<'_, R> {
             // What growth has heated since the last scaling.
             self.rescale(self.simulation.time());
             self.simulation.end_growth();
+            self.state.ledger.start_again(&self.simulation);
             self.state.pressure_check = None;
         }
         self.state.stage = Start::of(&self.simulation, next, Limit::default());
