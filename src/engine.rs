@@ -24,6 +24,7 @@ pub mod event;
 mod event_loop;
 mod hardware;
 mod idle;
+mod images;
 mod look_ahead;
 mod neighbours;
 mod observe;
@@ -374,7 +375,13 @@ impl Simulation {
     #[must_use]
     pub fn moving(&self) -> usize {
         let population = self.population();
-        self.scene.species.iter().zip(population).filter(|(species, _)| !species.is_static()).map(|(_, count)| count).sum()
+        self.scene
+            .species
+            .iter()
+            .zip(population)
+            .filter(|(species, _)| !species.is_static())
+            .map(|(_, count)| count)
+            .sum()
     }
 
     /// Number of particles of each species.

@@ -65,7 +65,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         self.state.bodies = permuted(&self.state.bodies, &old);
         self.state.species = permuted(&self.state.species, &old);
-        self.state.images = permuted(&self.state.images, &old);
+        self.state.images.permute(&old);
         self.schedule.predictions = vec![Prediction::NONE; old.len()];
         if let Some(times) = &mut self.pairs.contact_times {
             times.permute(&old);

@@ -1,6 +1,7 @@
 //! From a scene to an engine at its start.
 
 use super::clock::Clock;
+use super::images::Images;
 use super::parts::{Counts, Engine, Hardware};
 use super::prediction::{Prediction, Schedule};
 use super::sources::Sources;
@@ -83,7 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Frees what is largest, before another engine takes the place of this one.
     pub(super) fn let_go(&mut self) {
-        (self.state.bodies, self.state.images) = (Vec::new(), Vec::new());
+        (self.state.bodies, self.state.images) = (Vec::new(), Images::new(0));
         self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 1.0) };
         self.neighbours = Neighbours::none(&self.state.space);
     }

@@ -137,7 +137,8 @@ impl Simulation {
             let is_static = with_engine!(&self.engine, engine => engine.is_static(engine.number(particle)));
             let is_flat = |axis: usize| self.scene.space.boundary[axis] == Boundary::Flat;
             let is_wrong = |axis: &usize| {
-                (is_flat(*axis) && vector[*axis] != flat[*axis]) || (is_static && vector[*axis] != fixed(particle)[*axis])
+                (is_flat(*axis) && vector[*axis] != flat[*axis])
+                    || (is_static && vector[*axis] != fixed(particle)[*axis])
             };
             if let Some(axis) = (0..3).find(is_wrong) {
                 return Err(SetStateError::Fixed { particle, axis });
@@ -206,8 +207,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                     reason = "a float that is too large becomes the largest image"
                 )]
                 let images = periods as i32;
-                let image = &mut self.state.images[particle as usize][axis];
-                *image = image.wrapping_add(images);
+                self.state.images.add(particle, axis, images);
             }
         }
         // Rounding can leave it one period off.

@@ -90,7 +90,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let species = self.pairs.rules.rows.species();
         for (id, &particle) in (0..).zip(&self.state.numbers) {
             let (position, velocity) = self.state_at(particle, self.clock.now);
-            let mut image = self.state.images[particle as usize];
+            let mut image = self.state.images.of(particle);
             if self.sources.lees_edwards.is_some() {
                 image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
             }
@@ -122,7 +122,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
             if FALLING {
                 for axis in (0..3).filter(|&axis| species.acceleration[axis] != 0.0) {
-                    let image = self.state.images[particle as usize][axis];
+                    let image = self.state.images.of(particle)[axis];
                     // The period of an axis that is not periodic is infinite, and its image 0.
                     let unwrapped =
                         position[axis] + if image == 0 { 0.0 } else { f64::from(image) * self.state.periods[axis] };

@@ -1,5 +1,6 @@
 //! The state of all particles: positions and velocities with local times, images, species, and the box.
 
+use super::images::Images;
 use super::order::along_curve;
 use super::pairs::rows::Rows;
 use crate::Vector;
@@ -41,7 +42,7 @@ pub(super) struct State {
     pub numbers: Vec<u32>,
     pub species: Vec<u16>,
     /// How many periods each particle has travelled along the axes.
-    pub images: Vec<[i32; 3]>,
+    pub images: Images,
     pub space: Space,
     /// Of the box, infinite along axes that are not periodic.
     pub periods: Vector,
@@ -67,7 +68,7 @@ impl State {
             bodies,
             numbers,
             species: particles().map(|p| rows.row(p.species)).collect(),
-            images: vec![[0; 3]; names.len()],
+            images: Images::new(names.len()),
             space: scene.space().clone(),
             periods: scene.space().periods(),
         }

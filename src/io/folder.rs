@@ -11,8 +11,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::atomic::Existing;
 use self::frames::Frames;
+use super::atomic::Existing;
 use super::checkpoints::{self, Checkpoints};
 use super::contacts;
 use super::error::OutputError;

@@ -239,9 +239,9 @@ impl Ledger {
             energy,
             dissipated,
             ledger_error: relative((total + dissipated - supplied - self.initial_energy).abs(), self.scale),
-            momentum_drift: self
-                .initial_momentum
-                .map(|initial| relative((energy.momentum - initial).norm(), self.initial_momenta.max(sum_of_momenta(simulation)))),
+            momentum_drift: self.initial_momentum.map(|initial| {
+                relative((energy.momentum - initial).norm(), self.initial_momenta.max(sum_of_momenta(simulation)))
+            }),
             event_counts,
             deepest_final: simulation.deepest_overlap(),
             final_overlaps: simulation.real_overlaps().len(),

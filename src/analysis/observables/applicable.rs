@@ -69,8 +69,10 @@ impl ApplicableObservables {
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
         let has_static = moving < scene.particles.len();
-        let mut reached =
-            all.clone().filter(|&index| is_moving(index)).map(|index| scene.space.accessible_volume(species_of(index).diameter));
+        let mut reached = all
+            .clone()
+            .filter(|&index| is_moving(index))
+            .map(|index| scene.space.accessible_volume(species_of(index).diameter));
         let has_room = reached.all(|volume| volume > 0.0);
         let is_confined = has_walls && scene.space.is_closed() && has_temperature && !has_static && has_room;
         let walled_axes = std::array::from_fn(|axis| is_confined && scene.space.walls(axis) == 2);

@@ -133,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let axis = usize::from(face.axis);
             self.state.bodies[particle as usize].position[axis] +=
                 f64::from(transition.wrap) * self.state.periods[axis];
-            self.state.images[particle as usize][axis] -= transition.wrap;
+            self.state.images.add(particle, axis, -transition.wrap);
         }
         if self.is_one_by_one() || self.has_own_interactions(particle) {
             self.repredict(particle, time);

@@ -105,9 +105,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             (carried.event_counts, carried.counts, carried.executed);
         self.counts.transitions_at_event = self.counts.totals.transition;
         self.counts.transitions_at_order = self.counts.totals.transition;
-        for (particle, image) in self.state.images.iter_mut().enumerate() {
-            *image = images[self.state.bodies[particle].name as usize];
-        }
+        let bodies = &self.state.bodies;
+        self.state.images.set(|particle| images[bodies[particle as usize].name as usize]);
     }
 
     /// Lets all diameters grow from now on, up to `largest` times those of the scene.

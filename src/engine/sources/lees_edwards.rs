@@ -156,8 +156,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let periods = ((body.position[FLOW] - self.state.space.lower[FLOW]) / period).floor();
         body.position[FLOW] -= periods * period;
         let position = body.position;
-        self.state.images[particle as usize][GRADIENT] += trunc_to_i32(up);
-        self.state.images[particle as usize][FLOW] += trunc_to_i32(periods);
+        self.state.images.add(particle, GRADIENT, trunc_to_i32(up));
+        self.state.images.add(particle, FLOW, trunc_to_i32(periods));
         let Neighbours::Cells(cells) = &mut self.neighbours else {
             return Err(self.broken(particle, None, Invariant::Cells));
         };
@@ -174,8 +174,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let Some(shear) = &mut self.sources.lees_edwards else { return };
         let periods = shear.shift(shift, self.state.periods[FLOW]);
         if periods != 0 {
-            for image in &mut self.state.images {
-                image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
+            for particle in self.particles() {
+                let along = self.state.images.of(particle)[GRADIENT].wrapping_mul(periods);
+                self.state.images.add(particle, FLOW, along);
             }
         }
     }

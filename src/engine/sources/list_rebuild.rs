@@ -94,7 +94,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 continue;
             };
             self.state.bodies[particle as usize].position[axis] += f64::from(periods) * period;
-            self.state.images[particle as usize][axis] -= periods;
+            self.state.images.add(particle, axis, -periods);
         }
     }
 

@@ -54,12 +54,7 @@ impl Frames {
     }
 
     /// Writes a snapshot, with what is measured of each particle.
-    pub fn write(
-        &mut self,
-        output: impl Write,
-        snapshot: &Snapshot,
-        scalars: Vec<Scalar>,
-    ) -> Result<(), WriteError> {
+    pub fn write(&mut self, output: impl Write, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);
         self.frame.scalars = scalars;
         let mut writer = FrameWriter::begin(output, &self.frame, &self.heading(snapshot.scale))?;
@@ -83,12 +78,7 @@ impl Frames {
         writer.end()
     }
 
-    fn add<W: Write>(
-        &self,
-        writer: &mut FrameWriter<'_, W>,
-        now: &ParticleNow,
-        scale: f64,
-    ) -> Result<(), WriteError> {
+    fn add<W: Write>(&self, writer: &mut FrameWriter<'_, W>, now: &ParticleNow, scale: f64) -> Result<(), WriteError> {
         let &ParticleNow { id, species, position, velocity, image } = now;
         let radius = self.radii[species.0 as usize] * scale;
         writer.particle(&FrameParticle { id, species, position, velocity, radius }, Some(&image))
