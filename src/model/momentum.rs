@@ -2,7 +2,7 @@
 
 use crate::Vector;
 use crate::model::space::{Boundary, Face};
-use crate::model::{InteractionId, Scene, Thermostat};
+use crate::model::{InteractionId, Scene, Species, Thermostat};
 
 /// An external influence that changes the total momentum of the moving particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -99,6 +99,9 @@ impl Scene {
 
     /// Whether some particle that moves interacts with one that does not.
     fn meets_static_particles(&self) -> bool {
+        if !self.species.iter().any(Species::is_static) {
+            return false;
+        }
         let mut is_there = vec![false; self.species.len()];
         self.particles.iter().for_each(|particle| is_there[particle.species.0 as usize] = true);
         let is_static = |species: usize| self.species[species].is_static();

@@ -14,7 +14,7 @@ use super::state::{Beginning, RunState};
 use super::{Finished, Recorder};
 use crate::analysis::instruments::{Instrument, InstrumentError, Registry, Setup};
 use crate::engine::Simulation;
-use crate::model::Scene;
+use crate::model::{Scene, Species};
 
 /// Why a run did not come to its end: `E` is the error of its [`Recorder`].
 #[derive(Debug, Error)]
@@ -79,10 +79,11 @@ impl Run {
     }
 
     /// The same with less memory: the positions and velocities of the start, 56 bytes of each particle, are let go as soon as the simulation has
-    /// them. `simulation.scene().particles()` of what has [`Finished`] is empty then, unless the scene has a stage of growth, which
-    /// needs them.
+    /// them. `simulation.scene().particles()` of what has [`Finished`] is empty then, unless the scene has static particles or a stage of
+    /// growth, which need them.
     pub fn without_start(scene: Scene) -> Self {
-        let keeps_start = scene.run.stages.iter().any(|stage| stage.growth.is_some());
+        let keeps_start =
+            scene.species.iter().any(Species::is_static) || scene.run.stages.iter().any(|stage| stage.growth.is_some());
         let beginning = Beginning::of(&scene);
         let simulation = Simulation::begin(scene, keeps_start);
         let state = RunState::begin(&simulation, beginning);
