@@ -1,6 +1,6 @@
-//! What happens when memory ends.
+//! The allocator: what it keeps, and what happens when memory ends.
 //!
-//! Rust aborts then, with a signal and a core dump. A program that is used from scripts says so in one line and exits with the code of
+//! Where memory ends, Rust aborts, with a signal and a core dump. A program that is used from scripts says so in one line and exits with the code of
 //! failures instead. What it has written stays, and a run can be resumed from its last checkpoint, as after a kill.
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -33,6 +33,21 @@ unsafe impl GlobalAlloc for Reporting {
     unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
         // SAFETY: the caller keeps the contract.
         unsafe { System.dealloc(memory, layout) }
+    }
+}
+
+/// Has large arrays given back to the system when they are freed. By itself the allocator of the GNU system keeps up to 32 MB at a place once it has
+/// freed so much, and what is left between arrays that stay is some of the memory of a large system.
+pub fn give_back_large_arrays() {
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    {
+        /// Below, it is faster to keep it `[bytes]`.
+        const LARGE: libc::c_int = 4 << 20;
+        // SAFETY: it sets two numbers of the allocator, before there is a second thread.
+        unsafe {
+            libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE);
+            libc::mallopt(libc::M_TRIM_THRESHOLD, 2 * LARGE);
+        }
     }
 }
 

@@ -10,5 +10,6 @@ use std::process::ExitCode;
 static ALLOCATOR: exhaustion::Reporting = exhaustion::Reporting;
 
 fn main() -> ExitCode {
+    exhaustion::give_back_large_arrays();
     cli::main()
 }

@@ -22,10 +22,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Arranges everything anew if that pays, at the epoch; whether it did.
     pub(super) fn rearrange_if_due(&mut self) -> bool {
         let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
-        let search = {
-            let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
-            Search::choose(&self.state.space, range, &positions, Some(self.neighbours.search()))
-        };
+        let positions = || self.state.bodies.iter().map(|body| body.position);
+        let search = Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()));
         let since = self.counts.totals.transition - self.counts.transitions_at_order;
         if search == self.neighbours.search() && since < WANDERED * self.state.bodies.len() as u64 {
             return false;

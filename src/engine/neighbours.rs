@@ -14,7 +14,7 @@ pub mod ranges;
 pub mod verlet;
 
 use crate::Vector;
-use crate::base::numbers::{id, trunc_to_i32};
+use crate::base::numbers::{id, trunc_to_i32, trunc_to_usize};
 use crate::model::space::{Boundary, Space};
 use crate::model::{Scene, SpeciesId};
 use candidates::Candidates;
@@ -137,21 +137,31 @@ impl Search {
             // Lists do not slide.
             return Self::Cells;
         }
-        let positions: Vec<Vector> = scene.particles.iter().map(|particle| particle.position).collect();
+        let positions = || scene.particles.iter().map(|particle| particle.position);
         let species = |index: usize| SpeciesId(id(index));
         let ranges = scene.table.iter().map(|([a, b], _)| scene.range(species(a), species(b)));
         let range = ranges.fold(0.0, f64::max);
-        Self::choose(&scene.space, range, &positions, None)
+        Self::choose_among(&scene.space, range, positions, None)
     }
 
     /// The search for particles at `positions` that interact up to `range`, given the one that is in use.
     #[must_use]
     pub fn choose(space: &Space, range: f64, positions: &[Vector], current: Option<Self>) -> Self {
-        if positions.len() <= FEW && range > 0.0 && VerletLists::fit(space, range, range) {
+        Self::choose_among(space, range, || positions.iter().copied(), current)
+    }
+
+    /// The same for positions that come one by one, as often as they are asked for.
+    pub(super) fn choose_among<I: Iterator<Item = Vector>>(
+        space: &Space,
+        range: f64,
+        positions: impl Fn() -> I,
+        current: Option<Self>,
+    ) -> Self {
+        if positions().count() <= FEW && range > 0.0 && VerletLists::fit(space, range, range) {
             return Self::Lists { half_skin: range };
         }
         let dimensions = space.dimensions();
-        let per_volume = LISTED[dimensions - 1] / local_density(space, range, positions);
+        let per_volume = LISTED[dimensions - 1] / local_density(space, range, &positions);
         let reach = match dimensions {
             3 => libm::cbrt(range * range * range + per_volume / (4.0 / 3.0 * std::f64::consts::PI)),
             2 => (range * range + per_volume / std::f64::consts::PI).sqrt(),
@@ -179,33 +189,53 @@ impl Search {
 /// Number density around a particle, in the mean over particles `[length^-dimensions]`.
 ///
 /// Where particles fill a part of the box only, that part counts.
-fn local_density(space: &Space, range: f64, positions: &[Vector]) -> f64 {
+fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, positions: impl Fn() -> I) -> f64 {
     /// Particles in a cell, so that one more or less makes no difference.
     const MANY: f64 = 32.0;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
     let volume: f64 = (0..3).filter_map(extent).product();
-    let mut density = positions.len() as f64 / volume;
+    let mut density = positions().count() as f64 / volume;
     // Cells that are fair for the mean density are too large for that of the part that is filled.
     for _ in 0..3 {
         let fair = libm::pow(MANY / density, 1.0 / space.dimensions() as f64).max(2.0 * range);
-        density = density_in_cells(space, fair, positions);
+        density = density_in_cells(space, fair, &positions);
     }
     density
 }
 
 /// The same from counts in cells of about a given side.
-fn density_in_cells(space: &Space, fair: f64, positions: &[Vector]) -> f64 {
+fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
+    /// Cells of the box that are counted in place, if there are no more of them than particles or than these.
+    const SOME: usize = 4096;
     let extent = |k: usize| (space.boundary[k] != Boundary::Flat).then_some(space.size[k]);
-    let side = Vector::from_fn(|k, _| extent(k).map_or(f64::INFINITY, |size| size / (size / fair).floor().max(1.0)));
+    let along = |k: usize| extent(k).map_or(1.0, |size| (size / fair).floor().max(1.0));
+    let side = Vector::from_fn(|k, _| extent(k).map_or(f64::INFINITY, |size| size / along(k)));
     let cell_of = |position: &Vector| -> [i32; 3] {
         std::array::from_fn(|k| trunc_to_i32(((position[k] - space.lower[k]) / side[k]).floor()))
     };
-    let mut cells: Vec<[i32; 3]> = positions.iter().map(cell_of).collect();
-    cells.sort_unstable();
+    let cells: f64 = (0..3).map(along).product();
+    let are_few = cells <= positions().count().max(SOME) as f64;
+    let numbers: [usize; 3] = std::array::from_fn(|k| if are_few { trunc_to_usize(along(k)) } else { 0 });
+    let mut counts = vec![0_u32; numbers.iter().product()];
+    let mut elsewhere = Vec::new();
+    for position in positions() {
+        let cell = cell_of(&position);
+        let [x, y, z] = cell.map(|index| usize::try_from(index).unwrap_or(usize::MAX));
+        if x < numbers[0] && y < numbers[1] && z < numbers[2] {
+            counts[(z * numbers[1] + y) * numbers[0] + x] += 1;
+        } else {
+            elsewhere.push(cell);
+        }
+    }
+    elsewhere.sort_unstable();
     let cell: f64 = side.iter().filter(|side| side.is_finite()).product();
-    let mut counts: Vec<f64> = cells.chunk_by(|a, b| a == b).map(|same| same.len() as f64).collect();
-    counts.sort_unstable_by(f64::total_cmp);
-    counts.iter().map(|n| n * n).sum::<f64>() / counts.iter().sum::<f64>() / cell
+    let others = elsewhere.chunk_by(|a, b| a == b).map(|same| same.len() as f64);
+    // Sums of whole numbers, which no order rounds.
+    let (mut squares, mut all) = (0.0, 0.0);
+    for n in counts.into_iter().map(f64::from).chain(others) {
+        (squares, all) = (squares + n * n, all + n);
+    }
+    squares / all / cell
 }
 
 #[cfg(test)]
@@ -237,9 +267,9 @@ mod tests {
     #[test]
     fn the_density_is_that_of_the_part_of_the_box_that_is_filled() {
         let (mut space, positions) = lattice(12, 1.0);
-        assert!((local_density(&space, 1.0, &positions) - 1.0).abs() < 0.1);
+        assert!((local_density(&space, 1.0, || positions.iter().copied()) - 1.0).abs() < 0.1);
         space.size *= 4.0;
-        assert!((local_density(&space, 1.0, &positions) - 1.0).abs() < 0.3);
+        assert!((local_density(&space, 1.0, || positions.iter().copied()) - 1.0).abs() < 0.3);
     }
 
     #[test]
