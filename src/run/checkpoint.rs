@@ -22,11 +22,12 @@ pub use error::CheckpointError;
 pub use manifest::{Manifest, ManifestEntry};
 
 use std::fs::File;
-use std::io::{self, BufWriter, Read, Write};
+use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::base::numbers;
 use crate::engine::Simulation;
 use crate::model::Limit;
 use crate::run::RunState;
@@ -39,6 +40,12 @@ const FINGERPRINT: &str = env!("CAROM_FINGERPRINT");
 
 /// Bytes of the version.
 const VERSION: usize = 12;
+
+/// Bytes that are read or written at a time.
+const PIECE: usize = 1 << 20;
+
+/// The longest name or path that a checkpoint holds has fewer bytes.
+const LONGEST_TEXT: usize = 1 << 20;
 
 /// Bytes before and behind the content.
 const HEAD: usize = MAGIC.len() + VERSION + FINGERPRINT.len() / 2;
@@ -113,7 +120,7 @@ impl<W: Write> Write for KeepsError<W> {
 /// # Errors
 /// If it cannot be written.
 pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, manifest: &Manifest) -> io::Result<()> {
-    let inner = BufWriter::with_capacity(1 << 20, file);
+    let inner = BufWriter::with_capacity(PIECE, file);
     let mut out = Checked::new(inner);
     out.write_all(MAGIC)?;
     out.write_all(&version())?;
@@ -131,39 +138,80 @@ pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, mani
     file.sync_all()
 }
 
+/// What the ends of a file say about all between them, which is read in pieces.
+enum Sound {
+    Whole { version: [u8; VERSION], sources: [u8; FINGERPRINT.len() / 2] },
+    Damaged(&'static str),
+}
+
+impl Sound {
+    fn of(file: &mut File) -> io::Result<Self> {
+        let length = file.metadata()?.len();
+        let mut head = [0; HEAD];
+        let whole = length >= (HEAD + TAIL) as u64;
+        let begins = if whole { HEAD } else { MAGIC.len().min(numbers::index(length)) };
+        file.read_exact(&mut head[..begins])?;
+        if head[..MAGIC.len()] != *MAGIC {
+            return Ok(Self::Damaged("it does not begin like one"));
+        }
+        if !whole {
+            return Ok(Self::Damaged("its end is missing"));
+        }
+        let mut found = crc32fast::Hasher::new();
+        found.update(&head);
+        let mut left = length - (HEAD + TAIL) as u64;
+        let mut piece = vec![0; PIECE];
+        while left > 0 {
+            let some = numbers::index(left.min(PIECE as u64));
+            file.read_exact(&mut piece[..some])?;
+            found.update(&piece[..some]);
+            left -= some as u64;
+        }
+        let (mut stated, mut checksum) = ([0; 8], [0; 4]);
+        file.read_exact(&mut stated)?;
+        file.read_exact(&mut checksum)?;
+        found.update(&stated);
+        if u64::from_le_bytes(stated) != length - (HEAD + TAIL) as u64 {
+            return Ok(Self::Damaged("its end is missing"));
+        }
+        if checksum != found.finalize().to_le_bytes() {
+            return Ok(Self::Damaged("its checksum is wrong"));
+        }
+        let (mut version, mut sources) = ([0; VERSION], [0; FINGERPRINT.len() / 2]);
+        version.copy_from_slice(&head[MAGIC.len()..MAGIC.len() + VERSION]);
+        sources.copy_from_slice(&head[MAGIC.len() + VERSION..]);
+        Ok(Self::Whole { version, sources })
+    }
+}
+
 impl Checkpoint {
-    /// Reads a checkpoint.
+    /// Reads a checkpoint, without memory for more than what is made of it.
     ///
     /// # Errors
     /// [`CheckpointError`] if there is none, if another version wrote it, or if a single bit of it has changed.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
-        let bytes = std::fs::read(path).map_err(|source| CheckpointError::unreadable(path, source))?;
-        let damaged = |why| CheckpointError::Damaged { path: path.to_owned(), why };
-        if !bytes.starts_with(MAGIC) {
-            return Err(damaged("it does not begin like one".to_owned()));
-        }
-        let length = bytes.len().checked_sub(HEAD + TAIL).ok_or_else(|| damaged("its end is missing".to_owned()))?;
-        let (content, tail) = bytes.split_at(HEAD + length);
-        let (stated, checksum) = tail.split_at(8);
-        if stated != (length as u64).to_le_bytes() {
-            return Err(damaged("its end is missing".to_owned()));
-        }
-        let mut found = crc32fast::Hasher::new();
-        found.update(content);
-        found.update(stated);
-        if checksum != found.finalize().to_le_bytes() {
-            return Err(damaged("its checksum is wrong".to_owned()));
-        }
-        let (found, sources) = content[MAGIC.len()..HEAD].split_at(VERSION);
-        if found != version() || sources != fingerprint() {
-            let version = String::from_utf8_lossy(found).trim_end_matches('\0').to_owned();
+        let unreadable = |source| CheckpointError::unreadable(path, source);
+        let mut file = File::open(path).map_err(unreadable)?;
+        let sound = Sound::of(&mut file).map_err(unreadable)?;
+        let (version_found, sources) = match sound {
+            Sound::Whole { version, sources } => (version, sources),
+            Sound::Damaged(why) => return Err(CheckpointError::Damaged { path: path.to_owned(), why: why.to_owned() }),
+        };
+        if version_found != version() || sources != fingerprint() {
+            let version = String::from_utf8_lossy(&version_found).trim_end_matches('\0').to_owned();
             let sources = sources.iter().rev().map(|byte| format!("{byte:02x}")).collect::<String>();
             let found = format!("{version} ({sources})");
             return Err(CheckpointError::OtherVersion { path: path.to_owned(), found, here: FINGERPRINT });
         }
-        let checkpoint: Self = postcard::from_bytes(&content[HEAD..]).map_err(|error| damaged(error.to_string()))?;
-        checkpoint.simulation.enlarge();
-        Ok(checkpoint)
+        file.seek(SeekFrom::Start(HEAD as u64)).map_err(unreadable)?;
+        let reader = BufReader::with_capacity(PIECE, file);
+        match postcard::from_io::<Self, _>((reader, &mut vec![0; LONGEST_TEXT])) {
+            Ok((checkpoint, _)) => {
+                checkpoint.simulation.enlarge();
+                Ok(checkpoint)
+            }
+            Err(error) => Err(CheckpointError::Damaged { path: path.to_owned(), why: error.to_string() }),
+        }
     }
 
     /// Whether a file begins like a checkpoint.
