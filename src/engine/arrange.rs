@@ -62,7 +62,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             new[old as usize] = number;
         }
         self.state.bodies = permuted(&self.state.bodies, &old);
-        self.state.species = permuted(&self.state.species, &old);
+        if TABLE {
+            self.state.species = permuted(&self.state.species, &old);
+        }
         self.state.images.permute(&old);
         self.schedule.predictions = vec![Prediction::NONE; old.len()];
         if let Some(times) = &mut self.pairs.contact_times {

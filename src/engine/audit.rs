@@ -126,7 +126,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn overlaps_of_uncaptured(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
-        let species = |id: u32| self.state.species[id as usize];
+        let species = |id: u32| self.row(id);
         let mut near = Candidates::default();
         self.neighbours.find_candidates(particle, &mut near);
         let mut others = near.found().to_vec();
@@ -156,7 +156,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     fn overlaps_with_walls(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         let (position, _) = self.state_at(particle, self.clock.now);
-        let radius = self.pairs.rules.species[usize::from(self.state.species[particle as usize])].radius;
+        let radius = self.pairs.rules.species[usize::from(self.row(particle))].radius;
         let unit = unit_of_wall(radius);
         for wall in &self.sources.walls {
             let axis = usize::from(wall.face.axis);

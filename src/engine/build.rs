@@ -36,7 +36,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let pairs = Pairs::of(scene, TABLE);
         let rows = &pairs.rules.rows;
         let mut engine = Self {
-            state: State::of(scene, rows),
+            state: State::of(scene, rows, TABLE),
             clock: Clock::new(scene.start_time(), count),
             schedule: Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 1.0) },
             neighbours: Neighbours::none(scene.space()),
@@ -108,7 +108,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 if b == a || (b < a && !self.is_static(b)) || self.pairs.states.get(a, b).is_some() {
                     continue;
                 }
-                let meeting = *self.pairs.rules.meeting(self.state.species[a as usize], self.state.species[b as usize]);
+                let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
                 if meeting.exists {
                     self.remember(scene, a, b, meeting.interaction, false);
                 }

@@ -55,7 +55,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 continue;
             };
             let body = &self.state.bodies[particle as usize];
-            let species = usize::from(self.state.species[particle as usize]);
+            let species = usize::from(self.row(particle));
             let share = confinement.per_volume[species] / self.inverse_mass(particle);
             for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
                 let arm = body.position[axis] - confinement.middle[axis];
@@ -72,7 +72,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn note_confined_change(&mut self, particle: u32, before: &Vector) {
         let Some(confinement) = &self.sources.confinement else { return };
         let (after, time) = (self.state.bodies[particle as usize].velocity, self.time());
-        let species = usize::from(self.state.species[particle as usize]);
+        let species = usize::from(self.row(particle));
         let share = confinement.per_volume[species] / self.inverse_mass(particle);
         for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
             let change = share * (after[axis] - before[axis]) * (after[axis] + before[axis]);
@@ -88,8 +88,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut sums = [Sum::default(); 3];
         for &particle in self.state.numbers.iter().filter(|&&particle| !self.is_static(particle)) {
             let (_, velocity) = self.state_at(particle, self.clock.now);
-            let share = confinement.per_volume[usize::from(self.state.species[particle as usize])]
-                / self.inverse_mass(particle);
+            let share = confinement.per_volume[usize::from(self.row(particle))] / self.inverse_mass(particle);
             for axis in (0..3).filter(|&axis| confinement.axes[axis]) {
                 sums[axis].add(share * velocity[axis] * velocity[axis]);
             }
@@ -100,7 +99,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Adds the momentum that a wall has given a particle to what the wall has taken from all.
     pub(super) fn note_push(&mut self, particle: u32, face: Face, impulse: f64) {
         let Some(confinement) = &self.sources.confinement else { return };
-        let (axis, species) = (usize::from(face.axis), usize::from(self.state.species[particle as usize]));
+        let (axis, species) = (usize::from(face.axis), usize::from(self.row(particle)));
         self.counts.totals.wall_push[axis][usize::from(face.is_upper)] += impulse * confinement.per_area[species][axis];
     }
 }

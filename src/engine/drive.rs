@@ -80,8 +80,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn scale_velocities(&mut self, factor: f64, drift: &Vector) {
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.clock.now);
-            let inverse_mass =
-                self.pairs.rules.species[usize::from(self.state.species[particle as usize])].inverse_mass;
+            let inverse_mass = self.pairs.rules.species[usize::from(self.row(particle))].inverse_mass;
             let body = self.state.bodies[particle as usize];
             let streaming = self.streaming_velocity(&body.position) + drift;
             let after = streaming + (body.velocity - streaming) * factor;

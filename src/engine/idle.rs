@@ -92,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn may_meet_wall(&self, me: &Streamed) -> bool {
-        let radius = self.pairs.rules.species[usize::from(self.state.species[me.id as usize])].radius;
+        let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
         let mut doubt = self.doubt(&[me.id]);
         doubt.position += Doubt::of(radius, 0.0).position;
         self.sources.walls.iter().any(|wall| {
@@ -142,7 +142,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let seen = (captured.state == 0).then(|| steps.seen_from(0, Side::Positive)).flatten();
             return seen.map(|seen| seen.squared);
         }
-        let meeting = self.pairs.rules.meeting(self.state.species[a as usize], self.state.species[b as usize]);
+        let meeting = self.pairs.rules.meeting(self.row(a), self.row(b));
         meeting.exists.then_some(meeting.squared)
     }
 }

@@ -131,15 +131,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
+    /// The row of a particle's species in the tables.
+    #[inline]
+    pub(super) fn row(&self, particle: u32) -> u16 {
+        if TABLE { self.state.species[particle as usize] } else { 0 }
+    }
+
     #[inline]
     pub(super) fn is_static(&self, particle: u32) -> bool {
-        TABLE && self.pairs.rules.species[usize::from(self.state.species[particle as usize])].is_static()
+        TABLE && self.pairs.rules.species[usize::from(self.row(particle))].is_static()
     }
 
     #[inline]
     pub(super) fn acceleration(&self, particle: u32) -> Vector {
         if FALLING {
-            let species = if TABLE { self.state.species[particle as usize] } else { 0 };
+            let species = self.row(particle);
             self.pairs.rules.species[usize::from(species)].acceleration
         } else {
             Vector::zeros()

@@ -79,7 +79,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if captured.is_empty() {
             return;
         }
-        let species = |id: u32| self.state.species[id as usize];
+        let species = |id: u32| self.row(id);
         // Images across the sides of a sheared box are looked at one by one.
         let is_batch = self.sources.lees_edwards.is_none() || self.is_off_sliding_sides(me.id);
         if is_batch {
@@ -122,7 +122,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         if FALLING
             && TABLE
-            && let Some(squared) = self.pairs.rules.accelerated_squared(self.state.species[me.id as usize])
+            && let Some(squared) = self.pairs.rules.accelerated_squared(self.row(me.id))
         {
             let others = &others[..length.next_multiple_of(MOST_LANES)];
             self.predict_within_reach(me, wraps, others, &Reach { squared, growth: [1.0, 0.0] }, prediction);
@@ -132,7 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// What others are to a particle.
     #[inline]
     pub(super) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
-        let species = if TABLE { self.state.species[me.id as usize] } else { 0 };
+        let species = self.row(me.id);
         Batch {
             width: self.hardware.width,
             bodies: &self.state.bodies,
@@ -151,8 +151,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return;
         }
         let squared = if TABLE {
-            let meeting =
-                self.pairs.rules.meeting(self.state.species[me.id as usize], self.state.species[other as usize]);
+            let meeting = self.pairs.rules.meeting(self.row(me.id), self.row(other));
             if !meeting.exists {
                 return;
             }

@@ -102,7 +102,7 @@ mod tests {
             let now = engine.clock.now;
             for particle in engine.particles().filter(|&particle| !engine.is_static(particle)) {
                 let me = engine.streamed(particle, now);
-                let species = |id: u32| engine.state.species[id as usize];
+                let species = |id: u32| engine.row(id);
                 let squared = engine.pairs.rules.accelerated_squared(species(particle)).unwrap();
                 let reach = Reach { squared, growth: [1.0, 0.0] };
                 for (width, horizon) in Simd::all().into_iter().zip([0.01, 0.1, 1.0].into_iter().cycle()) {

@@ -94,7 +94,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             if self.sources.lees_edwards.is_some() {
                 image[FLOW] = image[FLOW].wrapping_add(image[GRADIENT].wrapping_mul(periods));
             }
-            let species = species[usize::from(self.state.species[particle as usize])];
+            let species = species[usize::from(self.row(particle))];
             visit(ParticleNow { id: ParticleId(id), species, position, velocity, image })?;
         }
         Ok(())
@@ -108,7 +108,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut momentum = [Sum::default(); 3];
         let mut streaming_momentum = [Sum::default(); 3];
         for &particle in self.state.numbers.iter().filter(|&&p| !self.is_static(p)) {
-            let species = &self.pairs.rules.species[usize::from(self.state.species[particle as usize])];
+            let species = &self.pairs.rules.species[usize::from(self.row(particle))];
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.clock.now);
             kinetic.add(0.5 * mass * velocity.norm_squared());

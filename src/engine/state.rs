@@ -40,6 +40,7 @@ pub(super) struct State {
     pub bodies: Vec<Body>,
     /// The number of each particle that the user has an id for.
     pub numbers: Vec<u32>,
+    /// The row of each particle's species; empty if there is only one.
     pub species: Vec<u16>,
     /// How many periods each particle has travelled along the axes.
     pub images: Images,
@@ -50,7 +51,7 @@ pub(super) struct State {
 
 impl State {
     /// The particles of a scene at its start, those next to each other in space with numbers next to each other.
-    pub fn of(scene: &Scene, rows: &Rows) -> Self {
+    pub fn of(scene: &Scene, rows: &Rows, has_table: bool) -> Self {
         let names = {
             let positions: Vec<Vector> = scene.particles().iter().map(|p| p.position).collect();
             along_curve(scene.space(), &positions)
@@ -67,7 +68,7 @@ impl State {
         Self {
             bodies,
             numbers,
-            species: particles().map(|p| rows.row(p.species)).collect(),
+            species: particles().filter(|_| has_table).map(|p| rows.row(p.species)).collect(),
             images: Images::new(names.len()),
             space: scene.space().clone(),
             periods: scene.space().periods(),
@@ -79,6 +80,9 @@ impl State {
     /// Number of particles of each of so many species.
     pub fn population(&self, rows: &Rows, species: usize) -> Vec<usize> {
         let mut population = vec![0; species];
+        if self.species.is_empty() && !self.bodies.is_empty() {
+            population[0] = self.bodies.len();
+        }
         for &row in &self.species {
             population[rows.species()[usize::from(row)].0 as usize] += 1;
         }

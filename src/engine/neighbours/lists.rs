@@ -12,13 +12,48 @@ use serde::{Deserialize, Serialize};
 
 /// Entries are read up to eight at a time; blocks of room hold a multiple of that.
 const BLOCK: usize = 8;
+const WIDTH: u32 = 8;
 
-/// Where the list of a particle is, in blocks, and how long it is.
+/// Bits of a length: more than there are particles.
+const LENGTH: u32 = 29;
+
+/// A list has so many blocks more than it fills at most.
+const MOST_SPARE: u32 = (1 << (32 - LENGTH)) - 1;
+
+/// Where the list of a particle is, in blocks, how long it is, and how many blocks it has.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Span {
     first: u32,
-    blocks: u32,
-    length: u32,
+    /// The length, and above its bits the number of blocks that are not begun.
+    filled: u32,
+}
+
+impl Span {
+    fn new(first: u32, blocks: u32, length: u32) -> Self {
+        let spare = blocks - length.div_ceil(WIDTH);
+        debug_assert!(length >> LENGTH == 0 && spare <= MOST_SPARE, "{length} in {blocks} blocks");
+        Self { first, filled: length | spare << LENGTH }
+    }
+
+    #[inline]
+    fn start(self) -> usize {
+        self.first as usize * BLOCK
+    }
+
+    #[inline]
+    fn length(self) -> u32 {
+        self.filled & ((1 << LENGTH) - 1)
+    }
+
+    #[inline]
+    fn spare(self) -> u32 {
+        self.filled >> LENGTH
+    }
+
+    #[inline]
+    fn blocks(self) -> u32 {
+        self.length().div_ceil(WIDTH) + self.spare()
+    }
 }
 
 /// Lists of others, in one array. Unused entries of a particle name itself, which it never meets.
@@ -59,8 +94,7 @@ impl Lists {
     #[must_use]
     pub fn of(&self, particle: u32) -> &[u32] {
         let span = self.spans[particle as usize];
-        let first = span.first as usize * BLOCK;
-        &self.entries[first..first + span.length as usize]
+        &self.entries[span.start()..span.start() + span.length() as usize]
     }
 
     /// The same, filled up to a multiple of eight with the particle itself, and how many there are.
@@ -68,8 +102,7 @@ impl Lists {
     #[must_use]
     pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {
         let span = self.spans[particle as usize];
-        let first = span.first as usize * BLOCK;
-        let length = span.length as usize;
+        let (first, length) = (span.start(), span.length() as usize);
         (&self.entries[first..first + length.next_multiple_of(BLOCK)], length)
     }
 
@@ -83,19 +116,19 @@ impl Lists {
     #[inline]
     pub fn prefetch_list(&self, particle: u32) {
         let span = self.spans[particle as usize];
-        prefetch(&self.entries, span.first as usize * BLOCK);
-        prefetch(&self.entries, (span.first as usize + 1) * BLOCK);
+        prefetch(&self.entries, span.start());
+        prefetch(&self.entries, span.start() + BLOCK);
     }
 
     /// Adds an other to a particle's list.
     pub fn add(&mut self, particle: u32, other: u32) {
         let span = self.spans[particle as usize];
-        if span.length as usize == span.blocks as usize * BLOCK {
-            self.make_room(particle, span.blocks + 1);
+        let (mut first, mut blocks, length) = (span.first, span.blocks(), span.length());
+        if length == blocks * WIDTH {
+            (first, blocks) = self.move_to_room(particle, length, blocks + 1);
         }
-        let span = &mut self.spans[particle as usize];
-        self.entries[span.first as usize * BLOCK + span.length as usize] = other;
-        span.length += 1;
+        self.entries[first as usize * BLOCK + length as usize] = other;
+        self.spans[particle as usize] = Span::new(first, blocks, length + 1);
     }
 
     /// Takes an other out of a particle's list, if it is there.
@@ -107,12 +140,17 @@ impl Lists {
 
     /// Takes the entry number `at` out of a particle's list; the last one takes its place.
     pub fn remove_at(&mut self, particle: u32, at: usize) {
-        let span = &mut self.spans[particle as usize];
-        let first = span.first as usize * BLOCK;
-        span.length -= 1;
-        let last = first + span.length as usize;
-        self.entries[first + at] = self.entries[last];
+        let span = self.spans[particle as usize];
+        let left = span.length() - 1;
+        let last = span.start() + left as usize;
+        self.entries[span.start() + at] = self.entries[last];
         self.entries[last] = particle;
+        let needed = left.div_ceil(WIDTH);
+        let (mut first, mut blocks) = (span.first, span.blocks());
+        if blocks - needed > MOST_SPARE {
+            (first, blocks) = self.move_to_room(particle, left, needed);
+        }
+        self.spans[particle as usize] = Span::new(first, blocks, left);
     }
 
     /// Makes `new` the list of a particle; one that leaves it or comes into it has the particle leave or come into its own list,
@@ -144,33 +182,29 @@ impl Lists {
 
     /// Makes `new` the list of a particle.
     pub fn set(&mut self, particle: u32, new: &[u32]) {
-        let Span { blocks, length, .. } = self.spans[particle as usize];
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "no more than all particles, which have numbers of 32 bits"
-        )]
-        let needed = new.len().div_ceil(BLOCK) as u32;
-        // Room that it once needed is given to those that need it now.
-        if needed > blocks || room_for(needed) < blocks {
-            self.spans[particle as usize].length = 0;
-            self.make_room(particle, needed);
-        }
-        let first = self.spans[particle as usize].first as usize * BLOCK;
-        if new.len() < length as usize && blocks == self.spans[particle as usize].blocks {
-            self.entries[first + new.len()..first + length as usize].fill(particle);
-        }
-        self.entries[first..first + new.len()].copy_from_slice(new);
+        let span = self.spans[particle as usize];
+        let (mut first, mut blocks) = (span.first, span.blocks());
         #[expect(
             clippy::cast_possible_truncation,
             reason = "no more than all particles, which have numbers of 32 bits"
         )]
         let length = new.len() as u32;
-        self.spans[particle as usize].length = length;
+        let needed = length.div_ceil(WIDTH);
+        // Room that it once needed is given to those that need it now.
+        if needed > blocks || room_for(needed) < blocks {
+            (first, blocks) = self.move_to_room(particle, 0, needed);
+        } else if length < span.length() {
+            self.entries[span.start() + new.len()..span.start() + span.length() as usize].fill(particle);
+        }
+        let start = first as usize * BLOCK;
+        self.entries[start..start + new.len()].copy_from_slice(new);
+        self.spans[particle as usize] = Span::new(first, blocks, length);
     }
 
-    /// Moves a list to where it has room for so many blocks.
-    fn make_room(&mut self, particle: u32, needed: u32) {
-        let Span { first, blocks, length } = self.spans[particle as usize];
+    /// Moves so much of a list to where there is room for so many blocks, and says where that is and how many there are.
+    fn move_to_room(&mut self, particle: u32, kept: u32, needed: u32) -> (u32, u32) {
+        let span = self.spans[particle as usize];
+        let blocks = span.blocks();
         let room = room_for(needed);
         self.free.resize_with(self.free.len().max(room.max(blocks) as usize + 1), Vec::new);
         let to = self.free[room as usize].pop().unwrap_or_else(|| {
@@ -178,19 +212,19 @@ impl Lists {
             self.entries.resize((to + room as usize) * BLOCK, particle);
             id(to)
         });
-        let (old, new) = (first as usize * BLOCK, to as usize * BLOCK);
-        self.entries.copy_within(old..old + length as usize, new);
-        self.entries[new + length as usize..new + room as usize * BLOCK].fill(particle);
+        let (old, new) = (span.start(), to as usize * BLOCK);
+        self.entries.copy_within(old..old + kept as usize, new);
+        self.entries[new + kept as usize..new + room as usize * BLOCK].fill(particle);
         if blocks > 0 {
-            self.free[blocks as usize].push(first);
+            self.free[blocks as usize].push(span.first);
         }
-        self.spans[particle as usize] = Span { first: to, blocks: room, length };
+        (to, room)
     }
 }
 
-/// Blocks that a list gets when it needs some: a quarter more if it is long.
+/// Blocks that a list gets when it needs some: a quarter more if it is long, but hardly more than may be spare.
 fn room_for(needed: u32) -> u32 {
-    needed + needed / 4
+    needed + (needed / 4).min(MOST_SPARE - 1)
 }
 
 #[cfg(test)]
@@ -198,6 +232,21 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
     use std::collections::BTreeSet;
+
+    #[test]
+    fn a_long_list_gives_room_back() {
+        let mut lists = Lists::new(2);
+        (10..1010).for_each(|other| lists.add(0, other));
+        lists.set(1, &(10..200).collect::<Vec<_>>());
+        for length in (0..1000).rev() {
+            lists.remove(0, 10 + length);
+            let (filled_up, left) = lists.filled_up(0);
+            assert!(left == length as usize && filled_up[left..].iter().all(|entry| *entry == 0));
+            assert!(filled_up[..left].iter().copied().collect::<BTreeSet<_>>() == (10..10 + length).collect());
+            assert!(lists.spans[0].blocks() <= length.div_ceil(WIDTH) + MOST_SPARE);
+        }
+        assert_eq!(lists.of(1), (10..200).collect::<Vec<_>>());
+    }
 
     proptest! {
         #[test]

@@ -84,7 +84,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         };
         self.stream(particle, time);
-        let inverse_mass = self.pairs.rules.species[usize::from(self.state.species[particle as usize])].inverse_mass;
+        let inverse_mass = self.pairs.rules.species[usize::from(self.row(particle))].inverse_mass;
         let width = (bath.temperature * inverse_mass).sqrt();
         let before = self.state.bodies[particle as usize].velocity;
         let mut after = before;
@@ -103,9 +103,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.counts.totals.supplied.add(gained);
         self.counts.totals.thermostat += 1;
         if TABLE {
-            self.counts
-                .by_species
-                .note_single(usize::from(self.state.species[particle as usize]), CountedKind::Thermostat);
+            self.counts.by_species.note_single(usize::from(self.row(particle)), CountedKind::Thermostat);
         }
         let change = after - before;
         let event = Event {

@@ -66,7 +66,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) {
         for wall in self.sources.walls.iter().filter(|wall| is_near(wall.face)) {
             let axis = usize::from(wall.face.axis);
-            let radius = self.pairs.rules.species[usize::from(self.state.species[me.id as usize])].radius;
+            let radius = self.pairs.rules.species[usize::from(self.row(me.id))].radius;
             let inwards = wall.face.inwards();
             let height = inwards * (me.position[axis] - wall.at) - radius;
             if let Some(dt) = plane::next_event(height, inwards * me.velocity[axis], inwards * me.acceleration[axis])
@@ -93,7 +93,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(i, None, Invariant::Wall));
         };
         let Wall { at, temperature, .. } = wall;
-        let species = self.pairs.rules.species[usize::from(self.state.species[i as usize])];
+        let species = self.pairs.rules.species[usize::from(self.row(i))];
         let body = self.state.bodies[i as usize];
         let vn = inwards * body.velocity[axis];
         let depth = species.radius - inwards * (body.position[axis] - at);
@@ -161,7 +161,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.counts.totals.wall += 1;
         self.note_push(i, face, impulse);
         if TABLE {
-            self.counts.by_species.note_single(usize::from(self.state.species[i as usize]), CountedKind::Wall);
+            self.counts.by_species.note_single(usize::from(self.row(i)), CountedKind::Wall);
         }
     }
 
@@ -176,7 +176,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     ) -> Result<ControlFlow<()>, InvariantBroken> {
         let axis = usize::from(face.axis);
         let inwards = face.inwards();
-        let species = self.pairs.rules.species[usize::from(self.state.species[i as usize])];
+        let species = self.pairs.rules.species[usize::from(self.row(i))];
         let width = (temperature * species.inverse_mass).sqrt();
         let body = self.state.bodies[i as usize];
         let (body_position, before) = (body.position, body.velocity);

@@ -67,7 +67,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         } else if let Some(growing) = &self.sources.growth
             && self.ranges.further_images.is_empty()
         {
-            let species = if TABLE { self.state.species[me.id as usize] } else { 0 };
+            let species = self.row(me.id);
             let reach = Reach { squared: self.pairs.rules.inertial_squared(species), growth: growing.factor(me.time) };
             let (others, _) = near.filled_up(me.id);
             self.predict_within_reach(me, true, others, &reach, prediction);
@@ -88,8 +88,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 self.ranges.tied_axes[axis] && nearest.position[axis].abs() > half * (1.0 - TIED)
             });
             let squared = if TABLE {
-                let meeting =
-                    self.pairs.rules.meeting(self.state.species[me.id as usize], self.state.species[other as usize]);
+                let meeting = self.pairs.rules.meeting(self.row(me.id), self.row(other));
                 if meeting.exists { meeting.squared } else { continue }
             } else {
                 self.pairs.rules.meeting(0, 0).squared

@@ -175,7 +175,7 @@ mod tests {
                 for other in engine.particles() {
                     let [a, b] = [particle, other].map(|id| verlet.centres[id as usize]);
                     let apart = minimum_image(a - b, &engine.state.periods).norm();
-                    let species = [particle, other].map(|id| usize::from(engine.state.species[id as usize]));
+                    let species = [particle, other].map(|id| usize::from(engine.row(id)));
                     let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
                     let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
                     let is_near = |factor| apart < (range + 2.0 * verlet.half_skin) * factor;

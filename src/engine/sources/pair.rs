@@ -166,7 +166,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         self.counts.totals.core_static +=
             u64::from(kind == CountedKind::Core && (self.is_static(i) || self.is_static(j)));
-        let [a, b] = [i, j].map(|particle| usize::from(self.state.species[particle as usize]));
+        let [a, b] = [i, j].map(|particle| usize::from(self.row(particle)));
         self.counts.by_species.note_pair(a, b, kind);
     }
 
@@ -303,15 +303,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         let (keeper, other) = if self.is_static(i) { (j, i) } else { (i, j) };
         self.pairs.states.get(keeper, other).map_or_else(
-            || {
-                (
-                    0,
-                    self.pairs
-                        .rules
-                        .meeting(self.state.species[i as usize], self.state.species[j as usize])
-                        .interaction,
-                )
-            },
+            || (0, self.pairs.rules.meeting(self.row(i), self.row(j)).interaction),
             |captured| (captured.state, captured.interaction),
         )
     }
@@ -333,7 +325,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// A pair in state 0 again: uncaptured, unless a bond of its own keeps its interaction.
     fn release(&mut self, i: u32, j: u32, interaction: u16) -> Result<(), InvariantBroken> {
-        let meeting = self.pairs.rules.meeting(self.state.species[i as usize], self.state.species[j as usize]);
+        let meeting = self.pairs.rules.meeting(self.row(i), self.row(j));
         if meeting.exists && meeting.interaction == interaction {
             return self.remove_pair_state(i, j);
         }
@@ -343,7 +335,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     #[inline]
     pub(in crate::engine) fn inverse_mass(&self, particle: u32) -> f64 {
-        let species = if TABLE { self.state.species[particle as usize] } else { 0 };
+        let species = self.row(particle);
         self.pairs.rules.species[usize::from(species)].inverse_mass
     }
 
