@@ -26,6 +26,9 @@ const MOST_WORK: u64 = 20_000_000;
 const FEWEST_EVENTS: u64 = 1000;
 const MOST_OF_STAGE: u64 = 400;
 
+/// A part of an interval that rounding leaves before its end.
+const EARLIER: f64 = 1.0 - 1e-6;
+
 /// A pilot run that has done so small a part of the work that is too much for it, at the rate of its beginning, will not come to that.
 const LITTLE_WORK: u64 = MOST_WORK / 4;
 
@@ -134,14 +137,18 @@ impl<R: Recorder> Driver<'_, R> {
         Pilot { events: events.div_ceil(1000).min(LONGEST), patience: self.work().saturating_add(MOST_WORK) }
     }
 
-    /// Whether the pilot run of a stage of so many events can be its beginning: nothing else has to be chosen before the first event, and no row is due.
+    /// Whether the pilot run of a stage of so many events can be its beginning: no instrument has to know how long it will last.
     fn may_be_kept(&self, events: u64) -> bool {
-        let scene = self.simulation.scene();
         let is_measured = self.state.stage.stage == Stage::Measurement;
-        let has_instruments = !(scene.measure.is_empty() && self.registry.is_empty()) || self.recorder.has_events();
-        events >= FEWEST_EVENTS
-            && scene.output.thermo_interval.is_none()
-            && !(is_measured && (scene.output.frame_interval.is_some() || has_instruments))
+        events >= FEWEST_EVENTS && !(is_measured && self.system.is_some())
+    }
+
+    /// Just before the first row or frame at a given interval `[time]`.
+    fn first_given(&self) -> f64 {
+        let output = &self.simulation.scene().output;
+        let is_measured = self.state.stage.stage == Stage::Measurement;
+        let given = [output.thermo_interval, output.frame_interval.filter(|_| is_measured)];
+        self.state.stage.time + EARLIER * given.into_iter().flatten().fold(f64::INFINITY, f64::min)
     }
 
     /// A pilot run that is the beginning of the stage: it pauses, and the stage goes on from there to the same bits. It comes to nothing where rows could be due
@@ -150,11 +157,13 @@ impl<R: Recorder> Driver<'_, R> {
         let start = self.state.stage;
         let (end_time, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
+        let given = self.first_given();
         // Before the first row if the pilot run turns out to be too much work.
-        let early = start.time + (1.0 - 1e-6) * rounded(self.without_rate(limit)) / f64::from(ROWS);
+        let early = start.time + EARLIER * rounded(self.without_rate(limit)) / f64::from(ROWS);
         loop {
+            let surely = soon.min(given);
             let until = Until {
-                time: if pilot.patience == u64::MAX { soon } else { soon.min(early) },
+                time: if pilot.patience == u64::MAX { surely } else { surely.min(early) },
                 events: start.events.saturating_add(pilot.events),
             };
             (self.pause, self.patience) = (until, pilot.patience);
@@ -172,6 +181,9 @@ impl<R: Recorder> Driver<'_, R> {
             }
             if time >= soon || (done >= until.events && time > start.time) {
                 return Ok(Outcome::Found(Found { duration: self.estimate(limit, events), ending: None }));
+            }
+            if time >= given {
+                return Ok(Outcome::Undecided);
             }
             if done >= until.events {
                 // Simultaneous events give no rate.
@@ -264,11 +276,123 @@ fn rounded(duration: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::convert::Infallible;
+    use std::ops::ControlFlow;
+
     use super::*;
+    use crate::analysis::instruments::Scalar;
+    use crate::analysis::observables::Row;
+    use crate::engine::{Simulation, Snapshot};
+    use crate::model::{OutputPlan, Potential, RunPlan, Scene};
+    use crate::run::checkpoint::{Checkpoint, Manifest};
+    use crate::run::{Run, RunState};
+    use crate::scene::{Amount, Lattice, SceneBuilder};
 
     #[test]
     fn durations_are_rounded_to_two_digits() {
         assert_eq!(rounded(123.4), 120.0);
         assert_eq!(rounded(0.000_678_9), 0.000_68);
+    }
+
+    /// Rows and times of frames, and the last checkpoint with their numbers at it.
+    #[derive(Default)]
+    struct Kept {
+        rows: Vec<Row>,
+        frames: Vec<f64>,
+        checkpoint: Option<(Simulation, RunState, [usize; 2])>,
+    }
+
+    impl Recorder for Kept {
+        type Error = Infallible;
+
+        fn row(&mut self, _: Stage, row: &Row) -> Result<(), Infallible> {
+            self.rows.push(row.clone());
+            Ok(())
+        }
+
+        fn frame(&mut self, snapshot: &Snapshot, _: Vec<Scalar>) -> Result<(), Infallible> {
+            self.frames.push(snapshot.time);
+            Ok(())
+        }
+
+        fn checkpoint(&mut self, simulation: &Simulation, state: &RunState) -> Result<(), Infallible> {
+            let counts = [self.rows.len(), self.frames.len()];
+            self.checkpoint = Some((simulation.clone(), state.clone(), counts));
+            Ok(())
+        }
+    }
+
+    impl Kept {
+        /// Goes on with a run, up to so many questions whether to go on.
+        fn go_on(&mut self, run: Run, mut questions: u32) {
+            let mut watch = |_: &crate::run::Progress| {
+                questions = questions.saturating_sub(1);
+                if questions == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            run.execute(self, &mut watch).unwrap();
+        }
+
+        /// Goes on from the last checkpoint to the end.
+        fn resume(&mut self) {
+            let (simulation, state, [rows, frames]) = self.checkpoint.take().unwrap();
+            self.rows.truncate(rows);
+            self.frames.truncate(frames);
+            let manifest = Manifest { scene: None, files: Vec::new() };
+            self.go_on(Run::resume(Checkpoint { simulation, state, manifest }), u32::MAX);
+        }
+
+        fn measured(&self) -> (&SamplingTimes, &SamplingTimes) {
+            let measurement = self.checkpoint.as_ref().unwrap().1.measurement.as_ref().unwrap();
+            (&measurement.rows, &measurement.frames)
+        }
+    }
+
+    fn fluid(packing_fraction: f64, events: u64, output: OutputPlan) -> Scene {
+        SceneBuilder::new("fluid")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(packing_fraction))
+            .temperature(1.0)
+            .run(RunPlan { limit: Limit::events(events), ..RunPlan::default() })
+            .output(output)
+            .build()
+            .unwrap()
+    }
+
+    fn run(scene: Scene) -> Kept {
+        let mut kept = Kept::default();
+        kept.go_on(Run::without_start(scene), u32::MAX);
+        kept
+    }
+
+    #[test]
+    fn a_pilot_run_changes_nothing_of_what_is_kept() {
+        // One that is kept, and one in which a row could be due before its first event.
+        for (packing_fraction, events) in [(0.4, 200_000), (1e-4, 10_000)] {
+            let chosen = run(fluid(packing_fraction, events, OutputPlan::default()));
+            let (rows, frames) = chosen.measured();
+            let intervals = (Some(rows.interval()), Some(frames.interval()));
+            for (thermo_interval, frame_interval) in [intervals, (intervals.0, None), (None, intervals.1)] {
+                let output = OutputPlan { thermo_interval, frame_interval, ..OutputPlan::default() };
+                let given = run(fluid(packing_fraction, events, output));
+                assert_eq!(given.rows, chosen.rows, "{packing_fraction} {events}");
+                assert_eq!(given.frames, chosen.frames, "{packing_fraction} {events}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pilot_run_that_is_interrupted_goes_on() {
+        let scene = || fluid(0.4, 200_000, OutputPlan::default());
+        let whole = run(scene());
+        let mut interrupted = 0;
+        for questions in 1..8 {
+            let mut kept = Kept::default();
+            kept.go_on(Run::new(scene()), questions);
+            interrupted += u32::from(kept.checkpoint.as_ref().unwrap().1.pilot.is_some());
+            kept.resume();
+            assert!(kept.rows == whole.rows && kept.frames == whole.frames, "{questions}");
+        }
+        assert!(interrupted > 1, "{interrupted} in the pilot run");
     }
 }
