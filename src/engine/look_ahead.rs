@@ -44,7 +44,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         match &self.neighbours {
             Neighbours::Lists(verlet) => {
                 verlet.lists.prefetch_span(particle);
-                verlet.cells.prefetch_home(particle);
                 prefetch(&verlet.centres, particle as usize);
             }
             Neighbours::Cells(cells) => cells.prefetch_home(particle),
@@ -65,7 +64,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 verlet.lists.prefetch_list(particle);
             }
             if prediction.is_transition() {
-                verlet.cells.prefetch_rows(verlet.cells.home(particle));
+                verlet.cells.prefetch_rows(verlet.home(particle));
             }
         }
         if let Some((particle, prediction)) = self.coming(NEIGHBOURS) {
@@ -75,7 +74,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
             if prediction.is_transition() {
-                verlet.cells.prefetch_near(verlet.cells.home(particle));
+                verlet.cells.prefetch_near(verlet.home(particle));
             }
         }
     }

@@ -86,7 +86,7 @@ impl Neighbours {
     pub fn find_candidates(&self, particle: u32, near: &mut Candidates) {
         match self {
             Self::Cells(cells) => cells.find_candidates(cells.home(particle), near),
-            Self::Lists(verlet) => verlet.cells.find_candidates(verlet.cells.home(particle), near),
+            Self::Lists(verlet) => verlet.cells.find_candidates(verlet.home(particle), near),
         }
     }
 

@@ -237,7 +237,7 @@ impl Grid {
     #[must_use]
     pub fn cell_at(&self, position: &Vector) -> u32 {
         let index = |k: usize| {
-            let at = ((position[k] - self.lower[k]) / self.side[k]).floor();
+            let at = (position[k] - self.lower[k]) / self.side[k];
             // Positions in the outermost cells of open axes, and NaN from 0/0 on flat ones, saturate.
             trunc_to_u32(at).min(self.counts[k] - 1)
         };

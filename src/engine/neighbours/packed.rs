@@ -42,14 +42,6 @@ impl Block {
     const EMPTY: Self = Self { at: [[f32::NAN; LANES]; 3], ids: [NO_PARTICLE; LANES] };
 }
 
-/// Where a block belongs.
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Link {
-    cell: u32,
-    /// Another block of the same cell.
-    next: u32,
-}
-
 /// The centres by cell.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Packed {
@@ -58,10 +50,9 @@ pub struct Packed {
     /// By cell, its first block.
     first: Vec<u32>,
     blocks: Vec<Block>,
-    links: Vec<Link>,
+    /// By block, another one of the same cell.
+    next: Vec<u32>,
     free: Vec<u32>,
-    /// By particle, the number of its block and its lane.
-    slots: Vec<u32>,
     /// Periods, infinite where there are none.
     periods: [f32; 3],
     /// The largest coordinate of the box along its periodic axes.
@@ -89,9 +80,8 @@ impl Packed {
         let mut packed = Self {
             first: vec![NONE; grid.count()],
             blocks: Vec::new(),
-            links: Vec::new(),
+            next: Vec::new(),
             free: Vec::new(),
-            slots: vec![NONE; positions.len()],
             periods: space.periods().map(single).into(),
             scale: periodic.map(corner).fold(0.0, f64::max),
             width: Simd::most(),
@@ -107,57 +97,49 @@ impl Packed {
     pub fn enlarge(&self) {
         enlarge(&self.first);
         enlarge(&self.blocks);
-        enlarge(&self.links);
-        enlarge(&self.slots);
+        enlarge(&self.next);
     }
 
-    /// Takes a particle's centre out.
-    pub fn lift(&mut self, particle: u32) {
-        let (at, lane) = place(self.slots[particle as usize]);
-        let block = &mut self.blocks[at as usize];
-        block.ids[lane] = NO_PARTICLE;
-        block.at[0][lane] = f32::NAN;
-        if block.ids == [NO_PARTICLE; LANES] {
-            self.give_back(at);
-        }
-    }
-
-    /// Unlinks an empty block from its cell.
-    fn give_back(&mut self, block: u32) {
-        let Link { cell, next } = self.links[block as usize];
-        let mut before = self.first[cell as usize];
-        if before == block {
-            self.first[cell as usize] = next;
-        } else {
-            while self.links[before as usize].next != block {
-                before = self.links[before as usize].next;
+    /// Takes a particle's centre out of where it was put in.
+    pub fn lift(&mut self, particle: u32, centre: &Vector) {
+        let cell = self.home(centre);
+        let (mut before, mut at) = (NONE, self.first[cell as usize]);
+        while at != NONE {
+            let block = &mut self.blocks[at as usize];
+            let next = self.next[at as usize];
+            if let Some(lane) = block.ids.iter().position(|id| *id == particle) {
+                block.ids[lane] = NO_PARTICLE;
+                block.at[0][lane] = f32::NAN;
+                if block.ids == [NO_PARTICLE; LANES] {
+                    let link =
+                        if before == NONE { &mut self.first[cell as usize] } else { &mut self.next[before as usize] };
+                    *link = next;
+                    self.free.push(at);
+                }
+                return;
             }
-            self.links[before as usize].next = next;
+            (before, at) = (at, next);
         }
-        self.free.push(block);
     }
 
     /// Puts in the centre of a particle that has none.
     pub fn put(&mut self, particle: u32, centre: &Vector) {
-        self.put_into(self.grid.cell_at(centre), particle, centre);
-    }
-
-    fn put_into(&mut self, cell: u32, particle: u32, centre: &Vector) {
+        let cell = self.home(centre);
         let mut at = self.first[cell as usize];
         while at != NONE {
             if let Some(lane) = self.blocks[at as usize].ids.iter().position(|id| *id == NO_PARTICLE) {
                 return self.write(particle, at, lane, centre);
             }
-            at = self.links[at as usize].next;
+            at = self.next[at as usize];
         }
-        let link = Link { cell, next: self.first[cell as usize] };
+        let next = self.first[cell as usize];
         let at = if let Some(free) = self.free.pop() {
-            self.links[free as usize] = link;
+            self.next[free as usize] = next;
             free
         } else {
-            self.links.push(link);
+            self.next.push(next);
             self.blocks.push(Block::EMPTY);
-            id(self.links.len() - 1)
+            id(self.next.len() - 1)
         };
         self.first[cell as usize] = at;
         self.write(particle, at, 0, centre);
@@ -170,19 +152,13 @@ impl Packed {
         for k in 0..3 {
             block.at[k][lane] = single(centre[k]);
         }
-        #[expect(
-            clippy::cast_possible_truncation,
-            reason = "a lane is one of eight; of blocks there are no more than particles, and so no more slots than 8 MOST_PARTICLES, below 2^32"
-        )]
-        let slot = at * LANES as u32 + lane as u32;
-        self.slots[particle as usize] = slot;
     }
 
-    /// The cell that holds a particle's centre.
+    /// The cell that holds a centre.
     #[inline]
     #[must_use]
-    pub fn home(&self, particle: u32) -> u32 {
-        self.links[place(self.slots[particle as usize]).0 as usize].cell
+    pub fn home(&self, centre: &Vector) -> u32 {
+        self.grid.cell_at(centre)
     }
 
     /// Finds all particles in `cell` and the cells next to it.
@@ -204,7 +180,7 @@ impl Packed {
     #[inline]
     pub fn find_within(&self, centre: &Vector, reach: f64, largest: f64, wraps: bool, near: &mut Candidates) {
         near.clear();
-        let cell = self.grid.cell_at(centre);
+        let cell = self.home(centre);
         let scale = self.scale.max(largest) + reach;
         if scale >= FAR {
             return self.find_candidates(cell, near);
@@ -246,16 +222,10 @@ impl Packed {
                 let mut at = first;
                 while at != NONE {
                     visit(&self.blocks[at as usize]);
-                    at = self.links[at as usize].next;
+                    at = self.next[at as usize];
                 }
             }
         });
-    }
-
-    /// Expects questions about the cell of a particle.
-    #[inline]
-    pub fn prefetch_home(&self, particle: u32) {
-        prefetch(&self.slots, particle as usize);
     }
 
     /// Prefetches the heads of the cells that a search reads.
@@ -271,18 +241,11 @@ impl Packed {
             for &at in &self.first[first..first + count] {
                 if at != NONE {
                     prefetch_both(&self.blocks, at as usize);
-                    prefetch(&self.links, at as usize);
+                    prefetch(&self.next, at as usize);
                 }
             }
         });
     }
-}
-
-/// Block and lane of a slot.
-#[inline]
-#[expect(clippy::cast_possible_truncation, reason = "eight")]
-fn place(slot: u32) -> (u32, usize) {
-    (slot / LANES as u32, slot as usize % LANES)
 }
 
 impl Ball {

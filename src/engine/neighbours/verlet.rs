@@ -62,6 +62,13 @@ impl VerletLists {
         (0..3).all(|k| space.boundary[k] != Boundary::Periodic || space.size[k] > 2.0 * (range + 4.1 * half_skin))
     }
 
+    /// The cell that holds a particle's centre.
+    #[inline]
+    #[must_use]
+    pub fn home(&self, particle: u32) -> u32 {
+        self.cells.home(&self.centres[particle as usize])
+    }
+
     /// Whether a particle at `position` may meet others across a side of the box.
     #[inline]
     #[must_use]

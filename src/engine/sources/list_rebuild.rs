@@ -107,8 +107,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
         let species = &state.species;
+        verlet.cells.lift(particle, &verlet.centres[particle as usize]);
         verlet.centres[particle as usize] = to;
-        verlet.cells.lift(particle);
         let all: &[u16] = if TABLE { species } else { &[] };
         verlet.find_neighbours_within(&to, mine(all, particle), all, to.amax(), near);
         verlet.cells.put(particle, &to);
