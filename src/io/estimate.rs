@@ -34,9 +34,12 @@ const CHECKPOINT: f64 = 3.0 * 300.0;
 const LOGGED: f64 = 197.0;
 const CONTACT: f64 = 100.0;
 
-/// Memory of the program, and of a particle with its prediction, neighbours and outputs `[bytes]`.
+/// Memory of the program, and of a particle with its prediction and neighbours, which are most in dense systems `[bytes]`.
 const PROGRAM: f64 = 12e6;
-const PARTICLE: f64 = 512.0;
+const PARTICLE: f64 = 250.0;
+
+/// The same of a particle in the copy that looks ahead where instruments have to know how long a run will last `[bytes]`.
+const COPY: f64 = 250.0;
 
 /// What a run writes without being asked twice `[bytes]`.
 const MOST: f64 = 1e10;
@@ -84,6 +87,7 @@ impl SizeEstimate {
         let particles = scene.particles.len() as f64;
         let per_event =
             if output.has_event_log { LOGGED } else { 0.0 } + if output.has_contacts { CONTACT } else { 0.0 };
+        let has_copy = !scene.measure.is_empty() && scene.run.limit.events.is_some();
         let parts = [
             measured_rows.map(|rows| rows * row),
             earlier_rows.map(|rows| rows * row),
@@ -97,7 +101,7 @@ impl SizeEstimate {
             events: measured.zip(before).map(|(measured, before)| measured + before),
             bytes: parts.iter().flatten().sum(),
             is_complete: parts.iter().all(Option::is_some),
-            memory: PROGRAM + particles * PARTICLE,
+            memory: PROGRAM + particles * if has_copy { PARTICLE + COPY } else { PARTICLE },
         }
     }
 }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::driver::{Monitor, PressureCheck};
+use super::forecast;
 use super::progress::Stage;
 use crate::analysis::instruments::{Instruments, SystemDescription};
 use crate::analysis::observables::Observer;
@@ -98,6 +99,8 @@ pub struct RunState {
     pub(super) ledger: Ledger,
     /// Simulated time in which a typical particle crosses the box `[time]`.
     pub(super) crossing: f64,
+    /// Events by time that kinetic theory expects at the start `[1 / time]`.
+    pub(super) rate: Option<f64>,
     /// Longest step in time; longer ones where nothing happens.
     pub(super) wait: f64,
     pub(super) overlap_check: OverlapCheck,
@@ -138,11 +141,12 @@ pub struct RunState {
 pub(crate) struct Beginning {
     observer: Observer,
     crossing: f64,
+    rate: Option<f64>,
 }
 
 impl Beginning {
     pub fn of(scene: &Scene) -> Self {
-        Self { observer: Observer::new(scene), crossing: crossing_time(scene) }
+        Self { observer: Observer::new(scene), crossing: crossing_time(scene), rate: forecast::rate(scene) }
     }
 }
 
@@ -153,7 +157,7 @@ impl RunState {
     }
 
     /// The same, of a simulation that may have let go of the start of its scene.
-    pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing }: Beginning) -> Self {
+    pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing, rate }: Beginning) -> Self {
         let moving = observer.applicable().moving as u64;
         Self {
             ledger: Ledger::open(
@@ -163,6 +167,7 @@ impl RunState {
             stage: Start::of(simulation, Stage::first(&simulation.scene().run), Limit::default()),
             observer,
             crossing,
+            rate,
             wait: crossing,
             overlap_check: OverlapCheck { events: moving.div_ceil(16), time: crossing * FIRST_CHECK },
             aim: None,

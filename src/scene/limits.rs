@@ -12,9 +12,9 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 /// as the discriminants of event detection, stay finite.
 const LARGEST: f64 = 1e50;
 
-/// Memory that a particle takes in a simulation, with its prediction, lists and outputs and the copy that looks ahead `[bytes]`: measured, at
-/// most, for hard spheres at packing fractions of 0.3 (520) and 0.5 (790).
-const BYTES_PER_PARTICLE: u64 = 800;
+/// Memory that a particle takes in a simulation, with its prediction and lists `[bytes]`: measured, at
+/// most, for hard spheres at a packing fraction of 0.5 (250), with instruments, before which a copy looks ahead (530), and from a random start (560).
+const BYTES_PER_PARTICLE: u64 = 600;
 
 /// So many particles a scene has at most: they, up to eight cells for each of them, and blocks with eight places for each have numbers of 32 bits.
 const MOST_PARTICLES: u64 = 500_000_000;

@@ -36,6 +36,25 @@ fn a_run_without_memory_says_so_and_can_be_resumed() {
     assert!(rows(&place.read("runs/scene/thermo.csv")) >= rows(&before));
 }
 
+/// The most memory that a run of a dense fluid held, with its start, its outputs and a checkpoint `[bytes]`.
+fn peak(count: u32, instruments: &str) -> f64 {
+    let scene = FLUID.replace("count = 108", &format!("count = {count}")).replace("= 0.3", "= 0.49");
+    let place = Place::with(&format!("{scene}{instruments}"));
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    let summary: serde_json::Value = serde_json::from_str(&place.read("runs/scene/summary.json")).unwrap();
+    summary["speed"]["peak_memory_bytes"].as_f64().unwrap()
+}
+
+#[test]
+fn a_particle_takes_little_more_than_its_state_its_prediction_and_its_list() {
+    for (instruments, most) in
+        [("", 320.0), ("[output]\ncontacts = true\n", 320.0), ("[measure]\npressure_tensor = true\n", 650.0)]
+    {
+        let bytes = (peak(32_000, instruments) - peak(108, instruments)) / 32_000.0;
+        assert!((150.0..most).contains(&bytes), "{instruments}: {bytes} bytes of each particle");
+    }
+}
+
 #[test]
 fn a_scene_beyond_the_memory_of_the_process_is_refused() {
     let place = Place::with(&FLUID.replace("count = 108", "count = 10_000_000"));

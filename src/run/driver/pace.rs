@@ -192,9 +192,11 @@ impl<R: Recorder> Driver<'_, R> {
                     return Ok(Outcome::Undecided);
                 }
             } else {
-                let work = MOST_WORK - (pilot.patience - self.work());
-                let is_slow = (done - start.events).saturating_mul(LITTLE_WORK) <= work.saturating_mul(pilot.events);
-                if is_slow {
+                let work = (MOST_WORK - (pilot.patience - self.work())) as f64;
+                let by_now = (done - start.events) as f64;
+                // A lattice is quiet at first.
+                let expected = self.state.rate.map_or(by_now, |rate| by_now.max(rate * (time - start.time)));
+                if work * pilot.events as f64 >= LITTLE_WORK as f64 * expected {
                     return Ok(Outcome::Undecided);
                 }
                 pilot.patience = u64::MAX;
