@@ -26,10 +26,16 @@ pub(super) struct Columns {
 }
 
 impl Columns {
+    /// Those of a scene from its start on.
     pub fn of(scene: &Scene) -> Self {
+        Self::with(scene, ApplicableObservables::of(scene))
+    }
+
+    /// Those of a run that goes on: its scene may have no particles any more.
+    pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         let stages = scene.run.stages.iter().map(|stage| quoted(&stage.name)).collect();
-        Self { applicable: ApplicableObservables::of(scene), is_driven: scene.is_driven(), regions, stages }
+        Self { applicable, is_driven: scene.is_driven(), regions, stages }
     }
 
     /// The first line.

@@ -6,7 +6,7 @@ use super::driver::{Monitor, PressureCheck};
 use super::forecast;
 use super::progress::Stage;
 use crate::analysis::instruments::{Instruments, SystemDescription};
-use crate::analysis::observables::Observer;
+use crate::analysis::observables::{ApplicableObservables, Observer};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::engine::{Simulation, Until};
@@ -202,6 +202,11 @@ impl RunState {
         let is_measured = self.stage.stage == Stage::Measurement;
         let events = simulation.event_counts().physical().saturating_sub(self.stage.events);
         is_measured.then(|| (simulation.time() - self.stage.time, events))
+    }
+
+    /// The observables that apply to its scene.
+    pub(crate) fn applicable(&self) -> &ApplicableObservables {
+        self.observer.applicable()
     }
 
     /// What was measured so far.

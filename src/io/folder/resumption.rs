@@ -64,7 +64,7 @@ impl Folder {
         let folder = Self {
             // A program of the library need not have kept it.
             scene: manifest.scene.map(|checksum| SceneCopy::resume(&path.join(SCENE), checksum)).transpose()?,
-            columns: Columns::of(scene),
+            columns: Columns::with(scene, checkpoint.state.applicable().clone()),
             thermo: need(THERMO)?,
             trajectory: need(TRAJECTORY)?,
             contacts: file(CONTACTS)?,

@@ -21,9 +21,8 @@ const SOME_GROWTH: f64 = 0.05;
 const LONGEST: u64 = 1_000_000;
 const MOST_WORK: u64 = 20_000_000;
 
-/// A pilot run is kept as the beginning of its stage where the stage has so many events: then no row is due in it. Its intervals come from how
+/// A pilot run is kept as the beginning of its stage where it has no larger part of the events than one of so many: then no row is due in it. Its intervals come from how
 /// long a thousandth of the events takes, and are a two-hundredth of the stage; a part of `1 / MOST_OF_STAGE` is still before the first of them.
-const FEWEST_EVENTS: u64 = 1000;
 const MOST_OF_STAGE: u64 = 400;
 
 /// A part of an interval that rounding leaves before its end.
@@ -140,7 +139,7 @@ impl<R: Recorder> Driver<'_, R> {
     /// Whether the pilot run of a stage of so many events can be its beginning: no instrument has to know how long it will last.
     fn may_be_kept(&self, events: u64) -> bool {
         let is_measured = self.state.stage.stage == Stage::Measurement;
-        events >= FEWEST_EVENTS && !(is_measured && self.system.is_some())
+        events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
     }
 
     /// Just before the first row or frame at a given interval `[time]`.
