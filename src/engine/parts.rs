@@ -168,10 +168,4 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let count = self.state.bodies.len() as u32;
         0..count
     }
-
-    /// Whether pairs have to be looked at one by one.
-    #[inline]
-    pub(super) fn is_one_by_one(&self) -> bool {
-        !self.ranges.further_images.is_empty() || self.sources.growth.is_some() || self.sources.lees_edwards.is_some()
-    }
 }

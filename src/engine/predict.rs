@@ -173,8 +173,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
+        self.predict_in_further_images(me, other, &state, squared, prediction);
+    }
+
+    /// The contacts of an uncaptured pair in the images beside the nearest one, of which only a small box has any.
+    #[inline]
+    pub(super) fn predict_in_further_images(
+        &self,
+        me: &Streamed,
+        other: u32,
+        nearest: &RelativeState,
+        squared: f64,
+        prediction: &mut Prediction,
+    ) {
         for image in &self.ranges.further_images {
-            let state = RelativeState { position: state.position + image, ..state };
+            let state = RelativeState { position: nearest.position + image, ..*nearest };
             if let Some(dt) = self.detect(me, other, &state, (squared, Side::Positive), f64::INFINITY) {
                 self.offer(me, other, Side::Positive, dt, prediction);
             }

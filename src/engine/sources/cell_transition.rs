@@ -26,7 +26,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         cells.find_candidates(cells.home(me.id), &mut scratch.near);
-        self.predict_candidates(me, scratch, prediction);
+        self.predict_candidates(me, cells, scratch, prediction);
         self.predict_bounds(me, cells, prediction);
     }
 
@@ -46,7 +46,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// The first contact with the uncaptured ones among the neighbour candidates.
-    fn predict_candidates(&self, me: &Streamed, scratch: &mut Scratch, prediction: &mut Prediction) {
+    fn predict_candidates(&self, me: &Streamed, cells: &Cells, scratch: &mut Scratch, prediction: &mut Prediction) {
         let Scratch { near, is_captured } = scratch;
         if TABLE {
             let captured = self.pairs.states.of(me.id);
@@ -61,11 +61,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.ranges.tied_axes.contains(&true) {
             self.predict_ties(me, near.found(), prediction);
         }
-        if !self.is_one_by_one() || self.is_off_sliding_sides(me.id) {
+        let is_large = self.ranges.further_images.is_empty();
+        // What accelerates relative to others is looked at in all images at once.
+        let is_batch = self.sources.growth.is_none() && (is_large || !(FALLING && TABLE));
+        if is_batch && (self.sources.lees_edwards.is_none() || self.is_off_sliding_sides(me.id)) {
             let (others, length) = near.filled_up(me.id);
             self.predict_uncaptured(me, true, others, length, prediction);
+            if !is_large {
+                let mut leaves = Prediction::NONE;
+                self.predict_transition(me, &cells.grid, cells.home(me.id), &mut leaves);
+                self.predict_further_images(me, others, leaves.transition_time, prediction);
+            }
         } else if let Some(growing) = &self.sources.growth
-            && self.ranges.further_images.is_empty()
+            && is_large
         {
             let species = self.row(me.id);
             let reach = Reach { squared: self.pairs.rules.inertial_squared(species), growth: growing.factor(me.time) };
@@ -116,6 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.counts.totals.transition += 1;
         let mut prediction = self.schedule.predictions[particle as usize];
         let face = prediction.exit;
+        let is_kept_before = self.keeps_contact(particle);
         let Neighbours::Cells(cells) = &mut self.neighbours else {
             return Err(self.broken(particle, None, Invariant::Cells));
         };
@@ -134,7 +143,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 f64::from(transition.wrap) * self.state.periods[axis];
             self.state.images.add(particle, axis, -transition.wrap);
         }
-        if self.is_one_by_one() || self.has_own_interactions(particle) {
+        if !(is_kept_before && self.keeps_contact(particle)) || self.has_own_interactions(particle) {
             self.repredict(particle, time);
             return Ok(());
         }
@@ -144,12 +153,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         };
         let me = self.streamed(particle, time);
         cells.find_new_candidates(transition.cell, face, &mut scratch.near);
-        self.predict_candidates(&me, &mut scratch, &mut prediction);
+        self.predict_candidates(&me, cells, &mut scratch, &mut prediction);
         self.predict_bounds(&me, cells, &mut prediction);
         self.scratch = Some(scratch);
         self.schedule.predictions[particle as usize] = prediction;
         self.enqueue(particle);
         Ok(())
+    }
+
+    /// Whether the contact of a particle stays what it is when the particle goes into another cell: only the particles that are new to it are
+    /// looked at then. In a small box the images that it may meet are others from then on, and next to sides that slide its neighbours are.
+    #[inline]
+    fn keeps_contact(&self, particle: u32) -> bool {
+        if self.sources.lees_edwards.is_some() {
+            self.is_off_sliding_sides(particle)
+        } else {
+            self.ranges.further_images.is_empty()
+        }
     }
 
     fn predict_transition(&self, me: &Streamed, grid: &Grid, cell: u32, prediction: &mut Prediction) {
