@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn in_a_small_box_a_particle_meets_all_images() {
-        for (count, packing_fraction) in [(4, 0.02), (4, 0.1), (8, 0.3), (32, 0.1), (32, 0.45)] {
+        for (count, packing_fraction) in [(2, 0.05), (4, 0.1), (8, 0.3), (16, 0.2), (32, 0.45)] {
             meets_in_all_images::<false>(&in_a_small_box(count, packing_fraction, false));
             meets_in_all_images::<true>(&in_a_small_box(count, packing_fraction, true));
         }

@@ -235,6 +235,9 @@ mod tests {
         let names: Vec<_> = measured.numbers.iter().map(|number| number.name.as_str()).collect();
         assert_eq!(names, ["pressure", "pressure_2", "pressure_3"]);
         assert_eq!(measured.numbers[2].mean, None);
+        assert_eq!(measured.number("pressure_2").map(|number| number.mean), Some(Some(2.0)));
+        assert!(measured.number("pressure_4").is_none() && measured.curve("pressure").is_none());
+        assert_eq!(measured.curve("___g_r"), Some(&measured.curves[1]));
         let names: Vec<_> = measured.curves.iter().map(|curve| curve.name.as_str()).collect();
         assert_eq!(names, ["g", "___g_r", "unnamed"]);
         assert_eq!(measured.curves[1].variables[0].values, [1.0, 3.0]);

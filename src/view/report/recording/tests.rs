@@ -4,7 +4,7 @@ use crate::analysis::instruments::Scalar;
 use crate::model::potential::Potential;
 use crate::model::space::Space;
 use crate::model::{ParticleId, SpeciesId};
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
 use crate::trajectory::extended_xyz::write_frame;
 use crate::trajectory::frame::FrameSpecies;
 
@@ -182,11 +182,19 @@ fn what_a_trajectory_gives_of_each_particle_can_be_a_colour() {
 fn neighbours_are_those_of_a_search_over_all_pairs() {
     let slid = [(4.0, 108, 1.7), (6.0, 108, -2.9), (12.0, 500, 5.1)];
     for (edge, count, displacement) in [(4.0, 108, 0.0), (6.0, 108, 0.0), (12.0, 500, 0.0)].into_iter().chain(slid) {
+        // Wells of two ranges, and none.
+        let well = |factor| Potential::square_well(0.5, factor, 1.0).unwrap();
+        let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
+        fill.composition.push(("B".to_owned(), 1.0));
+        let density = Amount::NumberDensity(count as f64 / f64::powi(edge, 3));
         let scene = SceneBuilder::new("well")
             .seed(3)
             .species("A", 1.0, 0.5)
-            .interaction("A", "A", Potential::square_well(0.5, 3.0, 1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", count, Amount::NumberDensity(count as f64 / f64::powi(edge, 3)))
+            .species("B", 1.0, 0.5)
+            .interaction("A", "A", well(3.0), 1.0)
+            .interaction("A", "B", well(2.4), 1.0)
+            .interaction("B", "B", Potential::hard_sphere(0.5).unwrap(), 1.0)
+            .add_fill(fill.count(count).amount(density))
             .build()
             .unwrap();
         let mut frame = Frame::start_of(&scene);
@@ -197,22 +205,26 @@ fn neighbours_are_those_of_a_search_over_all_pairs() {
             let shift = |factor: f64| (f64::from(index) * factor).fract() * edge;
             particle.position += Vector::new(shift(0.618), shift(0.414), shift(0.732));
         }
-        frame.bonds = vec![[ParticleId(0), ParticleId(1)]];
         frame.displacement = displacement;
-        let found = neighbours::Neighbours::of(&scene, &frame).unwrap().count(&frame);
         let near = |a: &FrameParticle, b: &FrameParticle| {
+            let range = [[1.5, 1.2], [1.2, 0.0]][a.species.0 as usize][b.species.0 as usize];
             let apart = a.position - b.position;
             let nearest = |x: f64| x.rem_euclid(edge).min(edge - x.rem_euclid(edge));
             // Of all images along y, each displaced along x.
             let is_near = (-2..=2).map(f64::from).any(|up| {
                 let (x, y) = (nearest(apart.x + up * displacement), apart.y + up * edge);
-                x * x + y * y + nearest(apart.z).powi(2) < 1.5 * 1.5
+                x * x + y * y + nearest(apart.z).powi(2) < range * range
             });
-            a.id != b.id && a.id.0 + b.id.0 != 1 && is_near
+            a.id != b.id && is_near
         };
         let all = &frame.particles;
-        let expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();
+        let mut expected: Vec<f64> = all.iter().map(|a| all.iter().filter(|b| near(a, b)).count() as f64).collect();
         assert!(expected.iter().sum::<f64>() > 100.0);
+        // A bonded pair does not count.
+        let beside = all.iter().position(|b| near(&all[0], b)).unwrap();
+        frame.bonds = vec![[all[beside].id, all[0].id]];
+        (expected[0], expected[beside]) = (expected[0] - 1.0, expected[beside] - 1.0);
+        let found = neighbours::Neighbours::of(&scene, &frame).unwrap().count(&frame);
         assert_eq!(found, expected);
     }
 }
