@@ -228,7 +228,7 @@ pub(super) fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
 
 /// The same as [`crate::model::space::minimum_image`] for one coordinate of many.
 #[inline(always)]
-fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
+pub(super) fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
     let half = F::all(0.5 * period);
     let below = apart.if_less(F::all(-0.5 * period), F::all(-period), F::all(0.0));
     apart.sub(half.if_less(apart, F::all(period), below))

@@ -9,6 +9,7 @@ use crate::engine::prediction::Prediction;
 use crate::engine::reach::Reach;
 use crate::engine::sources::lees_edwards::GRADIENT;
 use crate::engine::{Invariant, InvariantBroken};
+use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
 use crate::physics::overlap::Side;
 
@@ -59,8 +60,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         if self.ranges.tied_axes.contains(&true) {
-            self.predict_ties(me, near.found(), prediction);
+            let (others, _) = near.filled_up(me.id);
+            self.predict_ties(me, others, prediction);
         }
+        self.for_each_across(me.id, |other| {
+            if !(TABLE && self.pairs.states.get(me.id, other).is_some()) {
+                near.put(other);
+            }
+        });
         let is_large = self.ranges.further_images.is_empty();
         // What accelerates relative to others is looked at in all images at once.
         let is_batch = self.sources.growth.is_none() && (is_large || !(FALLING && TABLE));
@@ -68,9 +75,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (others, length) = near.filled_up(me.id);
             self.predict_uncaptured(me, true, others, length, prediction);
             if !is_large {
-                let mut leaves = Prediction::NONE;
-                self.predict_transition(me, &cells.grid, cells.home(me.id), &mut leaves);
-                self.predict_further_images(me, others, leaves.transition_time, prediction);
+                self.predict_further_images(me, others, self.leaves_cell(me, cells), prediction);
             }
         } else if let Some(growing) = &self.sources.growth
             && is_large
@@ -79,22 +84,39 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let reach = Reach { squared: self.pairs.rules.inertial_squared(species), growth: growing.factor(me.time) };
             let (others, _) = near.filled_up(me.id);
             self.predict_within_reach(me, true, others, &reach, prediction);
+        } else if let Some(sliding) = self.sliding(me.time)
+            && is_batch
+            && !(FALLING && TABLE)
+        {
+            let (others, _) = near.filled_up(me.id);
+            self.predict_next_to_sliding_sides(me, others, sliding, self.leaves_cell(me, cells), prediction);
         } else {
             near.found().iter().for_each(|&other| self.predict_uncaptured_pair(me, other, prediction));
-            self.predict_across(me, prediction);
         }
+    }
+
+    /// When the particle leaves its cell.
+    fn leaves_cell(&self, me: &Streamed, cells: &Cells) -> f64 {
+        let mut leaves = Prediction::NONE;
+        self.predict_transition(me, &cells.grid, cells.home(me.id), &mut leaves);
+        leaves.transition_time
     }
 
     /// The first meeting with those that are half a period away, but for rounding, in the image on the other side.
     ///
     /// Either of the two may be the nearest image, and the one that is left out here is looked at with all others.
     fn predict_ties(&self, me: &Streamed, others: &[u32], prediction: &mut Prediction) {
-        for &other in others.iter().filter(|&&other| other != me.id) {
+        let least: [f64; 3] = std::array::from_fn(|axis| {
+            if self.ranges.tied_axes[axis] { 0.5 * self.state.periods[axis] * (1.0 - TIED) } else { f64::INFINITY }
+        });
+        let is_far = |some: &[u32]| {
+            let is_batch = self.sources.lees_edwards.is_none() && !(FALLING && TABLE);
+            !is_batch || self.others(me, true).half_a_period_away::<FALLING>(me, some, least) != 0
+        };
+        let far = others.chunks_exact(MOST_LANES).filter(|some| is_far(some)).flatten();
+        for &other in far.filter(|&&other| other != me.id) {
             let (nearest, _) = self.relative(me, other);
-            let is_tied: [bool; 3] = std::array::from_fn(|axis| {
-                let half = 0.5 * self.state.periods[axis];
-                self.ranges.tied_axes[axis] && nearest.position[axis].abs() > half * (1.0 - TIED)
-            });
+            let is_tied: [bool; 3] = std::array::from_fn(|axis| nearest.position[axis].abs() >= least[axis]);
             let squared = if TABLE {
                 let meeting = self.pairs.rules.meeting(self.row(me.id), self.row(other));
                 if meeting.exists { meeting.squared } else { continue }

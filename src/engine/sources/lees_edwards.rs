@@ -13,8 +13,7 @@ use crate::base::numbers::trunc_to_i32;
 use crate::engine::neighbours::Neighbours;
 use crate::engine::neighbours::grid::Face;
 use crate::engine::parts::Engine;
-use crate::engine::predict::Streamed;
-use crate::engine::prediction::Prediction;
+use crate::engine::reach::Sliding;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::space::{displacement_within_period, minimum_image_along};
 use crate::physics::motion::RelativeState;
@@ -118,20 +117,18 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         is_in_one_image && !cells.is_outermost(cells.home(particle), GRADIENT)
     }
 
+    /// A sheared box as it is seen from next to the sides that slide, if each neighbour there can be met in one image only.
+    pub(in crate::engine) fn sliding(&self, time: f64) -> Option<Sliding> {
+        let shear = self.sources.lees_edwards.as_ref()?;
+        let is_in_one_image = self.ranges.further_images.is_empty() && !self.ranges.tied_axes.contains(&true);
+        let (displacement, _) = shear.displacement_within(time, self.state.periods[FLOW]);
+        is_in_one_image.then_some(Sliding { displacement, speed: shear.speed })
+    }
+
     /// Calls `visit` for those beyond the sides that slide: cells next to them do not stay next to them.
     pub(in crate::engine) fn for_each_across(&self, particle: u32, visit: impl FnMut(u32)) {
         let (Some(_), Neighbours::Cells(cells)) = (&self.sources.lees_edwards, &self.neighbours) else { return };
         cells.for_each_across(cells.home(particle), [FLOW, GRADIENT], visit);
-    }
-
-    /// The first meeting with those beyond the sides that slide.
-    pub(in crate::engine) fn predict_across(&self, me: &Streamed, prediction: &mut Prediction) {
-        self.for_each_across(me.id, |other| {
-            let is_captured = TABLE && self.pairs.states.get(me.id, other).is_some();
-            if !is_captured {
-                self.predict_uncaptured_pair(me, other, prediction);
-            }
-        });
     }
 
     /// Moves a particle that has left through one of the sides that slide to where its image comes in.

@@ -1,0 +1,107 @@
+use super::*;
+use crate::engine::Until;
+use crate::engine::batch::tests::falling;
+use crate::engine::predict::{Scratch, is_out_of_reach};
+use crate::model::Scene;
+use crate::model::potential::Potential;
+use crate::physics::detection::lanes::Simd;
+use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
+
+/// Spheres of one kind or two in a periodic box.
+fn box_of_spheres(count: u64, packing_fraction: f64, is_mixture: bool, shear_rate: f64) -> Scene {
+    let hard_sphere = |diameter| Potential::hard_sphere(diameter).unwrap();
+    let mut scene = SceneBuilder::new("small").species("A", 1.0, 1.0).interaction("A", "A", hard_sphere(1.0), 1.0);
+    let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
+    if is_mixture {
+        fill.composition.push(("B".to_owned(), 1.0));
+        scene = scene.species("B", 0.7, 0.6).interaction("A", "B", hard_sphere(0.8), 0.9).interaction(
+            "B",
+            "B",
+            hard_sphere(0.6),
+            1.0,
+        );
+    }
+    fill = fill.count(count).amount(Amount::PackingFraction(packing_fraction));
+    if shear_rate != 0.0 {
+        scene = scene.shear(shear_rate);
+    }
+    scene.add_fill(fill).temperature(1.0).build().unwrap()
+}
+
+fn meets_in_all_images<const TABLE: bool>(scene: &Scene) {
+    let mut engine = Engine::<false, TABLE>::new(scene);
+    let mut scratch = Scratch::new(scene.particles().len());
+    let mut met = 0;
+    for part in 1..=30 {
+        engine.advance(Until::events(50 * part), &mut None).unwrap();
+        let now = engine.clock.now;
+        for particle in engine.particles() {
+            let mut one_by_one = Prediction::NONE;
+            let me = engine.streamed(particle, now);
+            engine.particles().for_each(|other| engine.predict_uncaptured_pair(&me, other, &mut one_by_one));
+            let prediction = engine.predict(particle, now, &mut scratch);
+            if one_by_one.contact_time < prediction.transition_time {
+                assert_eq!(prediction.contact_time, one_by_one.contact_time, "{particle}");
+                assert_eq!(prediction.partner, one_by_one.partner, "{particle}");
+                met += 1;
+            } else {
+                assert!(prediction.is_transition() || prediction.contact_time == one_by_one.contact_time);
+            }
+        }
+    }
+    assert!(met > 100, "{met}");
+}
+
+#[test]
+fn in_a_small_box_a_particle_meets_all_images() {
+    for (count, packing_fraction) in [(2, 0.05), (4, 0.1), (8, 0.3), (16, 0.2), (32, 0.45), (32, 0.2)] {
+        for is_mixture in [false, true] {
+            let scene = box_of_spheres(count, packing_fraction, is_mixture, 0.0);
+            let ranges = Engine::<false, true>::new(&scene).ranges;
+            assert!(!ranges.further_images.is_empty() || ranges.tied_axes == [true; 3], "{count} {is_mixture}");
+            if is_mixture { meets_in_all_images::<true>(&scene) } else { meets_in_all_images::<false>(&scene) }
+        }
+    }
+}
+
+#[test]
+fn next_to_sides_that_slide_a_particle_meets_all_across() {
+    for (count, rate) in [(256, 0.3), (256, -2.0), (500, 0.1)] {
+        meets_in_all_images::<false>(&box_of_spheres(count, 0.15, false, rate));
+        meets_in_all_images::<true>(&box_of_spheres(count, 0.15, true, rate));
+    }
+}
+
+#[test]
+fn all_that_one_by_one_is_within_reach_is_so_in_lanes() {
+    let mut engine = Engine::<true, true>::new(&falling());
+    let others: Vec<u32> = engine.particles().collect();
+    let (mut within, mut beyond) = (0, 0);
+    for part in 1..=20 {
+        engine.advance(Until::events(100 * part), &mut None).unwrap();
+        let now = engine.clock.now;
+        for particle in engine.particles().filter(|&particle| !engine.is_static(particle)) {
+            let me = engine.streamed(particle, now);
+            let species = |id: u32| engine.row(id);
+            let squared = engine.pairs.rules.accelerated_squared(species(particle)).unwrap();
+            let reach = Reach { squared, growth: [1.0, 0.0] };
+            for (width, horizon) in Simd::all().into_iter().zip([0.01, 0.1, 1.0].into_iter().cycle()) {
+                let batch = Batch { width, ..engine.others(&me, true) };
+                for some in others.chunks_exact(MOST_LANES) {
+                    let bits = batch.within_reach(&me, some, &reach, horizon);
+                    for (k, &other) in some.iter().enumerate() {
+                        let meeting = engine.pairs.rules.meeting(species(particle), species(other));
+                        let (state, _) = engine.relative(&me, other);
+                        let is_reached = meeting.is_accelerated
+                            && !is_out_of_reach(&state, &me.acceleration, meeting.squared, horizon);
+                        let is_kept = bits >> k & 1 == 1;
+                        assert_eq!(is_kept, is_reached, "{particle} {other} {horizon}");
+                        within += u32::from(is_kept);
+                        beyond += u32::from(!is_kept && meeting.is_accelerated);
+                    }
+                }
+            }
+        }
+    }
+    assert!(within > 1_000 && beyond > 1_000, "{within} {beyond}");
+}
