@@ -47,8 +47,9 @@ fn peak(count: u32, instruments: &str) -> f64 {
 
 #[test]
 fn a_particle_takes_little_more_than_its_state_its_prediction_and_its_list() {
+    // A second copy of the engine is some 180 bytes more, and pages of two megabytes round by up to 60 each.
     for (instruments, most) in
-        [("", 320.0), ("[output]\ncontacts = true\n", 320.0), ("[measure]\npressure_tensor = true\n", 650.0)]
+        [("", 400.0), ("[output]\ncontacts = true\n", 400.0), ("[measure]\npressure_tensor = true\n", 750.0)]
     {
         let bytes = (peak(32_000, instruments) - peak(108, instruments)) / 32_000.0;
         assert!((150.0..most).contains(&bytes), "{instruments}: {bytes} bytes of each particle");
