@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::Driver;
-use super::pace::Pace;
+use super::pace::{Pace, PaceOfRows};
 use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::model::Limit;
@@ -63,9 +63,9 @@ impl<R: Recorder> Driver<'_, R> {
                 self.record(true, false)?;
             }
             let ended = match self.pace_of_rows()? {
-                Ok((rows, ended)) => {
+                Ok(PaceOfRows { rows, ending }) => {
                     (self.state.rows, self.state.pilot) = (Some(rows), None);
-                    ended
+                    ending
                 }
                 Err(ending) => return Ok(Some(ending)),
             };

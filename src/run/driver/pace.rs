@@ -40,6 +40,13 @@ pub(super) struct Pace {
     pub ending: Option<Ending>,
 }
 
+/// When a stage before the measurement writes rows.
+pub(super) struct PaceOfRows {
+    pub rows: SamplingTimes,
+    /// How the stage ended while they were chosen, if it did.
+    pub ending: Option<Ending>,
+}
+
 /// What a pilot run has found.
 pub(super) struct Found {
     /// How long the events will take `[time]`.
@@ -77,12 +84,11 @@ impl<R: Recorder> Driver<'_, R> {
         Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration, ending }))
     }
 
-    /// The times of rows in a stage before the measurement, and how the stage ended while they were chosen, if it did; or the ending, if the
-    /// caller wants no more meanwhile.
-    pub(super) fn pace_of_rows(&mut self) -> Result<Result<(SamplingTimes, Option<Ending>), Ending>, R::Error> {
+    /// The times of rows in a stage before the measurement; or the ending, if the caller wants no more while they are chosen.
+    pub(super) fn pace_of_rows(&mut self) -> Result<Result<PaceOfRows, Ending>, R::Error> {
         let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
-            return Ok(Ok((SamplingTimes::given(start, interval), None)));
+            return Ok(Ok(PaceOfRows { rows: SamplingTimes::given(start, interval), ending: None }));
         }
         let mut ending = None;
         let duration = match limit {
@@ -107,7 +113,7 @@ impl<R: Recorder> Driver<'_, R> {
             },
         };
         let duration = duration.filter(|duration| duration.is_finite() && *duration > 0.0).unwrap_or(f64::INFINITY);
-        Ok(Ok((SamplingTimes::expecting(start, duration, ROWS, 0.0), ending)))
+        Ok(Ok(PaceOfRows { rows: SamplingTimes::expecting(start, duration, ROWS, 0.0), ending }))
     }
 
     /// How long so many events will take, from the first thousandth of them, or of a limit in time; `None` if the caller wants no more.
