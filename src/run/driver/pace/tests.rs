@@ -1,0 +1,119 @@
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use super::*;
+use crate::analysis::instruments::Scalar;
+use crate::analysis::observables::Row;
+use crate::engine::{Simulation, Snapshot};
+use crate::model::{OutputPlan, Potential, RunPlan, Scene};
+use crate::run::checkpoint::{Checkpoint, Manifest};
+use crate::run::{Run, RunState};
+use crate::scene::{Amount, Lattice, SceneBuilder};
+
+#[test]
+fn durations_are_rounded_to_two_digits() {
+    assert_eq!(rounded(123.4), 120.0);
+    assert_eq!(rounded(0.000_678_9), 0.000_68);
+}
+
+/// Rows and times of frames, and the last checkpoint with their numbers at it.
+#[derive(Default)]
+struct Kept {
+    rows: Vec<Row>,
+    frames: Vec<f64>,
+    checkpoint: Option<(Simulation, RunState, [usize; 2])>,
+}
+
+impl Recorder for Kept {
+    type Error = Infallible;
+
+    fn row(&mut self, _: Stage, row: &Row) -> Result<(), Infallible> {
+        self.rows.push(row.clone());
+        Ok(())
+    }
+
+    fn frame(&mut self, snapshot: &Snapshot, _: Vec<Scalar>) -> Result<(), Infallible> {
+        self.frames.push(snapshot.time);
+        Ok(())
+    }
+
+    fn checkpoint(&mut self, simulation: &Simulation, state: &RunState) -> Result<(), Infallible> {
+        let counts = [self.rows.len(), self.frames.len()];
+        self.checkpoint = Some((simulation.clone(), state.clone(), counts));
+        Ok(())
+    }
+}
+
+impl Kept {
+    /// Goes on with a run, up to so many questions whether to go on.
+    fn go_on(&mut self, run: Run, mut questions: u32) {
+        let mut watch = |_: &crate::run::Progress| {
+            questions = questions.saturating_sub(1);
+            if questions == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        run.execute(self, &mut watch).unwrap();
+    }
+
+    /// Goes on from the last checkpoint to the end.
+    fn resume(&mut self) {
+        let (simulation, state, [rows, frames]) = self.checkpoint.take().unwrap();
+        self.rows.truncate(rows);
+        self.frames.truncate(frames);
+        let manifest = Manifest { scene: None, files: Vec::new() };
+        self.go_on(Run::resume(Checkpoint { simulation, state, manifest }), u32::MAX);
+    }
+
+    fn measured(&self) -> (&SamplingTimes, &SamplingTimes) {
+        let measurement = self.checkpoint.as_ref().unwrap().1.measurement.as_ref().unwrap();
+        (&measurement.rows, &measurement.frames)
+    }
+}
+
+fn fluid(packing_fraction: f64, events: u64, output: OutputPlan) -> Scene {
+    SceneBuilder::new("fluid")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(packing_fraction))
+        .temperature(1.0)
+        .run(RunPlan { limit: Limit::events(events), ..RunPlan::default() })
+        .output(output)
+        .build()
+        .unwrap()
+}
+
+fn run(scene: Scene) -> Kept {
+    let mut kept = Kept::default();
+    kept.go_on(Run::without_start(scene), u32::MAX);
+    kept
+}
+
+#[test]
+fn a_pilot_run_changes_nothing_of_what_is_kept() {
+    // One that is kept, and one in which a row could be due before its first event.
+    for (packing_fraction, events) in [(0.4, 200_000), (1e-4, 10_000)] {
+        let chosen = run(fluid(packing_fraction, events, OutputPlan::default()));
+        let (rows, frames) = chosen.measured();
+        let intervals = (Some(rows.interval()), Some(frames.interval()));
+        for (thermo_interval, frame_interval) in [intervals, (intervals.0, None), (None, intervals.1)] {
+            let output = OutputPlan { thermo_interval, frame_interval, ..OutputPlan::default() };
+            let given = run(fluid(packing_fraction, events, output));
+            assert_eq!(given.rows, chosen.rows, "{packing_fraction} {events}");
+            assert_eq!(given.frames, chosen.frames, "{packing_fraction} {events}");
+        }
+    }
+}
+
+#[test]
+fn a_pilot_run_that_is_interrupted_goes_on() {
+    let scene = || fluid(0.4, 200_000, OutputPlan::default());
+    let whole = run(scene());
+    let mut interrupted = 0;
+    for questions in 1..8 {
+        let mut kept = Kept::default();
+        kept.go_on(Run::new(scene()), questions);
+        interrupted += u32::from(kept.checkpoint.as_ref().unwrap().1.pilot.is_some());
+        kept.resume();
+        assert!(kept.rows == whole.rows && kept.frames == whole.frames, "{questions}");
+    }
+    assert!(interrupted > 1, "{interrupted} in the pilot run");
+}
