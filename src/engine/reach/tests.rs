@@ -58,7 +58,7 @@ fn meets_in_all_images<const TABLE: bool>(scene: &Scene) {
 
 #[test]
 fn in_a_small_box_a_particle_meets_all_images() {
-    for (count, packing_fraction) in [(2, 0.05), (4, 0.1), (8, 0.3), (16, 0.2), (32, 0.45), (32, 0.2)] {
+    for (count, packing_fraction) in [(4, 0.1), (8, 0.3), (16, 0.2), (32, 0.45), (32, 0.2)] {
         for is_mixture in [false, true] {
             let scene = box_of_spheres(count, packing_fraction, is_mixture, 0.0);
             let ranges = Engine::<false, true>::new(&scene).ranges;
