@@ -37,13 +37,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.neighbours = Neighbours::none(&self.state.space);
         self.reorder();
         self.sort_in(search);
-        self.fill_lists();
-        self.enlarge();
-        for particle in self.particles() {
-            if !self.is_static(particle) {
-                self.predict_anew(particle, 0.0);
-            }
-        }
+        self.predict_all();
         true
     }
 

@@ -61,13 +61,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if TABLE {
             self.set_pair_states(scene);
         }
-        self.fill_lists();
-        self.enlarge();
-        for particle in self.particles() {
-            if !self.is_static(particle) {
-                self.predict_anew(particle, 0.0);
-            }
-        }
+        self.predict_all();
         let moving = self.schedule.predictions.iter().filter(|prediction| prediction.due_time().is_finite()).count();
         if moving > 0 {
             // Some of them are enough for a median.
@@ -79,6 +73,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         for particle in self.particles() {
             self.enqueue(particle);
+        }
+    }
+
+    /// Predicts all particles, which have just been sorted in, at the beginning of an epoch; none is put into the queue.
+    pub(super) fn predict_all(&mut self) {
+        self.fill_lists();
+        self.enlarge();
+        for particle in self.particles() {
+            if !self.is_static(particle) {
+                self.predict_anew(particle, 0.0);
+            }
         }
     }
 

@@ -207,18 +207,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let batch = self.others(me, wraps);
-        for some in others.chunks_exact(MOST_LANES) {
-            let is_met = |k: usize| reach.squared[batch.species_of(some[k])] >= 0.0;
-            let mut bits = (0..MOST_LANES).fold(0, |bits, k| bits | u32::from(is_met(k)) << k);
-            let horizon = prediction.contact_time - me.time;
-            if bits != 0 && horizon < f64::INFINITY {
-                bits = batch.within_reach(me, some, reach, horizon);
-            }
-            while bits != 0 {
-                self.predict_uncaptured_pair(me, some[bits.trailing_zeros() as usize], prediction);
-                bits &= bits - 1;
-            }
-        }
+        let is_met = |other: &u32| reach.squared[batch.species_of(*other)] >= 0.0;
+        let kept = |some: &[u32], horizon: f64| {
+            let bits = (0..).zip(some).fold(0, |bits, (k, other)| bits | u32::from(is_met(other)) << k);
+            if bits == 0 || horizon == f64::INFINITY { bits } else { batch.within_reach(me, some, reach, horizon) }
+        };
+        for_each_kept(others, [me.time, f64::INFINITY], prediction, kept, |other, prediction| {
+            self.predict_uncaptured_pair(me, other, prediction);
+        });
     }
 
     /// The first contact with any of some uncaptured others of a particle next to the sides of a sheared box that slide, before it leaves its cell
@@ -232,18 +228,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let batch = self.others(me, false);
-        for some in others.chunks_exact(MOST_LANES) {
-            let horizon = prediction.contact_time.min(leaves) - me.time;
-            let mut bits = if horizon < f64::INFINITY {
-                batch.within_reach_across::<FALLING>(me, some, sliding, horizon)
-            } else {
-                (1 << MOST_LANES) - 1
-            };
-            while bits != 0 {
-                self.predict_uncaptured_pair(me, some[bits.trailing_zeros() as usize], prediction);
-                bits &= bits - 1;
-            }
-        }
+        let kept = |some: &[u32], horizon: f64| match horizon {
+            f64::INFINITY => ALL,
+            _ => batch.within_reach_across::<FALLING>(me, some, sliding, horizon),
+        };
+        for_each_kept(others, [me.time, leaves], prediction, kept, |other, prediction| {
+            self.predict_uncaptured_pair(me, other, prediction);
+        });
     }
 
     /// The first contact with any of some uncaptured others in another image than the nearest, before the particle leaves its cell at the time
@@ -256,22 +247,37 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         prediction: &mut Prediction,
     ) {
         let batch = self.others(me, true);
-        for some in others.chunks_exact(MOST_LANES) {
-            let horizon = prediction.contact_time.min(leaves) - me.time;
-            let mut bits = if horizon < f64::INFINITY {
-                batch.within_reach_of_another_image::<FALLING>(me, some, horizon)
-            } else {
-                (1 << MOST_LANES) - 1
-            };
-            while bits != 0 {
-                let other = some[bits.trailing_zeros() as usize];
-                let squared = batch.squared[batch.species_of(other)];
-                if other != me.id && squared >= 0.0 {
-                    let (state, _) = self.relative(me, other);
-                    self.predict_in_further_images(me, other, &state, squared, prediction);
-                }
-                bits &= bits - 1;
+        let kept = |some: &[u32], horizon: f64| match horizon {
+            f64::INFINITY => ALL,
+            _ => batch.within_reach_of_another_image::<FALLING>(me, some, horizon),
+        };
+        for_each_kept(others, [me.time, leaves], prediction, kept, |other, prediction| {
+            let squared = batch.squared[batch.species_of(other)];
+            if other != me.id && squared >= 0.0 {
+                let (state, _) = self.relative(me, other);
+                self.predict_in_further_images(me, other, &state, squared, prediction);
             }
+        });
+    }
+}
+
+/// As bits, all of [`MOST_LANES`].
+const ALL: u32 = (1 << MOST_LANES) - 1;
+
+/// Predicts those of some others that are kept for a horizon: the time from now to the earliest contact so far, or to the last time that counts.
+#[inline]
+fn for_each_kept(
+    others: &[u32],
+    [now, last]: [f64; 2],
+    prediction: &mut Prediction,
+    kept: impl Fn(&[u32], f64) -> u32,
+    predict: impl Fn(u32, &mut Prediction),
+) {
+    for some in others.chunks_exact(MOST_LANES) {
+        let mut bits = kept(some, prediction.contact_time.min(last) - now);
+        while bits != 0 {
+            predict(some[bits.trailing_zeros() as usize], prediction);
+            bits &= bits - 1;
         }
     }
 }
