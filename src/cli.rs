@@ -10,6 +10,7 @@ mod report;
 mod run;
 mod schema;
 mod signals;
+mod sweep;
 mod table;
 mod validate;
 mod verify;
@@ -33,6 +34,7 @@ Examples:
   carom run fluid.toml                      simulates it; the results are in runs/fluid
   carom run fluid.toml --until-events 1e5   shorter
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
+  carom sweep fluid.toml --vary fill.0.packing_fraction=0.1..0.4/4 --vary seed=1..3     in runs/fluid-sweep
   carom verify runs/fluid                   proves the first events of that run
   carom validate                            measures what is known from theory and other simulations, in a minute
   carom render runs/fluid                  the last frame, in runs/fluid/picture.png
@@ -57,6 +59,8 @@ struct Cli {
 enum Command {
     /// Simulates a scene and writes thermo.csv, trajectory.xyz, summary.json and more
     Run(run::Run),
+    /// Runs a scene for all combinations of values, with tables and a page over all runs
+    Sweep(sweep::SweepCommand),
     /// Says in words what will be simulated, and finds what is wrong
     Check(check::Check),
     /// Proves that a run, or a range of its events, missed, invented and misplaced no event
@@ -147,6 +151,7 @@ pub fn main() -> ExitCode {
     };
     let result = match &cli.command {
         Command::Run(run) => run.execute(),
+        Command::Sweep(sweep) => sweep.execute(),
         Command::Check(check) => check.execute(),
         Command::Verify(verify) => verify.execute(),
         Command::Validate(validate) => validate.execute(),

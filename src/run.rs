@@ -128,6 +128,23 @@ pub enum Ending {
 }
 
 impl Ending {
+    /// Its word in files.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Time => "time",
+            Self::Events => "events",
+            Self::Condition => "condition",
+            Self::Idle => "idle",
+            Self::GaveUp => "gave up",
+            Self::Unsettled => "unsettled",
+            Self::Interrupted => "interrupted",
+            Self::Arrested(_) => "arrested",
+            Self::Broken(_) => "broken",
+            Self::Jammed(_) => "jammed",
+        }
+    }
+
     /// Whether a run ends there, in whatever stage it is.
     fn is_early(&self) -> bool {
         matches!(

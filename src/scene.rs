@@ -91,10 +91,18 @@ impl Scene {
         let builder = parse::parts(file, name, directory);
         builder.and_then(|builder| builder.build()).map_err(|error| source.located(error))
     }
+
+    /// Whether a text has only keys that a scene has, with values of their types: what can be said before a particle is placed.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the first mistake.
+    pub(crate) fn check_keys(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<(), SceneError> {
+        source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
+    }
 }
 
 /// The text of a scene's file.
-fn read_text(path: &Path) -> Result<String, SceneError> {
+pub(crate) fn read_text(path: &Path) -> Result<String, SceneError> {
     let bytes = std::fs::read(path).map_err(|source| {
         SceneError::new(ConfigPath::root(), SceneErrorKind::Unreadable { path: path.to_owned(), source })
     })?;

@@ -10,6 +10,7 @@ use carom::io::OutputError;
 use carom::io::convert::ConvertError;
 use carom::run::RunError;
 use carom::scene::SceneError;
+use carom::sweep::SweepError;
 use carom::view::render::RenderError;
 use carom::view::report::ReportError;
 use miette::{Diagnostic, Report};
@@ -90,6 +91,19 @@ impl From<OutputError> for Failure {
         };
         let help = error.cure();
         Self::new(with_causes(&error), None, help, code)
+    }
+}
+
+impl From<SweepError> for Failure {
+    fn from(error: SweepError) -> Self {
+        match error {
+            SweepError::Scene(error) => error.into(),
+            SweepError::Output(error) => error.into(),
+            error => {
+                let code = if matches!(error, SweepError::Write { .. }) { FAILED } else { BAD_INPUT };
+                Self::new(with_causes(&error), None, error.cure(), code)
+            }
+        }
     }
 }
 

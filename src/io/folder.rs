@@ -18,7 +18,7 @@ use super::contacts;
 use super::error::OutputError;
 use super::event_log::{self, EventLog};
 use super::measurements;
-use super::occupied::{run_around, spot};
+use super::occupied::{FolderState, run_around, spot, state_of};
 use super::owned::{Owned, Replacement};
 use super::partial::PartialFile;
 use super::replacement;
@@ -204,6 +204,14 @@ impl Folder {
         self.scene.as_mut().map_or(Ok(()), |scene| scene.set_limit(limit))
     }
 
+    /// The state of the run in a folder, by its files.
+    ///
+    /// # Errors
+    /// [`OutputError::Occupied`] if the folder holds something else than a run, [`OutputError::NotFolder`] or [`OutputError::Folder`] if it cannot be read.
+    pub fn state_of(run: &Path) -> Result<FolderState, OutputError> {
+        state_of(run)
+    }
+
     /// Where the scene of a run is kept, in the folder of the run.
     #[must_use]
     pub fn scene_of(run: &Path) -> PathBuf {
@@ -214,6 +222,12 @@ impl Folder {
     #[must_use]
     pub fn summary_of(run: &Path) -> PathBuf {
         run.join(SUMMARY)
+    }
+
+    /// Where what the instruments have measured is, in the folder of a run that has any.
+    #[must_use]
+    pub fn measurements_of(run: &Path) -> PathBuf {
+        run.join(measurements::FILE)
     }
 
     /// The files of a run that other files are made from, whether they are there or not.

@@ -6,7 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
-use super::number::Cell;
+use super::number::{Cell, quoted};
 use super::partial::PartialFile;
 use crate::analysis::instruments::{Curve, Measured};
 
@@ -78,11 +78,6 @@ fn table(curve: &Curve) -> String {
         text.push('\n');
     }
     text
-}
-
-/// A head of a column, in quotes where a comma or a quote stands in it.
-pub(super) fn quoted(head: &str) -> String {
-    if head.contains([',', '"']) { format!("\"{}\"", head.replace('"', "\"\"")) } else { head.to_owned() }
 }
 
 #[cfg(test)]

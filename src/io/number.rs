@@ -1,11 +1,11 @@
-//! Numbers in tables.
+//! Numbers and words in tables.
 
 use std::fmt;
 
 /// The fewest digits that read back as the same number, with an exponent where there would be many zeros; nothing for
 /// what is not known.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Cell(pub Option<f64>);
+pub(crate) struct Cell(pub Option<f64>);
 
 impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -15,6 +15,11 @@ impl fmt::Display for Cell {
             None => Ok(()),
         }
     }
+}
+
+/// A word of a table, in quotes where a comma, a quote or the end of a line stands in it.
+pub(crate) fn quoted(word: &str) -> String {
+    if word.contains([',', '"', '\n']) { format!("\"{}\"", word.replace('"', "\"\"")) } else { word.to_owned() }
 }
 
 #[cfg(test)]

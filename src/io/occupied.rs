@@ -11,6 +11,31 @@ use super::owned::{self, Replacement, is_run};
 use super::partial::partial_of;
 use super::{checkpoints, replacement};
 
+/// What a folder holds of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FolderState {
+    /// Nothing, or what a run left that was killed before its first checkpoint.
+    Nothing,
+    /// A run that can be resumed.
+    Unfinished,
+    /// A run that has ended.
+    Finished,
+}
+
+/// The state of the run in a folder.
+///
+/// # Errors
+/// [`OutputError::Occupied`] if it holds something else, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
+pub(super) fn state_of(path: &Path) -> Result<FolderState, OutputError> {
+    match contents(path)? {
+        Contents::Nothing => Ok(FolderState::Nothing),
+        Contents::Unfinished => Ok(FolderState::Unfinished),
+        Contents::Finished | Contents::Replacing => Ok(FolderState::Finished),
+        Contents::Foreign => Err(OutputError::Occupied(path.to_owned())),
+    }
+}
+
 /// What there is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Contents {

@@ -1,13 +1,19 @@
 //! The numbers of a run, `summary.json`. Its keys are a contract with what reads it.
 
 use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::folder::SUMMARY;
 use super::rates::{Rate, rates_of};
 use crate::analysis::observables::Equilibrium;
+use crate::analysis::published::{PublishedValue, of_system};
 use crate::analysis::statistics::Stationarity;
 use crate::model::InputFile;
+use crate::model::scene::own_volume;
 use crate::run::Finished;
 
 /// Summary of a run: the content of `summary.json`.
@@ -29,6 +35,15 @@ pub struct Summary {
     pub particles: usize,
     /// Simulated time at the end.
     pub time: f64,
+    /// Why it ended, in a word; `None` in files that do not have it.
+    #[serde(default)]
+    pub ending: Option<String>,
+    /// The measurement.
+    #[serde(default)]
+    pub measured: Option<Period>,
+    /// What was simulated, in numbers.
+    #[serde(default)]
+    pub system: Option<System>,
     /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files that do not have it.
     #[serde(default = "not_grown")]
     pub diameter_factor: f64,
@@ -42,10 +57,81 @@ pub struct Summary {
     #[serde(default)]
     pub equilibrated: Equilibrium,
     pub observables: BTreeMap<String, Observable>,
+    /// What theory and other simulations say of what was measured, at its mean temperature.
+    #[serde(default)]
+    pub published: Vec<PublishedValue>,
     /// By kind and species, only those that took place; empty in files of runs before they were counted.
     #[serde(default)]
     pub rates: Vec<Rate>,
     pub speed: Speed,
+}
+
+/// When the measurement began, in simulated time, and how long it was.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "as in `MeasurementPeriod`")]
+pub struct Period {
+    pub start: f64,
+    pub duration: f64,
+}
+
+/// The system at the end of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct System {
+    /// Axes along which particles move.
+    pub dimensions: usize,
+    /// Edges of the box; 0 along flat axes.
+    pub size: [f64; 3],
+    /// Volume, area or length of the box; `None` where a side is open.
+    pub volume: Option<f64>,
+    /// Particles that move, by volume.
+    pub number_density: Option<f64>,
+    /// Part of the box that they fill.
+    pub packing_fraction: Option<f64>,
+    /// Species that have particles.
+    pub species: Vec<SpeciesSummary>,
+}
+
+/// A species at the end of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpeciesSummary {
+    /// Its name.
+    pub name: String,
+    /// Number of its particles.
+    pub count: usize,
+    /// Their diameter.
+    pub diameter: f64,
+    /// Their mass; `None` for a static species.
+    pub mass: Option<f64>,
+}
+
+impl System {
+    fn of(finished: &Finished) -> Self {
+        let (simulation, scene) = (&finished.simulation, finished.simulation.scene());
+        let (space, scale) = (scene.space(), simulation.scale());
+        let all = scene.species().iter().zip(simulation.population()).filter(|(_, count)| *count > 0);
+        let species: Vec<SpeciesSummary> = all
+            .map(|(species, count)| SpeciesSummary {
+                name: species.name.clone(),
+                count,
+                diameter: species.diameter * scale,
+                mass: (!species.is_static()).then_some(species.mass),
+            })
+            .collect();
+        let dimensions = space.dimensions();
+        let volume = space.is_closed().then(|| space.volume());
+        let moving = || species.iter().filter(|species| species.mass.is_some());
+        let by_volume = |sum: f64| volume.map(|volume| sum / volume);
+        Self {
+            dimensions,
+            size: space.size.into(),
+            volume,
+            number_density: by_volume(moving().map(|species| species.count as f64).sum()),
+            packing_fraction: by_volume(
+                moving().map(|species| species.count as f64 * own_volume(species.diameter, dimensions)).sum(),
+            ),
+            species,
+        }
+    }
 }
 
 /// Numbers of events; `total` are the physical ones: core, capture, release, bounce and wall.
@@ -135,6 +221,15 @@ pub struct Speed {
 }
 
 impl Summary {
+    /// The summary of the run in a folder.
+    ///
+    /// # Errors
+    /// If the file cannot be read, or is not a summary.
+    pub fn read(run: &Path) -> io::Result<Self> {
+        let bytes = fs::read(run.join(SUMMARY))?;
+        serde_json::from_slice(&bytes).map_err(io::Error::other)
+    }
+
     /// The numbers of a finished run.
     #[must_use]
     pub fn of(finished: &Finished) -> Self {
@@ -159,6 +254,9 @@ impl Summary {
             engine: simulation.engine().to_string(),
             particles: simulation.population().iter().sum(),
             time: simulation.time(),
+            ending: Some(finished.ending.word().to_owned()),
+            measured: Some(Period { start: finished.measurement.start, duration: finished.measurement.duration }),
+            system: Some(System::of(finished)),
             diameter_factor: simulation.scale(),
             events: events(finished),
             energy: Energies {
@@ -183,6 +281,7 @@ impl Summary {
             faults: audit.faults().iter().map(ToString::to_string).collect(),
             equilibrated: Equilibrium::of(&finished.stationarity, scene.space.dimensions()),
             observables: finished.observables.iter().map(observable).collect(),
+            published: published(finished),
             rates: rates_of(finished),
             speed: Speed {
                 wall_seconds,
@@ -192,6 +291,13 @@ impl Summary {
             },
         }
     }
+}
+
+/// What is published about the system, at its mean temperature.
+fn published(finished: &Finished) -> Vec<PublishedValue> {
+    let simulation = &finished.simulation;
+    let temperature = finished.observables.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
+    of_system(simulation.scene(), &simulation.population(), simulation.scale(), temperature)
 }
 
 /// The numbers of events of the measurement, by kind.

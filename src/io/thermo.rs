@@ -5,8 +5,8 @@
 
 use std::fmt::Write;
 
-use super::measurements::quoted;
 use super::number::Cell;
+use super::number::quoted;
 use crate::analysis::observables::{ApplicableObservables, Row};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text;

@@ -27,7 +27,17 @@ impl Scene {
     /// As [`Scene::from_file_with`], if the file is no longer what it was.
     pub fn record(&self, path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
         let path = path.as_ref();
-        let source = Source::new(&path.to_string_lossy(), read_text(path)?, overrides);
+        self.record_of(read_text(path)?, path, overrides)
+    }
+
+    /// The same of a text that has been read from `path`.
+    pub(crate) fn record_of(
+        &self,
+        text: String,
+        path: &Path,
+        overrides: &[(&str, &str)],
+    ) -> Result<String, SceneError> {
+        let source = Source::new(&path.to_string_lossy(), text, overrides);
         let failed = |message: String| SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message });
         let tree = source.tree()?;
         let mut table = Table::deserialize(Deserializer::from(tree)).map_err(|error| failed(error.to_string()))?;

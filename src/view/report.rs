@@ -25,6 +25,7 @@ mod plot;
 mod recording;
 mod results;
 mod setting;
+mod sweep;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -37,6 +38,7 @@ use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 
 pub use error::ReportError;
+pub use sweep::{sweep_page, sweep_page_in};
 
 use html::escape;
 use inputs::Inputs;
@@ -89,11 +91,6 @@ fn document(inputs: &Inputs) -> String {
         ("trajectory", "Trajectory", motion::section(inputs.recording.as_ref())),
         ("scene", "The scene", scene(inputs)),
     ];
-    let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
-    let body: String = sections
-        .iter()
-        .map(|(id, title, body)| format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{body}</section>\n"))
-        .collect();
     let engine = escape(&summary.engine);
     let verdict = if summary.faults.is_empty() {
         "<span class=\"verdict sound\">✓ audit sound</span>"
@@ -105,18 +102,30 @@ fn document(inputs: &Inputs) -> String {
         Answer::No => " <span class=\"verdict failed\">✗ not equilibrated</span>",
         Answer::Unknown => "",
     };
+    let heading = format!(
+        "<h1>{name} {verdict}{state}</h1>\n<p class=\"facts\">seed {} · {engine} · carom {}</p>\n",
+        summary.seed,
+        escape(&summary.version),
+    );
+    shell(&summary.scene, &heading, &notes(&inputs.notes), &sections)
+}
+
+/// A whole page: its title, what stands at its top, and its sections by id and title.
+fn shell(title: &str, heading: &str, notes: &str, sections: &[(&str, &str, String)]) -> String {
+    let links: String = sections.iter().map(|(id, title, _)| format!("<a href=\"#{id}\">{title}</a>\n")).collect();
+    let body: String = sections
+        .iter()
+        .map(|(id, title, body)| format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{body}</section>\n"))
+        .collect();
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; \
          script-src 'unsafe-inline'; img-src data:\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{name} - Carom</title>\n<style>\n{STYLE}</style>\n</head>\n\
-         <body>\n<header>\n<p class=\"kind\">Event-driven particle dynamics</p>\n<h1>{name} {verdict}{state}</h1>\n\
-         <p class=\"facts\">seed {} · {engine} · carom {}</p>\n<nav aria-label=\"Sections\">\n{links}</nav>\n</header>\n\
-         <main>\n{}{body}</main>\n</body>\n</html>\n",
-        summary.seed,
-        escape(&summary.version),
-        notes(&inputs.notes),
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{} - Carom</title>\n<style>\n{STYLE}</style>\n</head>\n\
+         <body>\n<header>\n<p class=\"kind\">Event-driven particle dynamics</p>\n{heading}<nav aria-label=\"Sections\">\n{links}</nav>\n\
+         </header>\n<main>\n{notes}{body}</main>\n</body>\n</html>\n",
+        escape(title),
     )
 }
 

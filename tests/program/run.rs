@@ -40,7 +40,7 @@ fn the_keys_of_the_summary_are_the_contract() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "--seed", "9"])), 0);
     let summary = place.summary("runs/scene");
-    let top = "version scene seed inputs engine particles diameter_factor time events energy momentum overlap faults equilibrated observables rates speed";
+    let top = "version scene seed inputs engine particles diameter_factor time ending measured system events energy momentum overlap faults equilibrated observables published rates speed";
     assert_eq!(keys(&summary), sorted(top.split(' ').collect()));
     for (key, contents) in [
         (
@@ -48,6 +48,8 @@ fn the_keys_of_the_summary_are_the_contract() {
             "total before core capture release bounce wall transition turning_point in_invalid_state tc_contacts tc_altered",
         ),
         ("energy", "initial final kinetic potential dissipated supplied ledger_error_relative ledger_limit"),
+        ("measured", "start duration"),
+        ("system", "dimensions size volume number_density packing_fraction species"),
         ("momentum", "drift limit"),
         ("overlap", "deepest_executed deepest_final limit initial final resolved_after"),
         ("observables", "temperature pressure compressibility_factor collision_rate"),

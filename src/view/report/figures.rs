@@ -26,9 +26,9 @@ pub(super) fn section(inputs: &Inputs) -> String {
 }
 
 /// A legend entry: colour class and words.
-type Entry = (String, String);
+pub(super) type Entry = (String, String);
 
-fn figure(title: &str, svg: &str, legend: &[Entry], text: &str) -> String {
+pub(super) fn figure(title: &str, svg: &str, legend: &[Entry], text: &str) -> String {
     let sample = |class: &str| {
         format!(
             "<svg class=\"sample\" viewBox=\"0 0 26 10\" aria-hidden=\"true\"><g class=\"{class}\"><path d=\"M1 5H25\"/></g></svg>"

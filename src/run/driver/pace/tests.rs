@@ -89,8 +89,10 @@ fn run(scene: Scene) -> Kept {
 
 #[test]
 fn a_pilot_run_changes_nothing_of_what_is_kept() {
-    // One that is kept, and one in which a row could be due before its first event.
-    for (packing_fraction, events) in [(0.4, 200_000), (1e-4, 10_000)] {
+    // One that is kept, one in which a row could be due before its first event, and ones of so few events that a row is due about when the first
+    // of them is.
+    let few = [0.1, 0.2, 0.3, 0.4].into_iter().flat_map(|phi| [101, 201, 203, 399].map(|events| (phi, events)));
+    for (packing_fraction, events) in [(0.4, 200_000), (1e-4, 10_000)].into_iter().chain(few) {
         let chosen = run(fluid(packing_fraction, events, OutputPlan::default()));
         let (rows, frames) = chosen.measured();
         let intervals = (Some(rows.interval()), Some(frames.interval()));

@@ -1,0 +1,288 @@
+//! `carom sweep`.
+
+mod display;
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use carom::base::text::{digits, size};
+use carom::io::estimate::{SizeEstimate, allowance, free_disk};
+use carom::io::{Existing, FolderState};
+use carom::model::Scene;
+use carom::run;
+use carom::scene::SceneError;
+use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
+use carom::view::describe;
+use carom::view::report;
+use clap::Args;
+
+use super::Changes;
+use super::failure::{Failure, with_causes};
+use super::{signals, table};
+use display::Display;
+
+/// Runs a scene for all combinations of values
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Each combination is a run in a folder of its own, with all files of a run. sweep.csv has a row for each run, sweep-mean.csv one for each
+state point, with means over its seeds, and sweep.html plots every quantity against the value that varies. What is there is not run
+again: the same command goes on where it stopped, to the same bits, and takes further values and seeds.
+
+VALUES are a list, 0.1,0.2; whole numbers, 1..5; a range with a number of values, 0.05..0.49/12; or one with even ratios, 0.01..10/7/log.
+Keys that change together stand in one --vary, separated by `;`. The last --vary changes fastest; of `seed` means are taken.
+
+Examples:
+  carom sweep fluid.toml --vary fill.0.packing_fraction=0.05..0.49/12 --vary seed=1..3
+  carom sweep fluid.toml --vary 'fill.0.packing_fraction=0.1,0.4; run.until_events=1e5,4e5' --set run.equilibration_events=20000
+  carom sweep study.toml                     scene = \"fluid.toml\", vary = [\"seed=1..3\"] and, if wanted, set = [\"run.until_time=10\"]
+  carom sweep runs/fluid-sweep               goes on with the sweep in this folder
+  carom sweep study.toml --array $SLURM_ARRAY_TASK_ID/12     one task of a job array")]
+pub struct SweepCommand {
+    /// A scene with --vary, the file of a sweep, or the folder of one
+    path: PathBuf,
+    /// A key of the scene and its values; several times for all combinations
+    #[arg(long = "vary", value_name = "KEY=VALUES")]
+    axes: Vec<Axis>,
+    #[command(flatten)]
+    changes: Changes,
+    /// Runs at the same time; as many as there are processors if not given
+    #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// The folder of the sweep; runs/NAME-sweep if not given, where NAME is that of the file
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Runs only the K-th of every N points
+    #[arg(long = "array", value_name = "K/N", value_parser = share)]
+    share: Option<Share>,
+    /// Time on the clock between two checkpoints of a run, in seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = "300")]
+    checkpoint_every: Duration,
+    /// Also writes more than 10 GB, or a tenth of the free disk
+    #[arg(long)]
+    force: bool,
+    /// No progress, only the final table
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+fn share(text: &str) -> Result<Share, String> {
+    let share = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+    match share {
+        Some((number, of)) if (1..=of).contains(&number) => Ok(Share { number, of }),
+        _ => Err("expected K/N with K from 1 to N, such as 3/12".to_owned()),
+    }
+}
+
+impl SweepCommand {
+    pub fn execute(&self) -> Result<(), Failure> {
+        let (sweep, path) = self.sweep()?;
+        self.check(&sweep, &path)?;
+        let folder = SweepFolder::open(&path, &sweep)?;
+        signals::watch();
+        let display = Display::new(&sweep, self.share.unwrap_or(Share::ALL), self.quiet);
+        let orders = Orders {
+            jobs: self.jobs.map_or_else(processors, usize::from),
+            share: self.share.unwrap_or(Share::ALL),
+            checkpoint_every: self.checkpoint_every,
+            most_bytes: if self.force { f64::INFINITY } else { allowance(free_disk(&path)) },
+            report: &table::text,
+        };
+        let watch = |place: usize, news: News<'_>| {
+            display.show(&sweep, place, &news);
+            signals::flow()
+        };
+        let fates = folder.execute(&sweep, &orders, &watch);
+        display.clear();
+        self.end(&sweep, &folder, &fates?)
+    }
+
+    /// What is to be run, and where.
+    fn sweep(&self) -> Result<(Sweep, PathBuf), Failure> {
+        let seed = self.changes.seed.map(|seed| seed.to_string());
+        let changes = self.changes.all(seed.as_deref());
+        if !self.axes.is_empty() {
+            let sweep = Sweep::new(&self.path, &changes, self.axes.clone())?;
+            let path = self.out.clone().unwrap_or_else(|| beside(&self.path));
+            return Ok((sweep, path));
+        }
+        if !changes.is_empty() {
+            let help = "give the axes with --vary, too, or write what is to be replaced into the file, as set = [\"KEY=VALUE\"]";
+            return Err(Failure::bad_input("--set and --seed need --vary", None, Some(help)));
+        }
+        if self.path.is_dir() {
+            let file = SweepFolder::file_in(&self.path);
+            if !file.exists() {
+                let message = format!("{} is not the folder of a sweep: it has no sweep.toml", self.path.display());
+                return Err(Failure::bad_input(message, None, Some("begin one with a scene and --vary")));
+            }
+            let path = self.out.clone().unwrap_or_else(|| self.path.clone());
+            return Ok((Sweep::from_file(file)?, path));
+        }
+        let sweep = Sweep::from_file(&self.path).map_err(|error| match error {
+            SweepError::File { .. } => {
+                let help = "if it is a scene, give the keys that vary, such as --vary seed=1..3; the file of a sweep has the keys \
+                     scene = \"fluid.toml\", vary = [\"seed=1..3\"] and, if wanted, set = [\"run.until_time=10\"]";
+                Failure::bad_input(with_causes(&error), None, Some(help))
+            }
+            error => error.into(),
+        })?;
+        // The file of a sweep within its folder goes on there.
+        let own = self.path.parent().filter(|folder| SweepFolder::file_in(folder) == self.path);
+        let path = self.out.clone().or_else(|| own.filter(|folder| holds_runs(folder, &sweep)).map(Path::to_owned));
+        Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
+    }
+
+    /// What can be found out before anything is made: keys and types of all points, and one whole scene.
+    fn check(&self, sweep: &Sweep, path: &Path) -> Result<(), Failure> {
+        for point in sweep.points() {
+            sweep.check_keys_at(point)?;
+        }
+        let (Some(first), Some(last)) = (sweep.points().first(), sweep.points().last()) else { return Ok(()) };
+        // A scene that is wrong at one end of an axis may be right at the other.
+        let scene = match sweep.scene_at(first) {
+            Ok(scene) => scene,
+            Err(error) => sweep.scene_at(last).map_err(|_: SceneError| error)?,
+        };
+        self.refuse_large(&scene, sweep.points().len(), path)
+    }
+
+    fn refuse_large(&self, scene: &Scene, points: usize, path: &Path) -> Result<(), Failure> {
+        let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
+        let bytes = SizeEstimate::of(scene, run::expected_rate(scene)).bytes * points as f64;
+        if bytes <= most {
+            return Ok(());
+        }
+        let message =
+            format!("the runs would write some {}, and write no more than {} unasked", size(bytes), size(most));
+        let help = "choose longer intervals in [output], or another disk with --out, or --force";
+        Err(Failure::bad_input(message, None, Some(help)))
+    }
+
+    /// Tables, page and verdict.
+    fn end(&self, sweep: &Sweep, folder: &SweepFolder, fates: &[(usize, Fate)]) -> Result<(), Failure> {
+        let results = Results::read(folder, sweep);
+        folder.write_tables(sweep, &results)?;
+        let page = report::sweep_page_in(folder.path());
+        report::write(&report::sweep_page(folder, sweep, &results), &page, Existing::Replace)?;
+        super::print(&format!(
+            "{}\nThe files are in {}: sweep.csv, sweep-mean.csv, sweep.html\n",
+            text(sweep, &results, fates.iter().filter(|(_, fate)| *fate == Fate::Kept).count()),
+            folder.path().display()
+        ))?;
+        let failed: Vec<String> = fates
+            .iter()
+            .filter_map(|(place, fate)| match fate {
+                Fate::Failed(why) => Some(format!("{}: {why}", sweep.points()[*place].folder())),
+                _ => None,
+            })
+            .collect();
+        let elsewhere = fates.iter().filter(|(_, fate)| *fate == Fate::Elsewhere).count();
+        if elsewhere > 0 {
+            super::warn(&format!(
+                "{elsewhere} runs are under way in other processes; the same command shows them when they are done"
+            ));
+        }
+        let is_interrupted =
+            signals::flow() == ControlFlow::Break(()) || fates.iter().any(|(_, fate)| *fate == Fate::Interrupted);
+        if !failed.is_empty() {
+            let message = format!("{} of {} runs failed:\n{}", failed.len(), fates.len(), failed.join("\n"));
+            let help = "the others are complete; where a run has a folder, report.txt says more";
+            return Err(Failure::failed(message, None, Some(help)));
+        }
+        if is_interrupted {
+            let help = format!("the same command goes on, or: carom sweep {}", folder.path().display());
+            return Err(Failure::failed("interrupted; what is complete stays", None, Some(&help)));
+        }
+        Ok(())
+    }
+}
+
+/// Whether a folder has runs of a sweep in it.
+fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
+    let is_there =
+        |name: &str| carom::io::Folder::state_of(&folder.join(name)).is_ok_and(|it| it != FolderState::Nothing);
+    sweep.points().iter().any(|point| is_there(point.folder()))
+}
+
+/// The folder of a sweep whose file has this name.
+fn beside(file: &Path) -> PathBuf {
+    let name = file.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    PathBuf::from("runs").join(format!("{name}-sweep"))
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Columns, and rows of them, that are printed.
+const MOST_COLUMNS: usize = 4;
+const MOST_ROWS: usize = 40;
+
+/// The means of what was measured, as far as they fit on a terminal.
+fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
+    let [done, failed] = results.counts();
+    let begun = results.points.iter().filter(|point| matches!(point.standing, Standing::Begun)).count();
+    let missing = results.points.len() - done - failed - begun;
+    let mut words = vec![format!("{done} of {} runs done", results.points.len())];
+    for (count, what) in [(kept, "were there already"), (failed, "failed"), (begun, "begun"), (missing, "not begun")] {
+        words.extend((count > 0).then(|| format!("{count} {what}")));
+    }
+    let mut lines = vec![words.join(", ")];
+    let keys: Vec<String> = sweep
+        .short_names()
+        .into_iter()
+        .zip(sweep.keys())
+        .filter(|(_, key)| !Sweep::is_seed(key))
+        .map(|(name, _)| name)
+        .collect();
+    let shown: Vec<usize> = (0..results.quantities.len()).take(MOST_COLUMNS).collect();
+    if shown.is_empty() {
+        return lines.concat() + "\n";
+    }
+    let names = shown.iter().map(|at| results.quantities[*at].title.to_lowercase());
+    let mut rows: Vec<Vec<String>> = vec![keys.into_iter().chain(["runs".to_owned()]).chain(names).collect()];
+    for group in results.groups.iter().take(MOST_ROWS) {
+        let point = &sweep.points()[group.places[0]];
+        let settings = point.settings().iter().filter(|(key, _)| !Sweep::is_seed(key)).map(|(_, value)| value.clone());
+        let values = shown.iter().map(|at| match group.values[*at] {
+            None => String::new(),
+            Some(it) => match it.error.or(it.scatter) {
+                Some(error) if error > 0.0 => describe::estimate(&carom::analysis::statistics::Estimate {
+                    mean: it.mean,
+                    standard_error: Some(error),
+                }),
+                _ => digits(it.mean),
+            },
+        });
+        rows.push(settings.chain([group.runs.to_string()]).chain(values).collect());
+    }
+    let width = |column: usize| {
+        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
+    };
+    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
+    for row in &rows {
+        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+        lines.push(format!("  {}", cells.join("   ")));
+    }
+    if results.groups.len() > MOST_ROWS {
+        lines.push(format!("  and {} more in sweep-mean.csv", results.groups.len() - MOST_ROWS));
+    }
+    lines.join("\n") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_is_one_of_several() {
+        assert_eq!(share("3/12"), Ok(Share { number: 3, of: 12 }));
+        for bad in ["0/3", "4/3", "3", "a/b", "1/0", "-1/2"] {
+            assert!(share(bad).is_err(), "{bad}");
+        }
+        let all: Vec<usize> =
+            (1..=3).flat_map(|number| (0..10).filter(move |at| Share { number, of: 3 }.has(*at))).collect();
+        assert_eq!(all, [0, 3, 6, 9, 1, 4, 7, 2, 5, 8]);
+    }
+}

@@ -1,0 +1,106 @@
+//! How far a sweep has come, on the terminal or in lines.
+
+use std::collections::BTreeMap;
+use std::io::{IsTerminal, Write};
+use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use carom::sweep::{Fate, News, Share, Sweep};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+/// Between two states of the bar.
+const INTERVAL: Duration = Duration::from_millis(100);
+/// Steps of the bar for each run.
+const STEPS: u64 = 1000;
+/// Runs that are named beside the bar.
+const MOST_NAMED: usize = 3;
+
+/// Shows the progress of all runs: a bar on a terminal, a line for each run that is over elsewhere, on standard error.
+pub struct Display {
+    bar: Option<ProgressBar>,
+    is_quiet: bool,
+    total: usize,
+    state: Mutex<State>,
+}
+
+struct State {
+    over: usize,
+    /// How far the runs are that are under way, by place.
+    running: BTreeMap<usize, f64>,
+    shown: Instant,
+}
+
+impl Display {
+    pub fn new(sweep: &Sweep, share: Share, is_quiet: bool) -> Self {
+        let total = (0..sweep.points().len()).filter(|place| share.has(*place)).count();
+        let bar = (!is_quiet && std::io::stderr().is_terminal()).then(|| {
+            let bar = ProgressBar::with_draw_target(Some(total as u64 * STEPS), ProgressDrawTarget::stderr());
+            let style =
+                ProgressStyle::with_template("{prefix} {wide_bar:.cyan/blue} {percent:>3} %, {eta} left\n  {msg}");
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+        });
+        let state = State { over: 0, running: BTreeMap::new(), shown: Instant::now() };
+        Self { bar, is_quiet, total, state: Mutex::new(state) }
+    }
+
+    pub fn show(&self, sweep: &Sweep, place: usize, news: &News<'_>) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        match news {
+            News::Progress(progress) => {
+                state.running.insert(place, progress.fraction());
+            }
+            News::Over(fate) => {
+                state.running.remove(&place);
+                state.over += 1;
+                self.line(sweep, place, fate, state.over);
+            }
+            _ => {}
+        }
+        let Some(bar) = &self.bar else { return };
+        let is_over = matches!(news, News::Over(_));
+        if !is_over && state.shown.elapsed() < INTERVAL {
+            return;
+        }
+        state.shown = Instant::now();
+        let all = state.over as f64 + state.running.values().sum::<f64>();
+        #[expect(clippy::cast_possible_truncation, reason = "at most the number of points times STEPS")]
+        let position = (all * STEPS as f64) as u64;
+        let named = state.running.iter().take(MOST_NAMED);
+        let mut words: Vec<String> =
+            named.map(|(place, part)| format!("{} {:.0} %", sweep.points()[*place].folder(), 100.0 * part)).collect();
+        if state.running.len() > MOST_NAMED {
+            words.push(format!("and {} more", state.running.len() - MOST_NAMED));
+        }
+        bar.set_prefix(format!("{} of {} runs", state.over, self.total));
+        bar.set_message(words.join(", "));
+        bar.set_position(position);
+    }
+
+    /// A line about a run that is over.
+    fn line(&self, sweep: &Sweep, place: usize, fate: &Fate, over: usize) {
+        let words = match fate {
+            Fate::Done => "done".to_owned(),
+            Fate::Kept => return,
+            Fate::Failed(why) => format!("failed: {why}"),
+            Fate::Elsewhere => "under way in another process".to_owned(),
+            _ => "interrupted".to_owned(),
+        };
+        let text = format!("[{over}/{}] {}: {words}", self.total, sweep.points()[place].folder());
+        match &self.bar {
+            _ if self.is_quiet => {}
+            Some(bar) if matches!(fate, Fate::Failed(_)) => bar.println(carom::base::text::printable(&text)),
+            Some(_) => {}
+            None => {
+                // A closed standard error is no reason to stop.
+                let _ = writeln!(std::io::stderr(), "{}", carom::base::text::printable(&text));
+            }
+        }
+    }
+
+    /// Removes the bar.
+    pub fn clear(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,0 +1,105 @@
+//! What can be wrong with a sweep.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::axis::{AxisError, MOST};
+use crate::io::OutputError;
+use crate::scene::SceneError;
+
+/// Error of a sweep as a whole. What goes wrong at one of its points is the fate of that point.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum SweepError {
+    /// An axis is wrong.
+    #[error(transparent)]
+    Axis(#[from] AxisError),
+    /// Nothing varies.
+    #[error("nothing varies in this sweep")]
+    NoAxis,
+    /// A key is in two axes, or has a value of its own besides.
+    #[error("`{0}` is varied or set more than once")]
+    Twice(String),
+    /// A value stands twice in an axis.
+    #[error("`{key}` has the value {value} twice")]
+    SameValue {
+        /// The key.
+        key: String,
+        /// The value.
+        value: String,
+    },
+    /// The axes have too many combinations.
+    #[error("the axes have {0} combinations, more than {MOST}")]
+    TooMany(usize),
+    /// A scene is wrong.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A file cannot be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file of a sweep is not one.
+    #[error("{} is not the file of a sweep", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: Box<toml::de::Error>,
+    },
+    /// The scene of a sweep is no longer what it was when the sweep began.
+    #[error("{} is not the scene that the sweep in {} began with", scene.display(), folder.display())]
+    Changed {
+        /// The scene.
+        scene: PathBuf,
+        /// The folder, or the file, of the sweep.
+        folder: PathBuf,
+    },
+    /// The folder holds another sweep.
+    #[error("{} holds another sweep: {why}", folder.display())]
+    Other {
+        /// The folder.
+        folder: PathBuf,
+        /// What is different.
+        why: String,
+    },
+    /// The folder holds something else.
+    #[error("{} exists and holds something that is not a sweep", .0.display())]
+    Occupied(PathBuf),
+    /// A file or folder cannot be written.
+    #[error("cannot write {}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The folder of a point cannot be used.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+impl SweepError {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn cure(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::NoAxis => "give an axis, such as --vary seed=1..3",
+            Self::Twice(_) => "give each key once; keys that change together are separated by `;`",
+            Self::SameValue { .. } => "give each value once; repeated runs are those of other seeds",
+            Self::File { .. } => {
+                "it has the keys scene = \"fluid.toml\", vary = [\"fill.0.packing_fraction=0.1..0.4/4\", \"seed=1..3\"] and, if \
+                 wanted, set = [\"run.until_events=100000\"]"
+            }
+            Self::Changed { .. } => "bring the scene back, or begin another sweep with --out",
+            Self::Other { .. } | Self::Occupied(_) => "choose another folder with --out",
+            Self::Output(error) => return error.cure(),
+            Self::Axis(_) | Self::TooMany(_) | Self::Scene(_) | Self::Read { .. } | Self::Write { .. } => return None,
+        })
+    }
+}

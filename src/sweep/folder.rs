@@ -1,0 +1,268 @@
+//! The folder of a sweep: `sweep.toml`, which says what is in it, a folder for each point, and the tables.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::axis::Axis;
+use super::error::SweepError;
+use super::plan::{Point, Sweep};
+use crate::io::Existing;
+use crate::io::atomic::write_atomically;
+
+/// What is in the folder.
+const SWEEP: &str = "sweep.toml";
+
+/// Why runs have failed, a file for each, by the name of the point's folder.
+const FAILURES: &str = "failures";
+
+const HEADER: &str = "\
+# A sweep of carom: the scene, what replaces its values at all points, and the axes; each combination of their values is a run in a folder of its own.
+";
+
+/// The content of `sweep.toml`, as it is typed and as it is kept.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SweepFile {
+    /// The scene; a relative path starts at the folder of this file.
+    scene: String,
+    /// What its text must be.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    checksum: Option<String>,
+    /// `KEY=VALUE` for all points.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    set: Vec<String>,
+    /// The axes, as on the command line.
+    vary: Vec<String>,
+}
+
+impl SweepFile {
+    fn read(path: &Path) -> Result<Self, SweepError> {
+        let text = fs::read_to_string(path).map_err(|source| SweepError::Read { path: path.to_owned(), source })?;
+        toml::from_str(&text).map_err(|source| SweepError::File { path: path.to_owned(), source: Box::new(source) })
+    }
+
+    fn axes(&self) -> Result<Vec<Axis>, SweepError> {
+        Ok(self.vary.iter().map(|axis| axis.parse()).collect::<Result<_, _>>()?)
+    }
+}
+
+impl Sweep {
+    /// The sweep that a file describes: `scene`, `vary` and `set`, written as on the command line.
+    ///
+    /// # Errors
+    /// [`SweepError::Read`] or [`SweepError::File`] if it cannot be read, [`SweepError::Changed`] if it has the checksum of another scene, and those of
+    /// [`Sweep::new`].
+    pub fn from_file(path: impl AsRef<Path>) -> Result<Self, SweepError> {
+        let path = path.as_ref();
+        let file = SweepFile::read(path)?;
+        let set: Vec<(&str, &str)> = file.set.iter().filter_map(|pair| pair.split_once('=')).collect();
+        let scene = path.parent().unwrap_or(Path::new("")).join(&file.scene);
+        let sweep = Self::new(scene, &set, file.axes()?)?;
+        if file.checksum.is_some_and(|checksum| checksum != sweep.checksum()) {
+            return Err(SweepError::Changed { scene: sweep.scene().to_owned(), folder: path.to_owned() });
+        }
+        Ok(sweep)
+    }
+
+    /// What `sweep.toml` says of it.
+    fn file(&self) -> SweepFile {
+        let absolute = std::path::absolute(self.scene()).unwrap_or_else(|_| self.scene().to_owned());
+        let pair = |(key, value): &(String, String)| format!("{key}={value}");
+        SweepFile {
+            scene: absolute.to_string_lossy().into_owned(),
+            checksum: Some(self.checksum()),
+            set: self.set().iter().map(pair).collect(),
+            vary: self.axes().iter().map(Axis::to_string).collect(),
+        }
+    }
+}
+
+/// Folder of a sweep.
+#[derive(Debug, Clone)]
+pub struct SweepFolder {
+    path: PathBuf,
+}
+
+impl SweepFolder {
+    /// Makes the folder of a sweep, or opens that of the same one: the same text of the scene, the same values set and the same keys. The values of the
+    /// axes may have become others: runs that are there stay, and the tables show the points of now.
+    ///
+    /// # Errors
+    /// [`SweepError::Occupied`] if it holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if it holds another sweep,
+    /// [`SweepError::Write`] if it cannot be written.
+    pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
+        let folder = Self { path: path.as_ref().to_owned() };
+        let path = &folder.path;
+        let wrong = |path: &Path| {
+            let path = path.to_owned();
+            move |source: io::Error| SweepError::Write { path, source }
+        };
+        fs::create_dir_all(path).map_err(wrong(path))?;
+        let record = folder.record();
+        let now = sweep.file();
+        if record.exists() {
+            folder.refuse_other(sweep, &SweepFile::read(&record)?, &now)?;
+        } else if fs::read_dir(path).map_err(wrong(path))?.flatten().any(|entry| !is_draft(&entry.path())) {
+            return Err(SweepError::Occupied(path.clone()));
+        }
+        let text = toml::to_string(&now).map_err(|error| wrong(&record)(io::Error::other(error)))?;
+        write_atomically(&record, Existing::Replace, |file| write!(file, "{HEADER}{text}")).map_err(wrong(&record))?;
+        Ok(folder)
+    }
+
+    fn refuse_other(&self, sweep: &Sweep, then: &SweepFile, now: &SweepFile) -> Result<(), SweepError> {
+        if then.checksum != now.checksum {
+            return Err(SweepError::Changed { scene: sweep.scene().to_owned(), folder: self.path.clone() });
+        }
+        let other = |why: String| Err(SweepError::Other { folder: self.path.clone(), why });
+        let words = |list: &[String]| if list.is_empty() { "nothing".to_owned() } else { list.join(", ") };
+        if then.set != now.set {
+            return other(format!("it sets {}, not {}", words(&then.set), words(&now.set)));
+        }
+        let keys: Vec<String> = then.axes()?.iter().flat_map(|axis| axis.keys().to_vec()).collect();
+        if keys != sweep.keys() {
+            return other(format!("it varies {}", words(&keys)));
+        }
+        Ok(())
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The file that says what is in the folder of a sweep.
+    fn record(&self) -> PathBuf {
+        self.path.join(SWEEP)
+    }
+
+    /// The file of the sweep in a folder.
+    #[must_use]
+    pub fn file_in(folder: &Path) -> PathBuf {
+        folder.join(SWEEP)
+    }
+
+    /// The folder of a point.
+    #[must_use]
+    pub fn of(&self, point: &Point) -> PathBuf {
+        self.path.join(point.folder())
+    }
+
+    /// Why the run of a point has failed, if it has.
+    pub(super) fn failure(&self, point: &Point) -> Option<String> {
+        fs::read_to_string(self.failure_file(point)).ok().map(|text| text.trim_end().to_owned())
+    }
+
+    fn failure_file(&self, point: &Point) -> PathBuf {
+        self.path.join(FAILURES).join(format!("{}.txt", point.folder()))
+    }
+
+    /// Keeps why the run of a point has failed, or that it has not.
+    pub(super) fn keep_failure(&self, point: &Point, message: Option<&str>) -> Result<(), SweepError> {
+        let path = self.failure_file(point);
+        let wrong = |source| SweepError::Write { path: path.clone(), source };
+        match message {
+            None => match fs::remove_file(&path) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(wrong(error)),
+                _ => {
+                    // Fails where there are others.
+                    let _ = fs::remove_dir(self.path.join(FAILURES));
+                }
+            },
+            Some(message) => {
+                fs::create_dir_all(self.path.join(FAILURES)).map_err(wrong)?;
+                write_atomically(&path, Existing::Replace, |file| writeln!(file, "{message}")).map_err(wrong)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a table, or a page.
+    pub(super) fn write(&self, name: &str, text: &str) -> Result<PathBuf, SweepError> {
+        let path = self.path.join(name);
+        write_atomically(&path, Existing::Replace, |file| file.write_all(text.as_bytes()))
+            .map_err(|source| SweepError::Write { path: path.clone(), source })?;
+        Ok(path)
+    }
+}
+
+/// Whether a file is what a process has left that was killed while it made the folder.
+fn is_draft(path: &Path) -> bool {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    name.starts_with(".carom-") && name.ends_with(".partial")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "configs/hard_sphere_fluid.toml";
+
+    fn sweep(set: &[(&str, &str)], axes: &[&str]) -> Sweep {
+        Sweep::new(SCENE, set, axes.iter().map(|axis| axis.parse().unwrap()).collect()).unwrap()
+    }
+
+    #[test]
+    fn a_folder_is_that_of_one_sweep() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("sweep");
+        let first = sweep(&[("run.until_events", "10")], &["seed=1..3", "fill.0.packing_fraction=0.1,0.2"]);
+        SweepFolder::open(&path, &first).unwrap();
+        let again = Sweep::from_file(SweepFolder::file_in(&path)).unwrap();
+        assert_eq!((again.points(), again.set()), (first.points(), first.set()));
+        SweepFolder::open(&path, &again).unwrap();
+        // More seeds are the same sweep.
+        let more = sweep(&[("run.until_events", "10")], &["seed=1..9", "fill.0.packing_fraction=0.1,0.2"]);
+        SweepFolder::open(&path, &more).unwrap();
+        assert_eq!(Sweep::from_file(SweepFolder::file_in(&path)).unwrap().points().len(), 18);
+        let refused = |other: &Sweep| SweepFolder::open(&path, other).unwrap_err();
+        let keys = sweep(&[("run.until_events", "10")], &["seed=1..3"]);
+        assert!(matches!(refused(&keys), SweepError::Other { why, .. } if why.contains("packing_fraction")));
+        let set = sweep(&[], &["seed=1..3", "fill.0.packing_fraction=0.1,0.2"]);
+        assert!(matches!(refused(&set), SweepError::Other { why, .. } if why.contains("until_events=10, not nothing")));
+        let changed = directory.path().join("changed.toml");
+        fs::write(&changed, fs::read_to_string(SCENE).unwrap() + "\n").unwrap();
+        let axes = ["seed=1..3", "fill.0.packing_fraction=0.1,0.2"].map(|axis| axis.parse().unwrap());
+        let changed = Sweep::new(&changed, &[("run.until_events", "10")], axes.into()).unwrap();
+        assert!(matches!(refused(&changed), SweepError::Changed { .. }));
+    }
+
+    #[test]
+    fn a_folder_with_something_else_is_not_touched() {
+        let directory = tempfile::tempdir().unwrap();
+        fs::write(directory.path().join("thesis.tex"), "").unwrap();
+        let error = SweepFolder::open(directory.path(), &sweep(&[], &["seed=1,2"])).unwrap_err();
+        assert!(matches!(error, SweepError::Occupied(_)));
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_file_of_a_sweep_starts_at_its_own_folder() {
+        let directory = tempfile::tempdir().unwrap();
+        fs::copy(SCENE, directory.path().join("fluid.toml")).unwrap();
+        let file = directory.path().join("study.toml");
+        fs::write(&file, "scene = \"fluid.toml\"\nvary = [\"seed=1..3\"]\nset = [\"run.until_events=10\"]\n").unwrap();
+        let sweep = Sweep::from_file(&file).unwrap();
+        assert_eq!(sweep.scene_at(&sweep.points()[2]).unwrap().run().limit.events, Some(10));
+        fs::write(&file, "scene = \"fluid.toml\"\nvery = [\"seed=1..3\"]\n").unwrap();
+        assert!(matches!(Sweep::from_file(&file), Err(SweepError::File { .. })));
+    }
+
+    #[test]
+    fn failures_are_kept_and_forgotten() {
+        let directory = tempfile::tempdir().unwrap();
+        let sweep = sweep(&[], &["seed=1,2"]);
+        let folder = SweepFolder::open(directory.path().join("sweep"), &sweep).unwrap();
+        let [one, two] = sweep.points() else { panic!() };
+        folder.keep_failure(one, Some("it jams")).unwrap();
+        assert_eq!((folder.failure(one), folder.failure(two)), (Some("it jams".to_owned()), None));
+        folder.keep_failure(one, None).unwrap();
+        folder.keep_failure(two, None).unwrap();
+        assert_eq!(folder.failure(one), None);
+        assert!(!folder.path().join(FAILURES).exists());
+    }
+}

@@ -1,0 +1,278 @@
+//! What a sweep runs: a scene, the axes, and the points that are all combinations of their values.
+
+use std::collections::BTreeSet;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use super::axis::{Axis, MOST};
+use super::error::SweepError;
+use crate::base::checksum::checksum;
+use crate::model::Scene;
+use crate::scene::{SceneError, read_text};
+
+/// The key whose values are repetitions of the same state point.
+const SEED: &str = "seed";
+
+/// Longest name of the folder of a point.
+const LONGEST: usize = 120;
+
+/// Sweep of a scene: its axes, and their points in order, the last axis fastest.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    scene: PathBuf,
+    text: String,
+    set: Vec<(String, String)>,
+    axes: Vec<Axis>,
+    points: Vec<Point>,
+}
+
+/// Point of a sweep: one value of each key that varies.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Point {
+    settings: Vec<(String, String)>,
+    folder: String,
+}
+
+impl Point {
+    /// Keys and values, in the order of the axes.
+    #[must_use]
+    pub fn settings(&self) -> &[(String, String)] {
+        &self.settings
+    }
+
+    /// Name of its folder within that of the sweep, which has the values in it.
+    #[must_use]
+    pub fn folder(&self) -> &str {
+        &self.folder
+    }
+
+    /// The values but for the seed: what the repetitions of a state point have in common.
+    pub(super) fn state_point(&self) -> impl Iterator<Item = &(String, String)> {
+        self.settings.iter().filter(|(key, _)| key != SEED)
+    }
+}
+
+impl Sweep {
+    /// A sweep of the scene in a file. `set` replaces values at all points, as in [`Scene::from_file_with`]; the axes replace theirs.
+    ///
+    /// # Errors
+    /// [`SweepError::Scene`] if the file cannot be read, [`SweepError::NoAxis`], [`SweepError::Twice`], [`SweepError::SameValue`] or
+    /// [`SweepError::TooMany`]. The scene itself is not looked at.
+    pub fn new(scene: impl AsRef<Path>, set: &[(&str, &str)], axes: Vec<Axis>) -> Result<Self, SweepError> {
+        let scene = scene.as_ref().to_owned();
+        let text = read_text(&scene)?;
+        let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
+        let mut sweep = Self { scene, text, set, axes, points: Vec::new() };
+        sweep.check_keys()?;
+        sweep.points = sweep.combinations()?;
+        Ok(sweep)
+    }
+
+    fn check_keys(&self) -> Result<(), SweepError> {
+        if self.axes.is_empty() {
+            return Err(SweepError::NoAxis);
+        }
+        let mut known = BTreeSet::new();
+        let set = self.set.iter().map(|(key, _)| key.as_str());
+        match self.keys().into_iter().chain(set).find(|key| !known.insert(*key)) {
+            Some(key) => Err(SweepError::Twice(key.to_owned())),
+            None => Ok(()),
+        }
+    }
+
+    fn combinations(&self) -> Result<Vec<Point>, SweepError> {
+        let number = self.axes.iter().try_fold(1_usize, |number, axis| number.checked_mul(axis.len()));
+        let number =
+            number.filter(|number| *number <= MOST).ok_or(SweepError::TooMany(number.unwrap_or(usize::MAX)))?;
+        for axis in &self.axes {
+            let mut known = BTreeSet::new();
+            for at in 0..axis.len() {
+                let settings: Vec<(String, String)> = axis.settings(at).collect();
+                if let (false, Some((key, value))) = (known.insert(settings.clone()), settings.into_iter().next()) {
+                    return Err(SweepError::SameValue { key, value });
+                }
+            }
+        }
+        let names = self.short_names();
+        let mut taken = BTreeSet::new();
+        let point = |number: usize| {
+            let (mut rest, mut places) = (number, vec![0; self.axes.len()]);
+            for (axis, place) in self.axes.iter().zip(&mut places).rev() {
+                (rest, *place) = (rest / axis.len(), rest % axis.len());
+            }
+            let settings: Vec<_> = self.axes.iter().zip(places).flat_map(|(axis, at)| axis.settings(at)).collect();
+            let mut folder = folder_name(&names, &settings, false);
+            // Some disks do not tell capital letters from small ones.
+            if !taken.insert(folder.to_lowercase()) {
+                folder = folder_name(&names, &settings, true);
+            }
+            Point { settings, folder }
+        };
+        Ok((0..number).map(point).collect())
+    }
+
+    /// The scene's file.
+    #[must_use]
+    pub fn scene(&self) -> &Path {
+        &self.scene
+    }
+
+    /// What replaces values of the scene at all points.
+    #[must_use]
+    pub fn set(&self) -> &[(String, String)] {
+        &self.set
+    }
+
+    /// The axes.
+    #[must_use]
+    pub fn axes(&self) -> &[Axis] {
+        &self.axes
+    }
+
+    /// All combinations, the last axis fastest.
+    #[must_use]
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// The keys of all axes, in order.
+    #[must_use]
+    pub fn keys(&self) -> Vec<&str> {
+        self.axes.iter().flat_map(|axis| axis.keys().iter().map(String::as_str)).collect()
+    }
+
+    /// Names of the keys in tables and folders: their last words where these differ, `fill_0_packing_fraction` where they do not.
+    #[must_use]
+    pub fn short_names(&self) -> Vec<String> {
+        let keys = self.keys();
+        let last = |key: &str| key.rsplit('.').next().unwrap_or_default().trim().to_owned();
+        let is_alone = |name: &str| keys.iter().filter(|key| last(key) == name).count() == 1;
+        let short = |key: &&str| {
+            let name = last(key);
+            let is_word = name.starts_with(|c: char| c.is_ascii_alphabetic());
+            if is_word && is_alone(&name) { name } else { key.replace('.', "_") }
+        };
+        keys.iter().map(short).collect()
+    }
+
+    /// Whether the values of a key are repetitions of the same state point.
+    #[must_use]
+    pub fn is_seed(key: &str) -> bool {
+        key == SEED
+    }
+
+    /// Checksum of the text of the scene.
+    pub(super) fn checksum(&self) -> String {
+        format!("crc32:{:08x}", checksum(self.text.as_bytes()))
+    }
+
+    /// The scene at a point.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the first mistake.
+    pub fn scene_at(&self, point: &Point) -> Result<Scene, SceneError> {
+        Scene::from_toml_with(self.text.clone(), &self.scene, &self.overrides(point))
+    }
+
+    /// Whether the text of the scene has all keys that are varied and set, with values of their types. Cheap: no particle is placed.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the first mistake.
+    pub fn check_keys_at(&self, point: &Point) -> Result<(), SceneError> {
+        Scene::check_keys(&self.text, &self.scene, &self.overrides(point))
+    }
+
+    /// The text from which the scene at a point can be made again.
+    pub(super) fn record_at(&self, point: &Point, scene: &Scene) -> Result<String, SceneError> {
+        scene.record_of(self.text.clone(), &self.scene, &self.overrides(point))
+    }
+
+    fn overrides<'s>(&'s self, point: &'s Point) -> Vec<(&'s str, &'s str)> {
+        self.set.iter().chain(&point.settings).map(|(key, value)| (key.as_str(), value.as_str())).collect()
+    }
+}
+
+/// `packing_fraction-0.1_seed-2`: letters that some disk or shell would not take are replaced, and the checksum of the settings tells such names
+/// apart.
+fn folder_name(names: &[String], settings: &[(String, String)], is_taken: bool) -> String {
+    let mut exact = String::new();
+    for (at, (name, (_, value))) in names.iter().zip(settings).enumerate() {
+        // Writing to a string cannot fail.
+        let _ = write!(exact, "{}{name}-{}", if at == 0 { "" } else { "_" }, value.trim_matches(['"', '\'']));
+    }
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '.' | '_' | '+');
+    let plain: String = exact.chars().take(LONGEST).map(|c| if is_plain(c) { c } else { '_' }).collect();
+    if plain == exact && !is_taken {
+        return plain;
+    }
+    let all: Vec<String> = settings.iter().map(|(key, value)| format!("{key}={value}")).collect();
+    format!("{plain}-{:08x}", checksum(all.join(";").as_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "configs/hard_sphere_fluid.toml";
+
+    fn sweep(axes: &[&str]) -> Result<Sweep, SweepError> {
+        Sweep::new(SCENE, &[], axes.iter().map(|axis| axis.parse().unwrap()).collect())
+    }
+
+    #[test]
+    fn points_are_all_combinations_with_the_last_axis_fastest() {
+        let sweep = sweep(&["fill.0.packing_fraction=0.1,0.2; run.until_events=100,200", "seed=1..3"]).unwrap();
+        let folders: Vec<&str> = sweep.points().iter().map(Point::folder).collect();
+        assert_eq!(folders.len(), 6);
+        assert_eq!(folders[1], "packing_fraction-0.1_until_events-100_seed-2");
+        assert_eq!(folders[3], "packing_fraction-0.2_until_events-200_seed-1");
+        let state: Vec<&str> = sweep.points()[3].state_point().map(|(_, value)| value.as_str()).collect();
+        assert_eq!(state, ["0.2", "200"]);
+        let scene = sweep.scene_at(&sweep.points()[4]).unwrap();
+        assert_eq!((scene.seed(), scene.run().limit.events), (2, Some(200)));
+        assert!((scene.packing_fraction() - 0.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn names_are_short_where_that_tells_them_apart() {
+        let names = |axes: &[&str]| sweep(axes).unwrap().short_names();
+        assert_eq!(names(&["fill.0.count=1,2", "species.A.mass=1,2"]), ["count", "mass"]);
+        assert_eq!(names(&["species.A.mass=1,2", "species.B.mass=1,2"]), ["species_A_mass", "species_B_mass"]);
+        assert_eq!(names(&["space.size=[1,1,1],[2,2,2]", "dynamics.gravity.1=1,2"]), ["size", "dynamics_gravity_1"]);
+    }
+
+    #[test]
+    fn folders_have_names_that_every_disk_takes() {
+        let sweep = sweep(&["space.size=[1, 1, 1],[1; 1; 1],\"a/../b\""]).unwrap();
+        for point in sweep.points() {
+            assert!(!point.folder().contains(['/', ' ', '[', ';', '"']) && point.folder().len() < 150, "{point:?}");
+        }
+        let names: BTreeSet<&str> = sweep.points().iter().map(Point::folder).collect();
+        assert_eq!(names.len(), 3);
+        let words = super::Sweep::new(SCENE, &[], vec!["fill.0.arrangement=fcc,FCC".parse().unwrap()]).unwrap();
+        let names: BTreeSet<String> = words.points().iter().map(|point| point.folder().to_lowercase()).collect();
+        assert_eq!(names.len(), 2);
+    }
+
+    #[test]
+    fn what_would_mix_up_points_is_refused() {
+        assert!(matches!(sweep(&[]), Err(SweepError::NoAxis)));
+        assert!(matches!(sweep(&["seed=1,2", "seed=3,4"]), Err(SweepError::Twice(key)) if key == "seed"));
+        assert!(matches!(sweep(&["seed=1,1"]), Err(SweepError::SameValue { .. })));
+        assert!(matches!(sweep(&["a=1..1000", "b=1..1000"]), Err(SweepError::TooMany(1_000_000))));
+        let twice = Sweep::new(SCENE, &[("seed", "1")], vec!["seed=1,2".parse().unwrap()]);
+        assert!(matches!(twice, Err(SweepError::Twice(_))));
+        let missing = Sweep::new("configs/nothing.toml", &[], vec!["seed=1,2".parse().unwrap()]);
+        assert!(matches!(missing, Err(SweepError::Scene(_))));
+    }
+
+    #[test]
+    fn keys_are_checked_without_a_scene() {
+        let bad = sweep(&["fill.0.packing_fractoin=0.1,0.2"]).unwrap();
+        let error = bad.check_keys_at(&bad.points()[0]).unwrap_err().to_string();
+        assert!(error.contains("packing_fractoin"), "{error}");
+        let bad = sweep(&["fill.0.packing_fraction=0.1,dense"]).unwrap();
+        assert!(bad.check_keys_at(&bad.points()[0]).is_ok());
+        assert!(bad.check_keys_at(&bad.points()[1]).is_err());
+    }
+}

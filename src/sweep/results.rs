@@ -1,0 +1,301 @@
+//! The numbers of all runs of a sweep, and their means over seeds.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use super::folder::SweepFolder;
+use super::plan::{Point, Sweep};
+use crate::analysis::instruments::Measured;
+use crate::analysis::observables::OBSERVABLES;
+use crate::analysis::published::PublishedValue;
+use crate::base::text::unit;
+use crate::io::{Folder, FolderState, Summary};
+
+/// What a study is mostly about, in this order; all else follows in the order in which it first appears, and then what is checked only.
+const FIRST: [&str; 8] = [
+    "compressibility_factor",
+    "pressure",
+    "potential_energy_per_particle",
+    "core_rate",
+    "collision_rate",
+    "diffusion_coefficient",
+    "shear_viscosity",
+    "thermal_conductivity",
+];
+const LAST: [&str; 7] =
+    ["temperature", "pressure_xx", "pressure_yy", "pressure_zz", "pressure_xy", "pressure_xz", "pressure_yz"];
+
+fn rank(name: &str) -> usize {
+    let place = |names: &[&str]| names.iter().position(|known| *known == name);
+    place(&FIRST).or_else(|| place(&LAST).map(|at| FIRST.len() + 1 + at)).unwrap_or(FIRST.len())
+}
+
+/// What all runs measure, as far as some run has measured it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Quantity {
+    /// Name: that of an observable, or of the number of an instrument.
+    pub name: String,
+    /// Name for people.
+    pub title: String,
+    /// Unit; `1` for a pure number.
+    pub unit: String,
+}
+
+/// A mean with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Value {
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error; `None` for insufficient data.
+    pub error: Option<f64>,
+}
+
+/// Mean over the runs of a state point that differ in their seeds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pooled {
+    /// The mean of the means, all of the same weight.
+    pub mean: f64,
+    /// Its standard error by those of the runs, `sqrt(sum e_i^2) / n`; `None` if one of them is not known.
+    pub error: Option<f64>,
+    /// Its standard error by the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; `None` for a single run.
+    pub scatter: Option<f64>,
+}
+
+/// Where a point stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Standing {
+    /// It has been run.
+    Done,
+    /// It failed: why.
+    Failed(String),
+    /// It has been begun, or is under way.
+    Begun,
+    /// It has not been begun.
+    Missing,
+}
+
+/// Numbers of a point.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct PointResult {
+    /// Where it stands.
+    pub standing: Standing,
+    /// Simulated time of its measurement.
+    pub duration: Option<f64>,
+    /// Physical events of its measurement.
+    pub events: Option<u64>,
+    /// Its values, in the order of [`Results::quantities`].
+    pub values: Vec<Option<Value>>,
+    /// What is published about its system.
+    pub published: Vec<PublishedValue>,
+}
+
+/// The runs of a state point.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Group {
+    /// Places of its points in [`Sweep::points`].
+    pub places: Vec<usize>,
+    /// Number of those that have been run, and are sound.
+    pub runs: usize,
+    /// Their means, in the order of [`Results::quantities`].
+    pub values: Vec<Option<Pooled>>,
+    /// What is published, in the mean.
+    pub published: Vec<PublishedValue>,
+}
+
+/// Results of a sweep: all that is in its folder.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Results {
+    /// What was measured: first what is looked for most often.
+    pub quantities: Vec<Quantity>,
+    /// By point.
+    pub points: Vec<PointResult>,
+    /// By state point, in the order of the points.
+    pub groups: Vec<Group>,
+}
+
+impl Results {
+    /// The results that the folder of a sweep has so far. A point whose files cannot be read has failed.
+    #[must_use]
+    pub fn read(folder: &SweepFolder, sweep: &Sweep) -> Self {
+        let mut quantities = Vec::new();
+        let mut points: Vec<PointResult> =
+            sweep.points().iter().map(|point| result_of(folder, point, &mut quantities)).collect();
+        let mut order: Vec<usize> = (0..quantities.len()).collect();
+        order.sort_by_key(|at| rank(&quantities[*at].name));
+        for point in &mut points {
+            point.values = order.iter().map(|at| point.values.get(*at).copied().flatten()).collect();
+        }
+        let quantities: Vec<Quantity> = order.iter().map(|at| quantities[*at].clone()).collect();
+        let groups = groups(sweep, &points, quantities.len());
+        Self { quantities, points, groups }
+    }
+
+    /// Numbers of points that are done, and that have failed.
+    #[must_use]
+    pub fn counts(&self) -> [usize; 2] {
+        let count = |is: fn(&Standing) -> bool| self.points.iter().filter(|point| is(&point.standing)).count();
+        [count(|standing| *standing == Standing::Done), count(|standing| matches!(standing, Standing::Failed(_)))]
+    }
+}
+
+fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<Quantity>) -> PointResult {
+    let path = folder.of(point);
+    let none =
+        |standing| PointResult { standing, duration: None, events: None, values: Vec::new(), published: Vec::new() };
+    let failure = folder.failure(point);
+    match (Folder::state_of(&path), &failure) {
+        (Ok(FolderState::Finished), _) => {}
+        (Ok(_), Some(failure)) => return none(Standing::Failed(failure.clone())),
+        (Ok(FolderState::Unfinished), None) => return none(Standing::Begun),
+        (Ok(FolderState::Nothing), None) => return none(Standing::Missing),
+        (Err(error), _) => return none(Standing::Failed(error.to_string())),
+    }
+    let summary = match Summary::read(&path) {
+        Ok(summary) => summary,
+        Err(error) => return none(Standing::Failed(format!("its summary.json cannot be read: {error}"))),
+    };
+    let measured = match measured_in(&path) {
+        Ok(measured) => measured,
+        Err(error) => return none(Standing::Failed(format!("its measurements.json cannot be read: {error}"))),
+    };
+    let mut values = Vec::new();
+    for (quantity, value) in values_of(&summary, &measured) {
+        let at = quantities.iter().position(|known| known.name == quantity.name).unwrap_or_else(|| {
+            quantities.push(quantity);
+            quantities.len() - 1
+        });
+        values.resize(values.len().max(at + 1), None);
+        values[at] = Some(value);
+    }
+    let trouble = failure.or_else(|| (!summary.faults.is_empty()).then(|| summary.faults.join("; ")));
+    PointResult {
+        standing: trouble.map_or(Standing::Done, Standing::Failed),
+        duration: summary.measured.as_ref().map(|measured| measured.duration),
+        events: Some(summary.events.total),
+        values,
+        published: summary.published,
+    }
+}
+
+fn measured_in(run: &Path) -> std::io::Result<Measured> {
+    match fs::read(Folder::measurements_of(run)) {
+        Ok(bytes) => serde_json::from_slice(&bytes).map_err(std::io::Error::other),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Measured::default()),
+        Err(error) => Err(error),
+    }
+}
+
+/// The observables, but for those that an instrument has measured, too, and the numbers of the instruments.
+fn values_of(summary: &Summary, measured: &Measured) -> Vec<(Quantity, Value)> {
+    let dimensions = summary.system.as_ref().map_or(3, |system| system.dimensions);
+    // The pressure tensor has the same rate by another name.
+    let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
+    let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
+    let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
+    // The order of the program first, then what a later version may have added.
+    let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
+    let others = summary.observables.keys().map(|name| (name.as_str(), "1"));
+    let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
+    let observables = known.chain(others).filter_map(|(name, unit)| Some((name, unit, summary.observables.get(name)?)));
+    let finite = |mean: f64, error: Option<f64>| {
+        mean.is_finite().then(|| Value { mean, error: error.filter(|error| error.is_finite()) })
+    };
+    let observables = observables.filter(|(name, ..)| is_new(name)).filter_map(|(name, unit_of, observable)| {
+        let quantity =
+            Quantity { name: name.to_owned(), title: name.replace('_', " "), unit: unit(unit_of, dimensions) };
+        Some((quantity, finite(observable.mean, observable.standard_error)?))
+    });
+    let numbers = measured.numbers.iter().filter_map(|number| {
+        let (name, title) = (number.name.clone(), number.title.clone());
+        let quantity = Quantity { name, title, unit: unit(&number.unit, dimensions) };
+        Some((quantity, finite(number.mean?, number.standard_error)?))
+    });
+    observables.chain(numbers).collect()
+}
+
+/// Points that differ in their seeds only, in the order of the first of them.
+fn groups(sweep: &Sweep, points: &[PointResult], quantities: usize) -> Vec<Group> {
+    let mut known: BTreeMap<Vec<&(String, String)>, usize> = BTreeMap::new();
+    let mut groups: Vec<Group> = Vec::new();
+    for (place, point) in sweep.points().iter().enumerate() {
+        let at = *known.entry(point.state_point().collect()).or_insert_with(|| {
+            groups.push(Group { places: Vec::new(), runs: 0, values: Vec::new(), published: Vec::new() });
+            groups.len() - 1
+        });
+        groups[at].places.push(place);
+    }
+    for group in &mut groups {
+        let done = || group.places.iter().map(|place| &points[*place]).filter(|it| it.standing == Standing::Done);
+        group.runs = done().count();
+        let values = |at: usize| done().filter_map(|point| point.values[at]).collect::<Vec<Value>>();
+        group.values = (0..quantities).map(|at| pooled(&values(at))).collect();
+        group.published = mean_of_published(done().map(|point| point.published.as_slice()));
+    }
+    groups
+}
+
+/// The mean over runs of the same weight.
+fn pooled(values: &[Value]) -> Option<Pooled> {
+    let number = values.len() as f64;
+    let mean = values.iter().map(|value| value.mean).sum::<f64>() / number;
+    let squares = values.iter().map(|value| value.error.map(|error| error * error)).sum::<Option<f64>>();
+    let scatter = values.iter().map(|value| (value.mean - mean) * (value.mean - mean)).sum::<f64>();
+    mean.is_finite().then(|| Pooled {
+        mean,
+        error: squares.map(|sum| sum.sqrt() / number),
+        scatter: (values.len() > 1).then(|| (scatter / (number * (number - 1.0))).sqrt()),
+    })
+}
+
+fn mean_of_published<'p>(runs: impl Iterator<Item = &'p [PublishedValue]>) -> Vec<PublishedValue> {
+    let mut means: Vec<(PublishedValue, f64)> = Vec::new();
+    for value in runs.flatten() {
+        match means.iter_mut().find(|(mean, _)| mean.quantity == value.quantity && mean.label == value.label) {
+            Some((mean, count)) => {
+                mean.value += value.value;
+                *count += 1.0;
+            }
+            None => means.push((value.clone(), 1.0)),
+        }
+    }
+    let mean = |(mut mean, count): (PublishedValue, f64)| {
+        mean.value /= count;
+        mean
+    };
+    means.into_iter().map(mean).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_looked_for_comes_first() {
+        let mut names = ["pressure_xy", "temperature", "mean_free_path", "pressure", "compressibility_factor", "order"];
+        names.sort_by_key(|name| rank(name));
+        assert_eq!(
+            names,
+            ["compressibility_factor", "pressure", "mean_free_path", "order", "temperature", "pressure_xy"]
+        );
+    }
+
+    #[test]
+    fn runs_are_pooled_with_equal_weights() {
+        let value = |mean: f64, error: f64| Value { mean, error: Some(error) };
+        let three = pooled(&[value(1.0, 0.3), value(2.0, 0.0), value(6.0, 0.4)]).unwrap();
+        assert_eq!(three.mean, 3.0);
+        assert!((three.error.unwrap() - 0.5 / 3.0).abs() < 1e-15);
+        // Deviations -2, -1, 3: sqrt(14 / 6).
+        assert!((three.scatter.unwrap() - (14.0_f64 / 6.0).sqrt()).abs() < 1e-15);
+        let one = pooled(&[value(1.0, 0.3)]).unwrap();
+        assert_eq!((one.mean, one.error, one.scatter), (1.0, Some(0.3), None));
+        let unknown = pooled(&[value(1.0, 0.3), Value { mean: 2.0, error: None }]).unwrap();
+        assert_eq!((unknown.error, unknown.scatter.is_some()), (None, true));
+        assert_eq!(pooled(&[]), None);
+    }
+}

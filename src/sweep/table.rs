@@ -1,0 +1,99 @@
+//! The tables of a sweep: `sweep.csv`, a row for each run, `sweep-mean.csv`, a row for each state point with means over its seeds, and
+//! `sweep-columns.csv`, which has the units.
+//!
+//! A column `x` has beside it `x_error`, the standard error; `sweep-mean.csv` has `x_error` by the errors of the runs and `x_scatter` by how far the runs
+//! are apart, which should agree. What is not known is an empty cell.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use super::error::SweepError;
+use super::folder::SweepFolder;
+use super::plan::Sweep;
+use super::results::{Results, Standing};
+use crate::io::number::{Cell, quoted};
+
+const RUNS: &str = "sweep.csv";
+const MEANS: &str = "sweep-mean.csv";
+const COLUMNS: &str = "sweep-columns.csv";
+
+impl SweepFolder {
+    /// Writes the tables of what there is so far, and says where they are.
+    ///
+    /// # Errors
+    /// [`SweepError::Write`] if they cannot be written.
+    pub fn write_tables(&self, sweep: &Sweep, results: &Results) -> Result<Vec<PathBuf>, SweepError> {
+        let tables = [(RUNS, runs(sweep, results)), (MEANS, means(sweep, results)), (COLUMNS, columns(sweep, results))];
+        tables.iter().map(|(name, text)| self.write(name, text)).collect()
+    }
+}
+
+/// A value as it was typed, but for quotes.
+fn typed(value: &str) -> String {
+    quoted(value.trim_matches(['"', '\'']))
+}
+
+fn line(text: &mut String, cells: impl Iterator<Item = String>) {
+    text.push_str(&cells.collect::<Vec<_>>().join(","));
+    text.push('\n');
+}
+
+fn runs(sweep: &Sweep, results: &Results) -> String {
+    let mut text = String::new();
+    let fixed = ["folder", "state"].map(str::to_owned);
+    let sizes = ["duration", "events"].map(str::to_owned);
+    let names = results.quantities.iter().flat_map(|it| [it.name.clone(), format!("{}_error", it.name)]);
+    line(&mut text, fixed.into_iter().chain(sweep.short_names()).chain(sizes).chain(names));
+    for (point, result) in sweep.points().iter().zip(&results.points) {
+        let state = match &result.standing {
+            Standing::Done => "done".to_owned(),
+            Standing::Begun => "begun".to_owned(),
+            Standing::Missing => "missing".to_owned(),
+            Standing::Failed(why) => quoted(&format!("failed: {why}")),
+        };
+        let settings = point.settings().iter().map(|(_, value)| typed(value));
+        let sizes = [Cell(result.duration).to_string(), result.events.map_or_else(String::new, |it| it.to_string())];
+        let values = result.values.iter().flat_map(|value| {
+            [value.map(|value| value.mean), value.and_then(|value| value.error)].map(|number| Cell(number).to_string())
+        });
+        let fixed = [quoted(point.folder()), state];
+        line(&mut text, fixed.into_iter().chain(settings).chain(sizes).chain(values));
+    }
+    text
+}
+
+fn means(sweep: &Sweep, results: &Results) -> String {
+    let mut text = String::new();
+    let keys: Vec<String> = sweep
+        .short_names()
+        .into_iter()
+        .zip(sweep.keys())
+        .filter_map(|(name, key)| (!Sweep::is_seed(key)).then_some(name))
+        .collect();
+    let quantities = || results.quantities.iter();
+    let names = quantities().flat_map(|it| ["", "_error", "_scatter"].map(|suffix| format!("{}{suffix}", it.name)));
+    line(&mut text, keys.into_iter().chain(["runs".to_owned()]).chain(names));
+    for group in &results.groups {
+        let Some(point) = group.places.first().and_then(|place| sweep.points().get(*place)) else { continue };
+        let settings = point.state_point().map(|(_, value)| typed(value));
+        let values = group.values.iter().flat_map(|value| {
+            let numbers = [value.map(|it| it.mean), value.and_then(|it| it.error), value.and_then(|it| it.scatter)];
+            numbers.map(|number| Cell(number).to_string())
+        });
+        line(&mut text, settings.chain([group.runs.to_string()]).chain(values));
+    }
+    text
+}
+
+fn columns(sweep: &Sweep, results: &Results) -> String {
+    let mut text = String::from("column,unit,meaning\n");
+    for (name, key) in sweep.short_names().iter().zip(sweep.keys()) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{},,{}", quoted(name), quoted(&format!("the key {key} of the scene")));
+    }
+    text.push_str("duration,time,simulated time of the measurement\nevents,1,physical events of the measurement\n");
+    for quantity in &results.quantities {
+        let _ = writeln!(text, "{},{},{}", quantity.name, quoted(&quantity.unit), quoted(&quantity.title));
+    }
+    text
+}

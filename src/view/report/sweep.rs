@@ -1,0 +1,297 @@
+//! The page of a sweep: every quantity against the value that varies, with what is published beside, and the state of all runs.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use super::figures::{Entry, figure};
+use super::html::{brackets, escape, symbols};
+use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
+use super::results::value;
+use super::{Page, shell};
+use crate::base::text::digits;
+use crate::sweep::{Group, Quantity, Results, Standing, Sweep, SweepFolder};
+
+/// Values that span a larger ratio have a logarithmic axis.
+const LONG: f64 = 50.0;
+
+/// What is conserved is the same at all points but for so much of it.
+const SAME: f64 = 1e-9;
+
+/// Rows that a table shows; the others are in the files.
+const MOST_ROWS: usize = 500;
+
+/// What is drawn along the horizontal axis.
+struct Horizontal {
+    /// Its place among the keys of a state point.
+    at: usize,
+    name: String,
+    is_logarithmic: bool,
+}
+
+/// State points along the horizontal axis that have all other values in common.
+struct Series<'r> {
+    /// The other values, in words.
+    label: String,
+    /// In ascending order.
+    points: Vec<(f64, &'r Group)>,
+}
+
+/// Makes the page of a sweep from its results.
+#[must_use]
+pub fn sweep_page(folder: &SweepFolder, sweep: &Sweep, results: &Results) -> Page {
+    let name = folder.path().file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let [done, failed] = results.counts();
+    let total = results.points.len();
+    let verdict = if failed > 0 {
+        format!("<span class=\"verdict failed\">✗ {failed} of {total} runs failed</span>")
+    } else if done == total {
+        format!("<span class=\"verdict sound\">✓ {total} runs</span>")
+    } else {
+        format!("<span class=\"verdict failed\">{done} of {total} runs so far</span>")
+    };
+    let heading = format!(
+        "<h1>{} {verdict}</h1>\n<p class=\"facts\">sweep of {} · {} · carom {}</p>\n",
+        escape(&name),
+        escape(&sweep.scene().file_name().unwrap_or_default().to_string_lossy()),
+        escape(&sweep.short_names().join(", ")),
+        env!("CARGO_PKG_VERSION"),
+    );
+    let sections = [
+        ("plots", "Plots", plots(sweep, results)),
+        ("means", "Means", means(sweep, results)),
+        ("runs", "Runs", runs(sweep, results)),
+        ("axes", "What varies", axes(sweep)),
+    ];
+    Page { html: shell(&name, &heading, "", &sections), notes: Vec::new() }
+}
+
+/// The settings of a state point with the short names of their keys.
+fn settings<'s>(sweep: &'s Sweep, group: &Group) -> Vec<(String, &'s str)> {
+    let keys = sweep.keys();
+    let names =
+        sweep.short_names().into_iter().zip(&keys).filter(|(_, key)| !Sweep::is_seed(key)).map(|(name, _)| name);
+    let point = group.places.first().and_then(|place| sweep.points().get(*place));
+    let values = point.into_iter().flat_map(|point| point.settings()).filter(|(key, _)| !Sweep::is_seed(key));
+    names.zip(values.map(|(_, value)| value.as_str())).collect()
+}
+
+/// The first key whose values are all numbers, and not all the same.
+fn horizontal(sweep: &Sweep, results: &Results) -> Option<Horizontal> {
+    let all: Vec<Vec<(String, &str)>> = results.groups.iter().map(|group| settings(sweep, group)).collect();
+    let keys = all.first()?.len();
+    (0..keys).find_map(|at| {
+        let numbers: Option<Vec<f64>> =
+            all.iter().map(|it| it[at].1.parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        let numbers = numbers?;
+        let [least, most] = numbers.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)]);
+        let is_logarithmic = least > 0.0 && most / least > LONG;
+        (most > least).then(|| Horizontal { at, name: all[0][at].0.clone(), is_logarithmic })
+    })
+}
+
+fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Series<'r>> {
+    let mut all: Vec<Series<'r>> = Vec::new();
+    for group in &results.groups {
+        let settings = settings(sweep, group);
+        let Ok(x) = settings[along.at].1.parse() else { continue };
+        let others = settings.iter().enumerate().filter(|(at, _)| *at != along.at);
+        let label = others.map(|(_, (name, value))| format!("{name} = {value}")).collect::<Vec<_>>().join(", ");
+        match all.iter_mut().find(|series| series.label == label) {
+            Some(series) => series.points.push((x, group)),
+            None => all.push(Series { label, points: vec![(x, group)] }),
+        }
+    }
+    for series in &mut all {
+        series.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    all
+}
+
+fn plots(sweep: &Sweep, results: &Results) -> String {
+    let Some(along) = horizontal(sweep, results) else {
+        return "<p>No value that varies is a number with more than one value: there is nothing to plot against.</p>\n"
+            .to_owned();
+    };
+    let series = series(sweep, results, &along);
+    let mut constants = Vec::new();
+    let mut figures = String::new();
+    for (at, quantity) in results.quantities.iter().enumerate() {
+        match constant(results, at) {
+            Some(mean) => constants.push(format!("{} = {}", symbols(&quantity.title), digits(mean))),
+            None => figures.extend(quantity_figure(quantity, at, &along, &series)),
+        }
+    }
+    let constants = match constants.as_slice() {
+        [] => String::new(),
+        all => format!("<p class=\"aside\">The same at all points: {}.</p>\n", escape(&all.join(", "))),
+    };
+    if figures.is_empty() {
+        return "<p>Nothing has been measured yet.</p>\n".to_owned();
+    }
+    format!("<div class=\"plots\">\n{figures}</div>\n{constants}")
+}
+
+/// The mean that a quantity has at all points, but for rounding.
+fn constant(results: &Results, at: usize) -> Option<f64> {
+    let means = || results.groups.iter().filter_map(|group| group.values[at].map(|value| value.mean));
+    let [least, most] = means().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+    (means().count() > 1 && most - least <= SAME * least.abs().max(most.abs())).then_some(least)
+}
+
+fn quantity_figure(quantity: &Quantity, at: usize, along: &Horizontal, series: &[Series<'_>]) -> Option<String> {
+    let (mut lines, mut legend, mut text) = (Vec::new(), Vec::<Entry>::new(), String::new());
+    for (index, one) in series.iter().enumerate() {
+        let dot = |(x, group): &(f64, &Group)| {
+            group.values[at].map(|it| Dot { x: *x, y: it.mean, error: it.error.or(it.scatter).unwrap_or(0.0) })
+        };
+        lines.push(Line { style: LineStyle::Measured, points: one.points.iter().map(dot).collect() });
+        let words = if one.label.is_empty() { "measured".to_owned() } else { symbols(&one.label) };
+        legend.push((format!("s{}", index % plot::COLOURS), words));
+    }
+    for (index, (label, source, points)) in published(quantity, series).into_iter().enumerate() {
+        lines.push(Line { style: LineStyle::Published, points });
+        legend.push((format!("published p{}", index % plot::COLOURS), label.clone()));
+        let _ = write!(text, "Dashed: {}. {}. ", escape(&label), escape(&source));
+        if let Some((chi, count)) = chi_square(quantity, at, series, &label) {
+            let _ = write!(text, "χ² per point {chi:.2} ({count} points). ");
+        }
+    }
+    text.push_str("Error bars: standard errors of the runs, pooled over seeds. From <code>sweep-mean.csv</code>.");
+    let title = capitalised(&quantity.title);
+    let titles =
+        [symbols(&along.name.replace('_', " ")), format!("{}{}", symbols(&quantity.title), brackets(&quantity.unit))];
+    let is_logarithmic = [along.is_logarithmic, false];
+    let svg = Curves { label: title.clone(), titles, is_logarithmic, lines, level: None }.svg()?;
+    Some(figure(&title, &svg, &legend, &text))
+}
+
+/// What is published of a quantity along the axis, by label: with its source and its points, once where several series have the same.
+fn published(quantity: &Quantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
+    let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
+    for one in series {
+        let mut labels: Vec<(String, String)> = Vec::new();
+        for (_, group) in &one.points {
+            for known in group.published.iter().filter(|it| it.quantity == quantity.name) {
+                if labels.iter().all(|(label, _)| *label != known.label) {
+                    labels.push((known.label.clone(), known.source.clone()));
+                }
+            }
+        }
+        for (label, source) in labels {
+            let points: Vec<Option<Dot>> = one
+                .points
+                .iter()
+                .map(|(x, group)| {
+                    let known = group.published.iter().find(|it| it.quantity == quantity.name && it.label == label)?;
+                    Some(Dot { x: *x, y: known.value, error: 0.0 })
+                })
+                .collect();
+            if all.iter().all(|(known, _, other)| *known != label || *other != points) {
+                all.push((label, source, points));
+            }
+        }
+    }
+    all
+}
+
+/// The mean square of the deviations from what is published over their standard errors, and the number of state points that have both.
+fn chi_square(quantity: &Quantity, at: usize, series: &[Series<'_>], label: &str) -> Option<(f64, usize)> {
+    let groups = series.iter().flat_map(|one| one.points.iter().map(|(_, group)| *group));
+    let squares: Vec<f64> = groups
+        .filter_map(|group| {
+            let known = group.published.iter().find(|it| it.quantity == quantity.name && it.label == label)?;
+            let measured = group.values[at]?;
+            let error = measured.error.filter(|error| *error > 0.0)?;
+            let deviation = (measured.mean - known.value) / error;
+            Some(deviation * deviation)
+        })
+        .collect();
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64, squares.len()))
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn table(class: &str, caption: &str, heads: &[String], rows: &[String]) -> String {
+    let heads: String = heads.iter().map(|head| format!("<th scope=\"col\">{}</th>", escape(head))).collect();
+    let more = match rows.len().saturating_sub(MOST_ROWS) {
+        0 => String::new(),
+        more => format!("<p class=\"aside\">And {more} more in the files.</p>\n"),
+    };
+    let rows: String = rows.iter().take(MOST_ROWS).map(String::as_str).collect();
+    format!(
+        "<div class=\"wide\"><table class=\"{class}\">\n<caption>{}</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody>\n\
+         </table></div>\n{more}",
+        escape(caption)
+    )
+}
+
+fn means(sweep: &Sweep, results: &Results) -> String {
+    let Some(first) = results.groups.first() else { return String::new() };
+    let keys = settings(sweep, first).into_iter().map(|(name, _)| name.replace('_', " "));
+    let of = |it: &Quantity| format!("{}{}", symbols(&it.title), brackets(&it.unit));
+    let heads: Vec<String> = keys.chain(["runs".to_owned()]).chain(results.quantities.iter().map(of)).collect();
+    let row = |group: &Group| {
+        let settings = settings(sweep, group);
+        let keys: String =
+            settings.iter().map(|(_, value)| format!("<th scope=\"row\">{}</th>", escape(value))).collect();
+        let cell = |it: &Option<crate::sweep::Pooled>| match it {
+            None => "<td class=\"n\"></td>".to_owned(),
+            Some(it) => {
+                let scatter = it.scatter.map_or_else(String::new, |scatter| {
+                    format!("<br><small>scatter ± {}</small>", escape(&super::html::number(&digits(scatter))))
+                });
+                format!("<td class=\"n\">{}{scatter}</td>", value(Some(it.mean), it.error))
+            }
+        };
+        let values: String = group.values.iter().map(cell).collect();
+        format!("<tr>{keys}<td class=\"n\">{}</td>{values}</tr>\n", group.runs)
+    };
+    let rows: Vec<String> = results.groups.iter().map(row).collect();
+    table("results", "Means over seeds, with the standard error of the runs and that of their scatter", &heads, &rows)
+        + "<p class=\"aside\">The two errors should agree: where the scatter is much larger, the runs are too short for their own errors. \
+           The same numbers are in <code>sweep-mean.csv</code>, those of each run in <code>sweep.csv</code>.</p>\n"
+}
+
+fn runs(sweep: &Sweep, results: &Results) -> String {
+    let keys = sweep.short_names().into_iter().map(|name| name.replace('_', " "));
+    let heads: Vec<String> =
+        ["run".to_owned()].into_iter().chain(keys).chain(["state", "events"].map(str::to_owned)).collect();
+    let rows: Vec<String> = sweep
+        .points()
+        .iter()
+        .zip(&results.points)
+        .map(|(point, result)| {
+            let state = match &result.standing {
+                Standing::Done => "done".to_owned(),
+                Standing::Begun => "begun".to_owned(),
+                Standing::Missing => "not begun".to_owned(),
+                Standing::Failed(why) => format!("<span class=\"verdict failed\">failed</span> {}", escape(why)),
+            };
+            let folder = escape(point.folder());
+            let keys: String = point.settings().iter().map(|(_, value)| format!("<td class=\"n\">{}</td>", escape(value))).collect();
+            let events = result.events.map_or_else(String::new, |events| events.to_string());
+            format!("<tr><th scope=\"row\"><a href=\"{folder}/\">{folder}</a></th>{keys}<td>{state}</td><td class=\"n\">{events}</td></tr>\n")
+        })
+        .collect();
+    table("results", "All runs", &heads, &rows)
+}
+
+fn axes(sweep: &Sweep) -> String {
+    let axes: String = sweep.axes().iter().map(|axis| format!("{axis}\n")).collect();
+    let set: String = sweep.set().iter().map(|(key, value)| format!("{key}={value}\n")).collect();
+    let set = if set.is_empty() {
+        set
+    } else {
+        format!("<p>Set in all runs:</p>\n<pre><code>{}</code></pre>\n", escape(&set))
+    };
+    format!("<pre><code>{}</code></pre>\n{set}", escape(&axes))
+}
+
+/// Where the page of a sweep is, in its folder.
+#[must_use]
+pub fn sweep_page_in(folder: &Path) -> std::path::PathBuf {
+    folder.join("sweep.html")
+}

@@ -1,0 +1,222 @@
+//! `carom sweep`: its folders, its tables, what it goes on with and what it refuses.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use super::place::{FLUID, Place, code, errors, words};
+
+const AXES: [&str; 4] = ["--vary", "fill.0.packing_fraction=0.1,0.3", "--vary", "seed=1..3"];
+
+/// The rows of a table, by its heads.
+fn rows(text: &str) -> Vec<BTreeMap<String, String>> {
+    let mut lines = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Vec<String>>());
+    let heads = lines.next().unwrap();
+    lines
+        .map(|cells| {
+            assert_eq!(cells.len(), heads.len(), "{cells:?}");
+            heads.iter().cloned().zip(cells).collect()
+        })
+        .collect()
+}
+
+fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
+    row[name].parse().unwrap_or_else(|_| panic!("{name} in {row:?}"))
+}
+
+/// What the runs of a sweep have in common with undisturbed ones: everything but times on the clock.
+fn bits(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut files = BTreeMap::new();
+    for run in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()) {
+        for name in ["thermo.csv", "trajectory.xyz", "scene.toml"] {
+            let key = format!("{}/{name}", run.file_name().unwrap().to_string_lossy());
+            files.insert(key, fs::read(run.join(name)).unwrap());
+        }
+    }
+    for name in ["sweep.csv", "sweep-mean.csv"] {
+        files.insert(name.to_owned(), fs::read(folder.join(name)).unwrap());
+    }
+    files
+}
+
+fn sweep<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    ["sweep", "scene.toml", "--quiet"].into_iter().chain(AXES).chain(more.iter().copied()).collect()
+}
+
+#[test]
+fn every_combination_is_a_run_and_a_row() {
+    let place = Place::with(FLUID);
+    let output = place.carom(&sweep(&["--jobs", "2"]));
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("6 of 6 runs done"), "{}", words(&output));
+    let runs = rows(&place.read("runs/scene-sweep/sweep.csv"));
+    assert_eq!(runs.len(), 6);
+    for row in &runs {
+        assert_eq!(row["state"], "done");
+        let folder = format!("runs/scene-sweep/{}", row["folder"]);
+        let summary = place.summary(&folder);
+        assert_eq!(summary["seed"].to_string(), row["seed"]);
+        let pressure = &summary["observables"]["pressure"];
+        assert_eq!(pressure["mean"].as_f64(), Some(number(row, "pressure")));
+        assert_eq!(pressure["standard_error"].as_f64(), Some(number(row, "pressure_error")));
+    }
+    let means = rows(&place.read("runs/scene-sweep/sweep-mean.csv"));
+    assert_eq!(means.iter().map(|row| row["packing_fraction"].as_str()).collect::<Vec<_>>(), ["0.1", "0.3"]);
+    for (at, row) in means.iter().enumerate() {
+        let of = |name: &str| -> Vec<f64> { runs[3 * at..3 * at + 3].iter().map(|row| number(row, name)).collect() };
+        let mean = of("pressure").iter().sum::<f64>() / 3.0;
+        let error = of("pressure_error").iter().map(|error| error * error).sum::<f64>().sqrt() / 3.0;
+        assert!((number(row, "pressure") / mean - 1.0).abs() < 1e-14);
+        assert!((number(row, "pressure_error") / error - 1.0).abs() < 1e-14);
+        assert_eq!((row["runs"].as_str(), row.contains_key("pressure_scatter")), ("3", true));
+    }
+    let page = place.read("runs/scene-sweep/sweep.html");
+    for word in ["<svg", "mKLM", "χ² per point", "packing fraction", "6 runs"] {
+        assert!(page.contains(word), "{word}");
+    }
+}
+
+#[test]
+fn the_number_of_jobs_and_of_tasks_changes_no_bit() {
+    let place = Place::with(FLUID);
+    for (out, jobs) in [("one", "1"), ("four", "4")] {
+        let output = place.carom(&sweep(&["--jobs", jobs, "--out", out]));
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+    }
+    for task in ["2/3", "1/3", "3/3"] {
+        let output = place.carom(&sweep(&["--array", task, "--out", "tasks"]));
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+    }
+    let one = bits(&place.path().join("one"));
+    assert!(one == bits(&place.path().join("four")));
+    assert!(one == bits(&place.path().join("tasks")));
+    // The same as a run of its own.
+    let alone =
+        ["run", "scene.toml", "--quiet", "--seed", "2", "--set", "fill.0.packing_fraction=0.3", "--out", "alone"];
+    assert_eq!(code(&place.carom(&alone)), 0);
+    assert!(place.read("alone/trajectory.xyz") == place.read("one/packing_fraction-0.3_seed-2/trajectory.xyz"));
+}
+
+fn start(place: &Place, out: &str) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+    command.args(sweep(&[
+        "--jobs",
+        "2",
+        "--checkpoint-every",
+        "0.005",
+        "--out",
+        out,
+        "--set",
+        "run.until_events=40000",
+    ]));
+    command.current_dir(place.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().unwrap()
+}
+
+#[test]
+fn a_sweep_that_is_killed_again_and_again_comes_to_the_same_bits() {
+    let place = Place::with(FLUID);
+    assert!(start(&place, "whole").wait().unwrap().success());
+    let (mut kills, mut wait) = (0, 20);
+    loop {
+        let mut child = start(&place, "killed");
+        std::thread::sleep(Duration::from_millis(wait));
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success());
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+        // Ever longer, so that it comes to an end on any machine.
+        wait = if kills < 20 { 20 + 13 * (kills % 7) } else { 2 * wait };
+    }
+    assert!(bits(&place.path().join("whole")) == bits(&place.path().join("killed")), "after {kills} kills");
+    assert!(kills > 0);
+}
+
+#[test]
+fn further_values_join_what_is_there() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["sweep", "scene.toml", "--vary", "seed=1..2", "--out", "s"])), 0);
+    let before = fs::metadata(place.path().join("s/seed-1/summary.json")).unwrap().modified().unwrap();
+    let output = place.carom(&["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("4 of 4 runs done, 2 were there already"), "{}", words(&output));
+    assert!(
+        !errors(&output).contains("seed-1: done") && errors(&output).contains("seed-4: done"),
+        "{}",
+        errors(&output)
+    );
+    assert_eq!(fs::metadata(place.path().join("s/seed-1/summary.json")).unwrap().modified().unwrap(), before);
+    assert_eq!(rows(&place.read("s/sweep.csv")).len(), 4);
+    // The folder alone says all.
+    let output = place.carom(&["sweep", "s", "--quiet"]);
+    assert!(words(&output).contains("4 of 4 runs done"), "{}{}", words(&output), errors(&output));
+    // Two keys that change together, from a file.
+    let file = "scene = \"scene.toml\"\nvary = [\"fill.0.packing_fraction=0.1,0.2; run.until_events=1000,2000\"]\n";
+    place.write("study.toml", file);
+    assert_eq!(code(&place.carom(&["sweep", "study.toml", "--quiet"])), 0);
+    let events: Vec<f64> =
+        rows(&place.read("runs/study-sweep/sweep.csv")).iter().map(|row| number(row, "events")).collect();
+    assert_eq!(events, [1000.0, 2000.0]);
+}
+
+#[test]
+fn a_run_that_fails_is_named_and_the_others_go_on() {
+    let place = Place::with(FLUID);
+    let arguments = ["sweep", "scene.toml", "--vary", "fill.0.packing_fraction=0.1,0.8,0.2", "--out", "s"];
+    let output = place.carom(&arguments);
+    assert_eq!(code(&output), 1);
+    assert!(
+        errors(&output).contains("1 of 3 runs failed") && errors(&output).contains("packing_fraction-0.8: "),
+        "{}",
+        errors(&output)
+    );
+    assert!(words(&output).contains("2 of 3 runs done, 1 failed"), "{}", words(&output));
+    let text = place.read("s/sweep.csv");
+    let states: Vec<&str> = text.lines().skip(1).map(|line| line.split(',').nth(1).unwrap()).collect();
+    assert!(states[0] == "done" && states[1].contains("failed: ") && states[2] == "done", "{states:?}");
+    assert!(place.read("s/sweep.html").contains("1 of 3 runs failed"));
+    // It fails again, and is not forgotten.
+    assert_eq!(code(&place.carom(&arguments)), 1);
+}
+
+#[test]
+fn bad_input_is_refused_with_its_cure_before_anything_is_made() {
+    let place = Place::with(FLUID);
+    let refused = |arguments: &[&str], expected: &[&str]| {
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
+        for word in expected {
+            assert!(errors(&output).contains(word), "{word} in {}", errors(&output));
+        }
+    };
+    refused(
+        &["sweep", "scene.toml", "--vary", "fill.0.packing_fractoin=0.1,0.2"],
+        &["packing_fractoin", "packing_fraction"],
+    );
+    refused(&["sweep", "scene.toml", "--vary", "fill.3.count=1,2"], &["fill.3.count"]);
+    refused(&["sweep", "scene.toml", "--vary", "run.until_events=10,many"], &["many"]);
+    refused(&["sweep", "scene.toml", "--vary", "fill.0.packing_fraction=0.49..0.05/12"], &["runs backwards"]);
+    refused(&["sweep", "scene.toml", "--vary", "seed"], &["KEY=VALUES"]);
+    refused(&["sweep", "scene.toml", "--vary", "seed=1,1"], &["twice"]);
+    refused(&["sweep", "scene.toml", "--seed", "1", "--vary", "seed=1,2"], &["more than once"]);
+    refused(&["sweep", "scene.toml"], &["--vary"]);
+    refused(&["sweep", "nothing.toml", "--vary", "seed=1,2"], &["nothing.toml"]);
+    refused(&["sweep", "scene.toml", "--vary", "seed=1,2", "--array", "4/3"], &["K/N"]);
+    refused(&["sweep", "scene.toml", "--vary", "fill.0.packing_fraction=0.8,0.9"], &["packing"]);
+    assert!(!place.path().join("runs").exists());
+    assert_eq!(code(&place.carom(&["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "s", "--quiet"])), 0);
+    refused(
+        &["sweep", "scene.toml", "--vary", "fill.0.count=4,32", "--out", "s"],
+        &["another sweep", "varies seed", "--out"],
+    );
+    place.write("other.toml", &FLUID.replace("0.3", "0.2"));
+    refused(&["sweep", "other.toml", "--vary", "seed=1,2", "--out", "s"], &["began with", "--out"]);
+    fs::create_dir(place.path().join("full")).unwrap();
+    place.write("full/thesis.tex", "");
+    refused(&["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "full"], &["not a sweep", "--out"]);
+}
