@@ -41,6 +41,23 @@ pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     if of(true).is_empty() { moving } else { format!("{moving}; static: {}", of(true)) }
 }
 
+/// The interactions of what moves, in a word with a blank behind it: `hard `, `square-well `; nothing where there are several kinds or none.
+#[must_use]
+pub fn kind_of_potential(scene: &Scene) -> &'static str {
+    let kind = |potential: &Potential| match potential.energies() {
+        _ if potential.is_hard_sphere() => "hard ",
+        [_, well, f64::INFINITY] if *well < 0.0 => "square-well ",
+        [_, shoulder, f64::INFINITY] if *shoulder > 0.0 => "square-shoulder ",
+        [.., core] if core.is_finite() => "penetrable ",
+        _ => "stepped-potential ",
+    };
+    let is_moving = |at: usize| scene.species.get(at).is_some_and(|species| !species.is_static());
+    let pairs = scene.table.iter().filter(|([a, b], _)| is_moving(*a) && is_moving(*b));
+    let mut kinds = pairs.map(|(_, id)| kind(&scene.interactions[id.0 as usize].potential));
+    let first = kinds.next().unwrap_or_default();
+    if kinds.all(|other| other == first) { first } else { "" }
+}
+
 /// The box, axis by axis.
 #[must_use]
 pub fn space(scene: &Scene) -> String {

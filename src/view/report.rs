@@ -84,11 +84,11 @@ fn document(inputs: &Inputs) -> String {
     let summary = &inputs.summary;
     let name = escape(&summary.scene);
     let sections = [
-        ("simulated", "What was simulated", setting::section(inputs)),
-        ("trust", "Can it be trusted?", audit::section(summary, inputs.scene.as_ref())),
+        ("trajectory", "Trajectory", motion::section(inputs.recording.as_ref())),
         ("results", "Results", results::section(inputs)),
         ("plots", "Plots", figures::section(inputs)),
-        ("trajectory", "Trajectory", motion::section(inputs.recording.as_ref())),
+        ("trust", "Can it be trusted?", audit::section(summary, inputs.scene.as_ref())),
+        ("simulated", "What was simulated", setting::section(inputs)),
         ("scene", "The scene", scene(inputs)),
     ];
     let engine = escape(&summary.engine);
@@ -103,7 +103,8 @@ fn document(inputs: &Inputs) -> String {
         Answer::Unknown => "",
     };
     let heading = format!(
-        "<h1>{name} {verdict}{state}</h1>\n<p class=\"facts\">seed {} · {engine} · carom {}</p>\n",
+        "<h1>{name} {verdict}{state}</h1>\n<p class=\"subtitle\">{}</p>\n<p class=\"facts\">seed {} · {engine} · carom {}</p>\n",
+        escape(&setting::subtitle(inputs)),
         summary.seed,
         escape(&summary.version),
     );

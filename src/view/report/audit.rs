@@ -24,9 +24,9 @@ pub(super) fn section(summary: &Summary, scene: Option<&Scene>) -> String {
     let state = state(&summary.equilibrated);
     let rows: String = invariants(summary, scene).iter().map(Row::html).collect();
     format!(
-        "{verdict}{state}<div class=\"wide\"><table class=\"audit\">\n<caption>Audit of the whole run, its equilibration included</caption>\n\
+        "{verdict}{state}<details>\n<summary>The audit in numbers</summary>\n<div class=\"wide\"><table class=\"audit\">\n<caption>Audit of the whole run, its equilibration included</caption>\n\
          <thead><tr><th scope=\"col\">what</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\" class=\"n\">limit</th>\
-         <th scope=\"col\">verdict</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n"
+         <th scope=\"col\">verdict</th></tr></thead>\n<tbody>\n{rows}</tbody>\n</table></div>\n</details>\n"
     )
 }
 

@@ -9,6 +9,9 @@ use crate::analysis::instruments::{Curve, Series};
 /// Columns of `thermo.csv` that share a plot.
 const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dissipated"];
 
+/// What is conserved changes by less than so much of it.
+const SAME: f64 = 1e-9;
+
 /// The section of the page.
 pub(super) fn section(inputs: &Inputs) -> String {
     let curves: Vec<String> = inputs.measured.curves.iter().flat_map(of_curve).collect();
@@ -163,7 +166,17 @@ fn courses(inputs: &Inputs) -> Vec<String> {
     figures
 }
 
+/// Whether a time series is one number but for rounding, which is nothing to look at.
+fn is_constant(trace: &Trace) -> bool {
+    let values = trace.points().into_iter().flatten().map(|[_, y]| y);
+    let [least, most] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], y| [a.min(y), b.max(y)]);
+    most - least <= SAME * least.abs().max(most.abs())
+}
+
 fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String> {
+    if traces.iter().all(|trace| is_constant(trace)) {
+        return None;
+    }
     let line = |trace: &&Trace| Line {
         style: LineStyle::TimeSeries,
         points: trace.points().into_iter().map(|point| point.map(|[x, y]| Point { x, y, error: 0.0 })).collect(),

@@ -18,7 +18,8 @@ use super::html::escape;
 const WIDTH: f64 = 480.0;
 const HEIGHT: f64 = 320.0;
 /// Where the axes are `[pixels]`.
-const LEFT: f64 = 74.0;
+/// Labels of nine letters have room between the axis and its title.
+const LEFT: f64 = 90.0;
 const TOP: f64 = 12.0;
 const BOTTOM: f64 = 268.0;
 

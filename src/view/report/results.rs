@@ -3,6 +3,7 @@
 use super::html::{brackets, escape, number, symbols};
 use super::inputs::Inputs;
 use crate::analysis::observables::OBSERVABLES;
+use crate::analysis::published::PublishedValue;
 use crate::analysis::statistics::Estimate;
 use crate::base::text;
 use crate::base::text::digits;
@@ -41,6 +42,8 @@ struct Row<'a> {
     unit: String,
     mean: Option<f64>,
     standard_error: Option<f64>,
+    /// What is published of it.
+    published: Vec<&'a PublishedValue>,
     /// Of observables, in words: with the verdict on whether they change.
     words: Option<String>,
     method: &'a str,
@@ -52,15 +55,35 @@ pub(super) fn section(inputs: &Inputs) -> String {
     if rows.is_empty() {
         return "<p>Nothing with a mean was measured in this scene.</p>\n".to_owned();
     }
-    let lines: String = rows.chunk_by(|a, b| a.method == b.method).flat_map(lines).collect();
+    let has_published = rows.iter().any(|row| !row.published.is_empty());
+    let lines: String =
+        rows.chunk_by(|a, b| a.method == b.method).flat_map(|rows| lines(rows, has_published)).collect();
+    let published = if has_published { "<th scope=\"col\" class=\"n\">published</th>" } else { "" };
     format!(
         "<div class=\"wide\"><table class=\"results\">\n<caption>Means over the measurement and their standard errors</caption>\n\
-         <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>\
+         <thead><tr><th scope=\"col\">quantity</th><th scope=\"col\" class=\"n\">value</th><th scope=\"col\">unit</th>{published}\
          <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n\
          <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \
-         spectral density of their series at frequency zero and assume a stationary one.</p>\n{}",
+         spectral density of their series at frequency zero and assume a stationary one.</p>\n{}{}",
+        sources(inputs),
         rates(inputs)
     )
+}
+
+/// Where the published values are from.
+fn sources(inputs: &Inputs) -> String {
+    let mut known: Vec<(&str, &str)> = Vec::new();
+    for value in &inputs.summary.published {
+        if known.iter().all(|(label, _)| *label != value.label) {
+            known.push((&value.label, &value.source));
+        }
+    }
+    let words: Vec<String> = known.iter().map(|(label, source)| format!("{label}: {source}")).collect();
+    if words.is_empty() {
+        String::new()
+    } else {
+        format!("<p class=\"aside\">Published: {}.</p>\n", escape(&words.join("; ")))
+    }
 }
 
 /// Rates of events by kind and species; nothing where there is one only.
@@ -110,7 +133,10 @@ fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
     let look_up = |table: &'static [(&str, &str); 11], name: &str| {
         table.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| *text)
     };
+    let published =
+        |name: &str| inputs.summary.published.iter().filter(|value| value.quantity == name).collect::<Vec<_>>();
     let rows = observables.filter(|(name, _)| is_new(name)).map(|(name, observable)| Row {
+        published: published(name),
         title: name.replace('_', " "),
         unit: of_scene(look_up(&OBSERVABLES, name)),
         mean: Some(observable.mean),
@@ -119,6 +145,7 @@ fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
         method: look_up(&METHODS, name),
     });
     let measured = numbers.iter().map(|number| Row {
+        published: published(&number.name),
         title: number.title.clone(),
         unit: of_scene(&number.unit),
         mean: number.mean,
@@ -130,12 +157,12 @@ fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
 }
 
 /// Lines that share their method, which is shown once.
-fn lines<'a>(rows: &'a [Row<'a>]) -> impl Iterator<Item = String> + 'a {
-    rows.iter().enumerate().map(|(index, row)| line(row, if index == 0 { rows.len() } else { 0 }))
+fn lines<'a>(rows: &'a [Row<'a>], has_published: bool) -> impl Iterator<Item = String> + 'a {
+    rows.iter().enumerate().map(move |(index, row)| line(row, if index == 0 { rows.len() } else { 0 }, has_published))
 }
 
 /// A line, whose method stands for so many lines; for none it is that of a line above.
-fn line(row: &Row, span: usize) -> String {
+fn line(row: &Row, span: usize, has_published: bool) -> String {
     let brackets = brackets(&row.unit);
     let method = escape(&symbols(row.method));
     let method = match span {
@@ -143,8 +170,17 @@ fn line(row: &Row, span: usize) -> String {
         1 => format!("<td class=\"how\">{method}</td>"),
         _ => format!("<td class=\"how\" rowspan=\"{span}\">{method}</td>"),
     };
+    let known = row
+        .published
+        .iter()
+        .map(|it| format!("{} <small>{}</small>", escape(&number(&digits(it.value))), escape(&it.label)));
+    let published = if has_published {
+        format!("<td class=\"n published\">{}</td>", known.collect::<Vec<_>>().join("<br>"))
+    } else {
+        String::new()
+    };
     format!(
-        "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td>{}</td>{method}</tr>\n",
+        "<tr><th scope=\"row\">{}</th><td class=\"n\">{}</td><td>{}</td>{published}{method}</tr>\n",
         escape(&row.title),
         row.words.as_deref().map_or_else(|| value(row.mean, row.standard_error), with_signs),
         escape(brackets.trim_start().trim_matches(['[', ']'])),

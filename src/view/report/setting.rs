@@ -1,11 +1,49 @@
 //! What was simulated, in words.
 
-use super::html::{escape, number};
+use super::html::{brackets, escape, number};
 use super::inputs::Inputs;
 use crate::base::numbers::trunc_to_u64;
-use crate::base::text::{digits, plural};
-use crate::model::{Limit, Scene};
+use crate::base::text::{digits, plural, unit};
+use crate::io::summary::System;
+use crate::model::{Limit, Scene, Species};
 use crate::view::describe::{self};
+
+/// What it is, in one line: `1 372 hard spheres, φ = 0.3`.
+pub(super) fn subtitle(inputs: &Inputs) -> String {
+    let Some(scene) = &inputs.scene else { return plural(inputs.summary.particles, "particle") };
+    let counts = describe::counts(scene);
+    let present = scene.species.iter().zip(&counts).filter(|(_, count)| **count > 0);
+    let (moving, standing): (Vec<_>, Vec<_>) = present.partition(|(species, _)| !species.is_static());
+    let number = |some: &[(&Species, &usize)]| some.iter().map(|(_, count)| **count).sum::<usize>();
+    let noun = match scene.space.dimensions() {
+        3 => "sphere",
+        2 => "disk",
+        _ => "rod",
+    };
+    let count = number(&moving);
+    let noun = if count == 1 { noun.to_owned() } else { format!("{noun}s") };
+    let mut text = format!("{} {}{noun}", grouped(count as u64), describe::kind_of_potential(scene));
+    if moving.len() > 1 {
+        text.push_str(&format!(" of {} species", moving.len()));
+    }
+    if !scene.bonds.is_empty() {
+        text.push_str(", bonded");
+    }
+    if !standing.is_empty() {
+        text.push_str(&format!(", {} static", grouped(number(&standing) as u64)));
+    }
+    let fraction = inputs.summary.system.as_ref().and_then(|system| system.packing_fraction);
+    if let Some(fraction) = fraction.filter(|_| standing.is_empty()) {
+        text.push_str(&format!(", φ = {}", digits(fraction)));
+    }
+    if scene.shear_rate.is_some() {
+        text.push_str(", sheared");
+    }
+    if moving.iter().any(|(species, _)| species.acceleration.norm() > 0.0) {
+        text.push_str(", falling");
+    }
+    text
+}
 
 /// The section of the page.
 pub(super) fn section(inputs: &Inputs) -> String {
@@ -14,6 +52,9 @@ pub(super) fn section(inputs: &Inputs) -> String {
     match &inputs.scene {
         Some(scene) => of_scene(&mut list, scene, summary.diameter_factor),
         None => list.text("particles", &plural(summary.particles, "particle")),
+    }
+    if let Some(system) = &summary.system {
+        of_system(&mut list, system);
     }
     list.text("engine", &summary.engine);
     let run = inputs.scene.as_ref().map(|scene| &scene.run);
@@ -43,6 +84,22 @@ pub(super) fn section(inputs: &Inputs) -> String {
         .map_or_else(String::new, |rate| format!(", {} events per second", grouped(trunc_to_u64(rate))));
     list.text("time on the clock", &format!("{} s{rate}", digits(speed.wall_seconds)));
     list.html()
+}
+
+/// Volume and densities, where the box has a volume.
+fn of_system(list: &mut Pairs, system: &System) {
+    let dimensions = system.dimensions;
+    let word = ["length", "area", "volume"][dimensions.clamp(1, 3) - 1];
+    let shown = |value: f64, of: &str| format!("{}{}", number(&digits(value)), brackets(&unit(of, dimensions)));
+    if let Some(volume) = system.volume {
+        list.text(word, &shown(volume, "length^D"));
+    }
+    if let Some(density) = system.number_density {
+        list.text("number density", &shown(density, "1 / length^D"));
+    }
+    if let Some(fraction) = system.packing_fraction {
+        list.text("packing fraction", &number(&digits(fraction)));
+    }
 }
 
 /// `factor` is the growth of the diameters before the measurement.
@@ -84,8 +141,11 @@ fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
         list.text("thermostat", &describe::thermostat(thermostat));
     }
     if !scene.static_surfaces.is_empty() {
-        let names: Vec<&str> = scene.static_surfaces.iter().map(|surface| surface.name.as_str()).collect();
-        list.text("meshes", &names.join(", "));
+        let surfaces = scene.static_surfaces.iter().map(|surface| {
+            let count = plural(surface.particles.len(), "particle");
+            format!("{}: {count}", surface.name)
+        });
+        list.items("meshes", &surfaces.collect::<Vec<_>>());
     }
 }
 
