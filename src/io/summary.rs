@@ -12,6 +12,7 @@ use super::rates::{Rate, rates_of};
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_system};
 use crate::analysis::statistics::Stationarity;
+use crate::engine::Simulation;
 use crate::model::InputFile;
 use crate::model::scene::own_volume;
 use crate::run::Finished;
@@ -107,7 +108,7 @@ pub struct SpeciesSummary {
 impl System {
     fn of(finished: &Finished) -> Self {
         let (simulation, scene) = (&finished.simulation, finished.simulation.scene());
-        let (space, scale) = (scene.space(), simulation.scale());
+        let (space, scale) = (scene.space(), scale_of_scene(simulation));
         let all = scene.species().iter().zip(simulation.population()).filter(|(_, count)| *count > 0);
         let species: Vec<SpeciesSummary> = all
             .map(|(species, count)| SpeciesSummary {
@@ -293,11 +294,16 @@ impl Summary {
     }
 }
 
+/// Diameters now over those of the simulation's scene, which has those of the last growth that came to its end.
+fn scale_of_scene(simulation: &Simulation) -> f64 {
+    simulation.scale() / simulation.grown()
+}
+
 /// What is published about the system, at its mean temperature.
 fn published(finished: &Finished) -> Vec<PublishedValue> {
     let simulation = &finished.simulation;
     let temperature = finished.observables.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
-    of_system(simulation.scene(), &simulation.population(), simulation.scale(), temperature)
+    of_system(simulation.scene(), &simulation.population(), scale_of_scene(simulation), temperature)
 }
 
 /// The numbers of events of the measurement, by kind.

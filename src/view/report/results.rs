@@ -74,7 +74,8 @@ pub(super) fn section(inputs: &Inputs) -> String {
 fn sources(inputs: &Inputs) -> String {
     let mut known: Vec<(&str, &str)> = Vec::new();
     for value in &inputs.summary.published {
-        if known.iter().all(|(label, _)| *label != value.label) {
+        // What follows from an equation has its source.
+        if known.iter().all(|(_, source)| *source != value.source) {
             known.push((&value.label, &value.source));
         }
     }
