@@ -240,7 +240,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
     if shown.is_empty() {
         return lines.concat() + "\n";
     }
-    let names = shown.iter().map(|at| results.quantities[*at].title.to_lowercase());
+    let names = shown.iter().map(|at| results.quantities[*at].name.replace('_', " "));
     let mut rows: Vec<Vec<String>> = vec![keys.into_iter().chain(["runs".to_owned()]).chain(names).collect()];
     for group in results.groups.iter().take(MOST_ROWS) {
         let point = &sweep.points()[group.places[0]];

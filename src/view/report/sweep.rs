@@ -14,6 +14,9 @@ use crate::sweep::{Group, Quantity, Results, Standing, Sweep, SweepFolder};
 /// Values that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 50.0;
 
+/// Of fewer state points, the mean square of the deviations says nothing.
+const FEWEST: usize = 3;
+
 /// What is conserved is the same at all points but for so much of it.
 const SAME: f64 = 1e-9;
 
@@ -186,12 +189,22 @@ fn published(quantity: &Quantity, series: &[Series<'_>]) -> Vec<(String, String,
                     Some(Dot { x: *x, y: known.value, error: 0.0 })
                 })
                 .collect();
-            if all.iter().all(|(known, _, other)| *known != label || *other != points) {
+            if all.iter().all(|(known, _, other)| *known != label || !are_same(other, &points)) {
                 all.push((label, source, points));
             }
         }
     }
     all
+}
+
+/// Whether two curves are the same but for rounding, as that of the edge of the box in a density.
+fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
+    let is_near = |a: f64, b: f64| (a - b).abs() <= SAME * a.abs().max(b.abs());
+    one.len() == other.len()
+        && one.iter().zip(other).all(|pair| match pair {
+            (Some(a), Some(b)) => a.x == b.x && is_near(a.y, b.y),
+            (a, b) => a.is_none() && b.is_none(),
+        })
 }
 
 /// The mean square of the deviations from what is published over their standard errors, and the number of state points that have both.
@@ -206,7 +219,7 @@ fn chi_square(quantity: &Quantity, at: usize, series: &[Series<'_>], label: &str
             Some(deviation * deviation)
         })
         .collect();
-    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64, squares.len()))
+    (squares.len() >= FEWEST).then(|| (squares.iter().sum::<f64>() / squares.len() as f64, squares.len()))
 }
 
 fn capitalised(text: &str) -> String {
