@@ -10,6 +10,7 @@ use carom::io::OutputError;
 use carom::io::convert::ConvertError;
 use carom::run::RunError;
 use carom::scene::SceneError;
+use carom::view::movie::MovieError;
 use carom::view::render::RenderError;
 use carom::view::report::ReportError;
 use miette::{Diagnostic, Report};
@@ -108,6 +109,16 @@ impl From<RunError<OutputError>> for Failure {
 impl From<RenderError> for Failure {
     fn from(error: RenderError) -> Self {
         let code = if matches!(error, RenderError::Write { .. }) { FAILED } else { BAD_INPUT };
+        Self::new(with_causes(&error), None, error.cure(), code)
+    }
+}
+
+impl From<MovieError> for Failure {
+    fn from(error: MovieError) -> Self {
+        let code = match error {
+            MovieError::Write { .. } | MovieError::Ffmpeg(_) | MovieError::Threads | MovieError::Interrupted => FAILED,
+            _ => BAD_INPUT,
+        };
         Self::new(with_causes(&error), None, error.cure(), code)
     }
 }

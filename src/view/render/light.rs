@@ -6,7 +6,7 @@
 
 use super::bodies::Ball;
 use super::camera::Point;
-use super::parallel;
+use super::parallel::{self, Team};
 use super::raster::NOTHING;
 use crate::base::numbers::trunc_to_usize;
 
@@ -66,7 +66,7 @@ struct Light {
 
 impl Lights {
     /// Lights for spheres around a centre; those farther than 1 from it throw no shadow.
-    pub fn on(balls: &[Ball], centre: Point) -> Self {
+    pub fn on(balls: &[Ball], centre: Point, team: &Team) -> Self {
         let sun = Point::from(SUN).normalize();
         let (right, up) = across(&sun);
         let spread = |k: usize| {
@@ -89,7 +89,7 @@ impl Lights {
         sky.iter_mut().for_each(|light| light.strength /= total);
         let mut sun: Vec<Light> =
             (0..SUN_LIGHTS).map(|k| light(spread(k), 1.0 / SUN_LIGHTS as f32, SUN_SPREAD)).collect();
-        parallel::for_each(sky.iter_mut().chain(&mut sun), |light| light.draw_map(balls));
+        parallel::for_each(team, sky.iter_mut().chain(&mut sun), |light| light.draw_map(balls));
         Self { sky, sun }
     }
 

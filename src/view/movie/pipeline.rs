@@ -1,0 +1,213 @@
+//! Images drawn and compressed on several cores, and handed on in the order of time.
+//!
+//! Each worker takes the next place, draws its image, compresses it against the image before, which another worker may still be drawing,
+//! and puts down what comes of it. No worker runs ahead of what has been handed on by more than a few places, so that memory is bounded however many
+//! images there are. What is handed on does not depend on the number of workers, nor does the place whose error is reported.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use super::MovieError;
+use crate::view::render::Image;
+
+/// How often is asked whether to go on, at least.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+/// Draws the image of a place.
+type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, MovieError> + Sync);
+
+/// Compresses the image of a place, given the one before it.
+type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, MovieError> + Sync);
+
+/// What each worker does.
+pub(super) struct Stages<'a, P> {
+    pub draw: Draw<'a>,
+    pub compress: Compress<'a, P>,
+}
+
+pub(super) struct Pipeline<'a, P> {
+    stages: Stages<'a, P>,
+    /// Number of places.
+    count: usize,
+    /// Number of workers.
+    crew: usize,
+    is_stopped: &'a AtomicBool,
+    board: Mutex<Board<P>>,
+    /// Told of each change of the board.
+    change: Condvar,
+}
+
+/// Where the work stands.
+struct Board<P> {
+    /// The place that is drawn next.
+    next: usize,
+    /// Number of places that have been handed on.
+    done: usize,
+    /// Images that the one after them is compressed against.
+    images: BTreeMap<usize, Arc<Image>>,
+    pieces: BTreeMap<usize, Result<P, MovieError>>,
+    /// Number of workers that are at work.
+    workers: usize,
+}
+
+/// What there is to hand on.
+enum Found<P> {
+    Piece(Result<P, MovieError>),
+    NotYet,
+    /// Nobody works any more.
+    Never,
+}
+
+impl<'a, P: Send> Pipeline<'a, P> {
+    /// For a number of places and of workers.
+    pub fn new(stages: Stages<'a, P>, count: usize, crew: usize, is_stopped: &'a AtomicBool) -> Self {
+        let board = Board { next: 0, done: 0, images: BTreeMap::new(), pieces: BTreeMap::new(), workers: crew };
+        Self { stages, count, crew, is_stopped, board: Mutex::new(board), change: Condvar::new() }
+    }
+
+    /// Does the work. `take` gets the pieces in the order of their places; `watch` is asked with the number of them whether to go on.
+    ///
+    /// # Errors
+    /// The error of the first place that has one, [`MovieError::Interrupted`] if `watch` breaks, [`MovieError::Threads`] if no worker can
+    /// be started.
+    pub fn run(
+        &self,
+        take: &mut dyn FnMut(P) -> Result<(), MovieError>,
+        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<(), MovieError> {
+        thread::scope(|scope| {
+            for _ in 0..self.crew {
+                if thread::Builder::new().spawn_scoped(scope, || self.work()).is_err() {
+                    // The others do its share.
+                    self.leave();
+                }
+            }
+            let result = self.collect(take, watch);
+            self.stop();
+            result
+        })
+    }
+
+    fn collect(
+        &self,
+        take: &mut dyn FnMut(P) -> Result<(), MovieError>,
+        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<(), MovieError> {
+        let mut done = 0;
+        while done < self.count {
+            match self.wait_for(done) {
+                Found::Piece(piece) => {
+                    take(piece?)?;
+                    done += 1;
+                    self.board().done = done;
+                    self.change.notify_all();
+                }
+                Found::NotYet => {}
+                Found::Never => return Err(MovieError::Threads),
+            }
+            if watch(done).is_break() {
+                return Err(MovieError::Interrupted);
+            }
+        }
+        Ok(())
+    }
+
+    fn wait_for(&self, place: usize) -> Found<P> {
+        let mut board = self.board();
+        loop {
+            if let Some(piece) = board.pieces.remove(&place) {
+                return Found::Piece(piece);
+            }
+            if board.workers == 0 {
+                return Found::Never;
+            }
+            let (woken, timeout) = self.change.wait_timeout(board, PATIENCE).unwrap_or_else(PoisonError::into_inner);
+            board = woken;
+            if timeout.timed_out() {
+                return Found::NotYet;
+            }
+        }
+    }
+
+    fn work(&self) {
+        /// Also a worker that panics is missed.
+        struct Leaving<'p, 'a, P: Send>(&'p Pipeline<'a, P>);
+        impl<P: Send> Drop for Leaving<'_, '_, P> {
+            fn drop(&mut self) {
+                self.0.leave();
+            }
+        }
+        let _leaving = Leaving(self);
+        while let Some(place) = self.next_place() {
+            let piece = self.piece(place);
+            self.board().pieces.insert(place, piece);
+            self.change.notify_all();
+        }
+    }
+
+    /// The next place, when the others are not far behind; `None` when there is nothing left to do.
+    fn next_place(&self) -> Option<usize> {
+        let mut board = self.board();
+        while !self.is_stopped() && board.next < self.count && board.next >= board.done + 2 * self.crew {
+            board = self.change.wait(board).unwrap_or_else(PoisonError::into_inner);
+        }
+        if self.is_stopped() || board.next >= self.count {
+            return None;
+        }
+        board.next += 1;
+        Some(board.next - 1)
+    }
+
+    fn piece(&self, place: usize) -> Result<P, MovieError> {
+        let image = Arc::new((self.stages.draw)(place)?);
+        let previous = self.exchange(place, &image);
+        if self.is_stopped() {
+            return Err(MovieError::Interrupted);
+        }
+        (self.stages.compress)(place, previous.as_deref(), &image)
+    }
+
+    /// Leaves an image for the next place, and waits for that of the one before.
+    fn exchange(&self, place: usize, image: &Arc<Image>) -> Option<Arc<Image>> {
+        let mut board = self.board();
+        board.images.insert(place, Arc::clone(image));
+        self.change.notify_all();
+        let before = place.checked_sub(1)?;
+        loop {
+            if let Some(previous) = board.images.remove(&before) {
+                return Some(previous);
+            }
+            // If it could not be drawn, its error ends the work.
+            if self.is_stopped() {
+                return None;
+            }
+            board = self.change.wait(board).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn is_stopped(&self) -> bool {
+        self.is_stopped.load(Ordering::Relaxed)
+    }
+
+    /// Lets all workers leave soon.
+    fn stop(&self) {
+        // While no worker is about to wait.
+        let board = self.board();
+        self.is_stopped.store(true, Ordering::Relaxed);
+        drop(board);
+        self.change.notify_all();
+    }
+
+    fn leave(&self) {
+        self.board().workers -= 1;
+        self.change.notify_all();
+    }
+
+    fn board(&self) -> MutexGuard<'_, Board<P>> {
+        self.board.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
