@@ -47,7 +47,7 @@ use std::sync::atomic::AtomicBool;
 
 pub use error::MovieError;
 
-use super::render::{self, BYTES_PER_PIXEL, Image, RenderError, Shot, Style, Team};
+use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, RenderError, Shot, Style, Team};
 use crate::base::memory;
 use crate::base::numbers::index as count_of;
 use crate::io::Existing;
@@ -154,7 +154,7 @@ pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 /// # Errors
 /// - [`MovieError::Format`], [`MovieError::Option`], [`MovieError::FastGif`], [`MovieError::OddSize`] or [`MovieError::Render`] if the
 ///   options make no movie, [`MovieError::NoFfmpeg`] if there is no ffmpeg for an MP4;
-/// - [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::NoSuchFrame`] or [`MovieError::Frame`] if the trajectory does not;
+/// - [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::NoSuchFrame`], [`MovieError::Empty`] or [`MovieError::Frame`] if the trajectory does not;
 /// - [`MovieError::Exists`] or [`MovieError::NotReplaceable`] if there is something that is to be kept, [`MovieError::Write`] if the file cannot
 ///   be written, [`MovieError::Ffmpeg`] if ffmpeg fails;
 /// - [`MovieError::Interrupted`] if `watch` breaks.
@@ -286,7 +286,7 @@ impl Reel<'_> {
     fn at_once(&self) -> usize {
         let style = &self.movie.style;
         let pixels = u64::from(style.width) * u64::from(style.height);
-        let bytes = BYTES_PER_PIXEL * pixels + BYTES_PER_PARTICLE * self.index.most_particles;
+        let bytes = MAP_BYTES + BYTES_PER_PIXEL * pixels + BYTES_PER_PARTICLE * self.index.most_particles;
         let fitting = count_of(MOST_MEMORY.min(memory::total() / 4) / bytes);
         render::cores().min(fitting).min(self.index.places.len()).max(1)
     }

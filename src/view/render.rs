@@ -38,6 +38,7 @@ pub(super) use camera::Extent;
 pub(super) use colour::{BACKGROUND, INK};
 pub use error::RenderError;
 pub use image::Image;
+pub(super) use light::MAP_BYTES;
 pub(super) use parallel::{Team, cores};
 pub(super) use shot::{Shot, SpeedScale};
 
@@ -53,7 +54,7 @@ use shade::Scenery;
 /// The most pixels of an image, enough for 3840 x 2160.
 const MOST_PIXELS: u32 = 1 << 23;
 
-/// What drawing takes for each pixel, so that the largest image takes 2 GB `[bytes]`.
+/// What drawing takes for each pixel, besides the maps of the lights, so that the largest image takes 2 GB `[bytes]`.
 pub(super) const BYTES_PER_PIXEL: u64 = 240;
 
 /// Colouring of the particles.

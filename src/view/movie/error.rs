@@ -58,6 +58,9 @@ pub enum MovieError {
     /// The trajectory was changed while it was read.
     #[error("{} was changed while it was read", .0.display())]
     Changed(PathBuf),
+    /// No frame of the movie has a particle.
+    #[error("no frame of {} that is asked for has a particle to draw", .0.display())]
+    Empty(PathBuf),
     /// The trajectory ends before the first frame asked for.
     #[error("frame {first} of {} does not exist: it has {count} complete frames, counted from 0", path.display())]
     NoSuchFrame {
@@ -126,9 +129,9 @@ impl MovieError {
                  or choose --out with the ending .gif or .apng, which need no other program",
             ),
             Self::NoSuchFrame { .. } => Some("choose earlier frames with --frames"),
-            Self::Exists(_) | Self::NotReplaceable(_) => {
-                Some("replace a file with --force, or choose another name with --out")
-            }
+            Self::Exists(_) => Some("replace it with --force, or choose another name with --out"),
+            Self::NotReplaceable(_) => Some("choose another name with --out"),
+            Self::NotFile(_) => Some("write it to a file first"),
             Self::Write { .. } => Some("choose a file with --out in a folder that can be written to"),
             Self::Ffmpeg(_) => Some("choose --out with the ending .gif or .apng, which need no other program"),
             Self::Changed(_) => Some("make the movie when the run is over"),

@@ -67,7 +67,7 @@ impl Index {
     ///
     /// # Errors
     /// [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::NoSuchFrame`] or [`MovieError::Frame`] if there is nothing to
-    /// draw, [`RenderError::Empty`] if no frame has a particle, [`MovieError::Interrupted`] if `watch` breaks.
+    /// draw, [`MovieError::Empty`] if no frame has a particle, [`MovieError::Interrupted`] if `watch` breaks.
     pub fn of(path: &Path, selection: Selection, style: &Style, watch: &mut Watch) -> Result<Self, MovieError> {
         let unreadable = |source| MovieError::Trajectory { path: path.to_owned(), source };
         let file = open(path)?;
@@ -109,7 +109,7 @@ impl Index {
     /// Finds out by how much particles stick out of the box, from the first and the last frame: they may grow.
     fn completed(mut self, path: &Path) -> Result<Self, MovieError> {
         if self.most_particles == 0 {
-            return Err(RenderError::Empty.into());
+            return Err(MovieError::Empty(path.to_owned()));
         }
         let (Framing::Box, Some((lower, size))) = (self.framing, self.region) else { return Ok(self) };
         let upper = lower + size;

@@ -211,3 +211,85 @@ impl<'a, P: Send> Pipeline<'a, P> {
         self.board.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicUsize;
+
+    /// An image of one pixel that tells its place.
+    fn image(place: usize) -> Image {
+        Image::new(1, 1, vec![[u8::try_from(place).unwrap(); 4]])
+    }
+
+    /// What a crew hands on of 40 places, some of which take longer, up to the first that fails.
+    fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<(usize, Option<u8>, u8)>, Result<(), MovieError>) {
+        let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
+        let stages = Stages {
+            draw: &|place: usize| {
+                let ahead = begun.fetch_add(1, Ordering::SeqCst) + 1 - taken.load(Ordering::SeqCst);
+                // One more may have been taken that is not yet counted.
+                assert!(ahead <= 2 * crew + 1, "{ahead} ahead");
+                thread::sleep(Duration::from_micros(if place.is_multiple_of(3) { 2000 } else { 100 }));
+                match failing.is_some_and(|failing| place >= failing) {
+                    true => Err(MovieError::FastGif(u32::try_from(place).unwrap())),
+                    false => Ok(image(place)),
+                }
+            },
+            compress: &|place, previous: Option<&Image>, image: &Image| {
+                Ok((place, previous.map(|previous| previous.pixels()[0][0]), image.pixels()[0][0]))
+            },
+        };
+        let mut pieces = Vec::new();
+        let pipeline = Pipeline::new(stages, 40, crew, &is_stopped);
+        let result = pipeline.run(
+            &mut |piece| {
+                pieces.push(piece);
+                taken.fetch_add(1, Ordering::SeqCst);
+                Ok(())
+            },
+            &mut |_| ControlFlow::Continue(()),
+        );
+        (pieces, result)
+    }
+
+    #[test]
+    fn any_crew_hands_on_the_same_in_order() {
+        let expected: Vec<_> = (0..40).map(|place: u8| (usize::from(place), place.checked_sub(1), place)).collect();
+        for crew in [1, 2, 3, 7, 50] {
+            let (pieces, result) = handed_on(crew, None);
+            assert!(result.is_ok() && pieces == expected, "{crew}");
+        }
+    }
+
+    #[test]
+    fn the_first_error_counts_whoever_meets_it() {
+        for crew in [1, 2, 3, 7] {
+            for failing in [0, 1, 12, 39] {
+                let (pieces, result) = handed_on(crew, Some(failing));
+                assert!(matches!(result, Err(MovieError::FastGif(place)) if place as usize == failing), "{crew}");
+                assert_eq!(pieces.len(), failing);
+            }
+        }
+    }
+
+    #[test]
+    fn an_error_of_the_file_or_a_break_ends_the_work() {
+        for is_break in [false, true] {
+            let is_stopped = AtomicBool::new(false);
+            let stages = Stages { draw: &|place| Ok(image(place)), compress: &|_, _, _: &Image| Ok(()) };
+            let pipeline = Pipeline::new(stages, 100, 3, &is_stopped);
+            let mut taken = 0;
+            let result = pipeline.run(
+                &mut |()| {
+                    taken += 1;
+                    if is_break || taken < 20 { Ok(()) } else { Err(MovieError::Ffmpeg("full".to_owned())) }
+                },
+                &mut |done| if is_break && done >= 20 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) },
+            );
+            assert_eq!(taken, 20);
+            assert_eq!(matches!(result, Err(MovieError::Interrupted)), is_break);
+            assert_eq!(matches!(result, Err(MovieError::Ffmpeg(_))), !is_break);
+        }
+    }
+}

@@ -16,6 +16,9 @@ const SUN_LIGHTS: usize = 9;
 /// Cells of a map along each side.
 const MAP_SIZE: usize = 768;
 
+/// What all maps take `[bytes]`.
+pub(in crate::view) const MAP_BYTES: u64 = ((SKY_LIGHTS + SUN_LIGHTS) * MAP_SIZE * MAP_SIZE * size_of::<u32>()) as u64;
+
 /// Most width of the soft edge of a shadow, relative to the radius of what throws it.
 const WIDEST_EDGE: f32 = 0.3;
 
