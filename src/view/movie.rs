@@ -154,9 +154,10 @@ pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 /// # Errors
 /// - [`MovieError::Format`], [`MovieError::Option`], [`MovieError::FastGif`], [`MovieError::OddSize`] or [`MovieError::Render`] if the
 ///   options make no movie, [`MovieError::NoFfmpeg`] if there is no ffmpeg for an MP4;
-/// - [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::NoSuchFrame`], [`MovieError::Empty`] or [`MovieError::Frame`] if the trajectory does not;
+/// - [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::Changed`], [`MovieError::NoSuchFrame`], [`MovieError::Empty`] or
+///   [`MovieError::Frame`] if the trajectory does not;
 /// - [`MovieError::Exists`] or [`MovieError::NotReplaceable`] if there is something that is to be kept, [`MovieError::Write`] if the file cannot
-///   be written, [`MovieError::Ffmpeg`] if ffmpeg fails;
+///   be written, [`MovieError::Ffmpeg`] if ffmpeg fails, [`MovieError::Threads`] if no thread can be started;
 /// - [`MovieError::Interrupted`] if `watch` breaks.
 ///
 /// There is no new file then, and an old one is as it was.
@@ -175,29 +176,20 @@ pub fn write(
     let index = Index::of(trajectory, selection, &movie.style, watch)?;
     let shot = index.shot(&movie.style, movie.turn)?;
     let reel = Reel { trajectory, path, movie, clock: Clock::of(&index), index, shot };
+    let palette = (format == MovieFormat::Gif).then(|| reel.palette(watch)).transpose()?;
     let (draft, file) = UnnamedFile::beside(path).map_err(MovieError::write(path))?;
-    match ffmpeg {
-        Some(ffmpeg) => {
+    let (style, per_second) = (&movie.style, movie.frames_per_second);
+    match (ffmpeg, palette) {
+        (Some(ffmpeg), _) => {
             drop(file);
-            let track = ffmpeg.begin(draft.path(), &movie.style, movie.frames_per_second)?;
-            reel.write(&ffmpeg::Raw, track, watch)?;
+            reel.write(&ffmpeg::Raw, ffmpeg.begin(draft.path(), style, per_second)?, watch)?;
         }
-        None if format == MovieFormat::Gif => {
-            let palette = reel.palette()?;
-            let track = gif::GifTrack::begin(BufWriter::new(file), &palette, &movie.style);
-            reel.write(
-                &gif::GifCodec { palette: &palette, per_second: movie.frames_per_second },
-                reel.open(track)?,
-                watch,
-            )?;
+        (None, Some(palette)) => {
+            let track = gif::GifTrack::begin(BufWriter::new(file), &palette, style);
+            reel.write(&gif::GifCodec { palette: &palette, per_second }, reel.open(track)?, watch)?;
         }
-        None => {
-            let track = apng::ApngTrack::begin(
-                BufWriter::new(file),
-                &movie.style,
-                reel.index.places.len(),
-                movie.frames_per_second,
-            );
+        (None, None) => {
+            let track = apng::ApngTrack::begin(BufWriter::new(file), style, reel.index.places.len(), per_second);
             reel.write(&apng::ApngCodec, reel.open(track)?, watch)?;
         }
     }
@@ -206,6 +198,9 @@ pub fn write(
         Ok(file.metadata()?.len())
     });
     let bytes = written.map_err(MovieError::write(path))?;
+    if bytes == 0 {
+        return Err(MovieError::Ffmpeg("it wrote nothing".to_owned()));
+    }
     draft.publish(existing).map_err(MovieError::write(path))?;
     Ok(WrittenMovie { frames: reel.index.places.len() as u64, bytes, is_truncated: reel.index.is_truncated })
 }
@@ -302,12 +297,18 @@ impl Reel<'_> {
     }
 
     /// The colours of a GIF, from some of its images, drawn small.
-    fn palette(&self) -> Result<palette::Palette, MovieError> {
+    fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, MovieError> {
         let style = palette::pilot_style(&self.movie.style);
         let shot = self.index.shot(&style, self.movie.turn)?;
-        let images: Result<Vec<Image>, MovieError> =
-            self.index.spread(palette::PILOTS).map(|place| self.draw(place, &shot, &Team::whole())).collect();
-        Ok(palette::Palette::of(&images?))
+        let mut images = Vec::new();
+        for place in self.index.spread(palette::PILOTS) {
+            images.push(self.draw(place, &shot, &Team::whole())?);
+            let time = self.index.places[place].time;
+            if watch(&MovieProgress { is_drawing: true, frames: 0, time, fraction: 0.0 }).is_break() {
+                return Err(MovieError::Interrupted);
+            }
+        }
+        Ok(palette::Palette::of(&images))
     }
 
     fn open<T>(&self, result: Result<T, track::TrackError>) -> Result<T, MovieError> {

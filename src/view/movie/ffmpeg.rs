@@ -74,7 +74,7 @@ impl Ffmpeg {
         }
         let mut child = command.spawn().map_err(MovieError::NoFfmpeg)?;
         let (input, errors) = (child.stdin.take(), child.stderr.take());
-        // It would wait for ever if nobody read what it prints.
+        // It would block if what it prints were not read.
         let message = thread::Builder::new().spawn(move || errors.map_or_else(String::new, message_of)).ok();
         Ok(Process { child, input, message })
     }

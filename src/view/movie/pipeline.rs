@@ -1,7 +1,7 @@
 //! Images drawn and compressed on several cores, and handed on in the order of time.
 //!
 //! Each worker takes the next place, draws its image, compresses it against the image before, which another worker may still be drawing,
-//! and puts down what comes of it. No worker runs ahead of what has been handed on by more than a few places, so that memory is bounded however many
+//! and leaves the piece for the file. No worker runs ahead of what has been handed on by more than a few places, so that memory is bounded however many
 //! images there are. What is handed on does not depend on the number of workers, nor does the place whose error is reported.
 
 use std::collections::BTreeMap;
@@ -37,7 +37,7 @@ pub(super) struct Pipeline<'a, P> {
     crew: usize,
     is_stopped: &'a AtomicBool,
     board: Mutex<Board<P>>,
-    /// Told of each change of the board.
+    /// Notified of each change of the board.
     change: Condvar,
 }
 
@@ -58,7 +58,7 @@ struct Board<P> {
 enum Found<P> {
     Piece(Result<P, MovieError>),
     NotYet,
-    /// Nobody works any more.
+    /// No worker is left.
     Never,
 }
 
@@ -217,7 +217,7 @@ mod tests {
     use super::*;
     use std::sync::atomic::AtomicUsize;
 
-    /// An image of one pixel that tells its place.
+    /// An image of one pixel, whose colour is its place.
     fn image(place: usize) -> Image {
         Image::new(1, 1, vec![[u8::try_from(place).unwrap(); 4]])
     }
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn any_crew_hands_on_the_same_in_order() {
+    fn any_number_of_workers_hands_on_the_same_in_order() {
         let expected: Vec<_> = (0..40).map(|place: u8| (usize::from(place), place.checked_sub(1), place)).collect();
         for crew in [1, 2, 3, 7, 50] {
             let (pieces, result) = handed_on(crew, None);
@@ -263,7 +263,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_error_counts_whoever_meets_it() {
+    fn the_first_error_counts_on_any_number_of_workers() {
         for crew in [1, 2, 3, 7] {
             for failing in [0, 1, 12, 39] {
                 let (pieces, result) = handed_on(crew, Some(failing));
