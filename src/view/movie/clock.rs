@@ -73,7 +73,7 @@ mod tests {
         ] {
             assert_eq!(Clock::with(step, largest), expected, "{step} {largest}");
         }
-        assert_eq!(Clock::Plain(2).text(3.14159), "3.14");
+        assert_eq!(Clock::Plain(2).text(2.5678), "2.57");
         assert_eq!(Clock::Powers(2).text(1.25e-7), "1.25e-7");
     }
 }

@@ -79,7 +79,7 @@ pub enum MovieError {
         /// The place of the frame, from 0.
         index: u64,
         /// Why.
-        source: RenderError,
+        source: Box<RenderError>,
     },
     /// There is a file under the name of the movie.
     #[error("{} exists", .0.display())]
@@ -136,7 +136,8 @@ impl MovieError {
             Self::Ffmpeg(_) => Some("choose --out with the ending .gif or .apng, which need no other program"),
             Self::Changed(_) => Some("make the movie when the run is over"),
             Self::Threads => Some("allow this process more threads (ulimit -u)"),
-            Self::Render(error) | Self::Frame { source: error, .. } => error.cure(),
+            Self::Render(error) => error.cure(),
+            Self::Frame { source, .. } => source.cure(),
             _ => None,
         }
     }

@@ -155,7 +155,7 @@ impl Index {
 
     /// Why a frame cannot be drawn.
     pub fn fault(&self, path: &Path, place: usize, source: RenderError) -> MovieError {
-        MovieError::Frame { path: path.to_owned(), index: self.places[place].index, source }
+        MovieError::Frame { path: path.to_owned(), index: self.places[place].index, source: Box::new(source) }
     }
 }
 
@@ -188,7 +188,8 @@ impl Survey<'_> {
         let is_first = self.index.is_none();
         if is_first || self.needs_numbers {
             let Some(frame) = reader.next().transpose().map_err(unreadable)? else { return Ok(false) };
-            let refused = |source| MovieError::Frame { path: self.path.to_owned(), index: place.index, source };
+            let refused =
+                |source| MovieError::Frame { path: self.path.to_owned(), index: place.index, source: Box::new(source) };
             refuse_numbers(&frame).map_err(refused)?;
             let frame_time = frame.time;
             let has_box = reader.has_box() && frame.size.iter().any(|edge| *edge > 0.0);

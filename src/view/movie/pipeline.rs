@@ -222,8 +222,11 @@ mod tests {
         Image::new(1, 1, vec![[u8::try_from(place).unwrap(); 4]])
     }
 
+    /// A place, the colour of the image before, and that of its own.
+    type Piece = (usize, Option<u8>, u8);
+
     /// What a crew hands on of 40 places, some of which take longer, up to the first that fails.
-    fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<(usize, Option<u8>, u8)>, Result<(), MovieError>) {
+    fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Piece>, Result<(), MovieError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
         let stages = Stages {
             draw: &|place: usize| {

@@ -326,10 +326,8 @@ fn what_makes_no_movie_is_refused_and_leaves_nothing() {
     bad[4].particles[2].radius = 0.0;
     let place = Place::with(&bad);
     let error = place.write("film.apng", &still()).unwrap_err();
-    assert!(
-        matches!(error, MovieError::Frame { index: 4, source: RenderError::Particle(ParticleId(2)), .. }),
-        "{error}"
-    );
+    let MovieError::Frame { index: 4, source, .. } = &error else { panic!("{error}") };
+    assert!(matches!(**source, RenderError::Particle(ParticleId(2))), "{source}");
     assert_eq!(fs::read_dir(place.0.path()).unwrap().count(), 1);
 }
 
