@@ -10,10 +10,10 @@ use super::place::{FLUID, Place, code, contents, errors, line, words};
 
 /// A run with so many frames.
 fn place(frames: usize) -> Place {
-    let place = Place::with(&format!("{FLUID}[output]\nframe_interval = 0.02\n"));
+    let scene = FLUID.replace("equilibration_events = 500\n", "");
+    let place = Place::with(&format!("{scene}[output]\nframe_interval = 0.02\n"));
     let until = format!("{}", 0.02 * (frames as f64 - 0.5));
-    let output =
-        place.carom(&["run", "scene.toml", "-q", "--until-time", &until, "--set", "run.equilibration_events=0"]);
+    let output = place.carom(&["run", "scene.toml", "-q", "--until-time", &until]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     place
 }
@@ -99,7 +99,6 @@ fn frames_speed_turn_and_colours_are_chosen() {
 fn no_movie_replaces_anything_unasked_or_a_file_of_the_run() {
     let place = place(2);
     fs::write(place.path().join("mine.gif"), "years of work").unwrap();
-    fs::rename(place.path().join("runs/scene/thermo.csv"), place.path().join("runs/scene/thermo.gif")).unwrap();
     let before = contents(place.path());
     let small = ["--size", "32x32"];
     for (arguments, exit, expected) in [

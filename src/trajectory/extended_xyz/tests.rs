@@ -307,15 +307,15 @@ fn passing_over_frames_finds_as_many_as_reading_them_wherever_the_file_ends() {
         let mut passed = Vec::new();
         let ended = loop {
             match reader.next_preamble() {
-                Ok(Some(preamble)) => passed.push((preamble.count, preamble.time, reader.place().0)),
+                Ok(Some(preamble)) => passed.push((preamble.count, preamble.time)),
                 Ok(None) => break None,
-                Err(error) => break Some(error.to_string()),
+                Err(error) => break Some(matches!(error, ReadError::Truncated { .. })),
             }
         };
         let frames: Vec<_> = read.iter().filter_map(|frame| frame.as_ref().ok()).collect();
-        let found: Vec<_> = passed.iter().map(|(count, time, _)| (*count, *time)).collect();
-        assert_eq!(found, frames.iter().map(|frame| (frame.particles.len(), frame.time)).collect::<Vec<_>>(), "{cut}");
-        let fault = read.last().and_then(|frame| frame.as_ref().err()).map(ToString::to_string);
+        assert_eq!(passed, frames.iter().map(|frame| (frame.particles.len(), frame.time)).collect::<Vec<_>>(), "{cut}");
+        let fault = read.last().and_then(|frame| frame.as_ref().err());
+        let fault = fault.map(|error| matches!(error, ReadError::Truncated { .. }));
         assert_eq!(ended, fault, "{cut}");
     }
     // Read on behind the first frame.

@@ -170,9 +170,8 @@ fn every_frame_is_seen_in_its_turn_as_if_it_were_drawn_alone() {
         let pairs = image.pixels.as_flattened().iter().zip(exact.pixels.as_flattened());
         let off: u32 = pairs.map(|(a, b)| u32::from(a.abs_diff(*b))).sum();
         assert!(off < 2 * 3 * 96 * 72, "{off}");
-        let is_background =
-            |pixels: &[[u8; 4]]| -> Vec<bool> { pixels.iter().map(|it| it[..3] == BACKGROUND).collect() };
-        assert!(is_background(&image.pixels) == is_background(&exact.pixels));
+        let pairs = image.pixels.iter().zip(&exact.pixels);
+        assert!(pairs.filter(|(_, exact)| exact[..3] == BACKGROUND).all(|(pixel, exact)| pixel == exact));
     }
     let seconds: f64 = gif.iter().map(|image| image.seconds).sum();
     assert!((seconds - 7.0 / 30.0).abs() < 0.005, "{seconds}");
@@ -213,7 +212,9 @@ fn what_rests_looks_the_same_until_the_camera_moves() {
         let seen = place.seen(name, &Movie { turn: 40.0, ..still() });
         assert!(seen.windows(2).all(|pair| pair[0].scene() != pair[1].scene()));
         let round = place.seen(name, &Movie { turn: 360.0, ..still() });
-        assert!(round[0].scene() == round[3].scene() && round[0].scene() != round[1].scene());
+        // But for the rounding of angles.
+        let off = |k: usize| round[0].scene().iter().zip(round[k].scene()).filter(|(a, b)| a != b).count();
+        assert!(off(3) < 50 && off(1) > 200, "{} {}", off(3), off(1));
     }
     resting.iter_mut().for_each(|frame| frame.time = 0.0);
     let seen = Place::with(&resting).seen("film.gif", &still());
@@ -234,7 +235,8 @@ fn nothing_leaves_the_image_from_any_direction() {
     let seen = place.seen("film.apng", &Movie { turn: 120.0, ..still() });
     assert!(seen.len() == 4 && seen.iter().all(Seen::is_within));
     assert!(seen.iter().all(|image| image.scene().iter().any(|pixel| pixel[..3] != BACKGROUND)));
-    let beyond = Place::with(&[frame(0, 0.0), frame(40, 0.0)]);
+    let leaving: Vec<Frame> = (0..50).step_by(3).map(|number| frame(number, 0.0)).collect();
+    let beyond = Place::with(&leaving);
     let style = Style { framing: Framing::Particles, ..still().style };
     assert!(beyond.seen("film.apng", &Movie { style, ..still() }).iter().all(Seen::is_within));
     assert!(!beyond.seen("film.apng", &still()).iter().all(Seen::is_within), "they leave the box");
