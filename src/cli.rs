@@ -3,6 +3,7 @@
 mod check;
 mod convert;
 mod failure;
+mod movie;
 mod new;
 mod progress;
 mod render;
@@ -38,6 +39,7 @@ Examples:
   carom verify runs/fluid                   proves the first events of that run
   carom validate                            measures what is known from theory and other simulations, in a minute
   carom render runs/fluid                  the last frame, in runs/fluid/picture.png
+  carom movie runs/fluid --out fluid.mp4    all frames, as a movie; also .gif and .apng
   carom schema > scene.schema.json          what a scene can contain, for editors
   carom convert runs/fluid --to gsd         the trajectory for other programs, in runs/fluid/trajectory.gsd
   carom report runs/fluid                   all of that run as a page, in runs/fluid/report.html
@@ -70,6 +72,8 @@ enum Command {
     /// Draws a frame of a run as a PNG
     #[command(alias = "picture")]
     Render(render::Render),
+    /// Draws all frames of a run as a movie: MP4, GIF or APNG
+    Movie(movie::Movie),
     /// Writes a trajectory in the format of another program: LAMMPS, GSD, VTK, NumPy, CSV
     Convert(convert::Convert),
     /// Writes a page about a run, for a browser: results, audit, plots and the moving particles
@@ -156,6 +160,7 @@ pub fn main() -> ExitCode {
         Command::Verify(verify) => verify.execute(),
         Command::Validate(validate) => validate.execute(),
         Command::Render(render) => render.execute(),
+        Command::Movie(movie) => movie.execute(),
         Command::Convert(convert) => convert.execute(),
         Command::Report(report) => report.execute(),
         Command::New(new) => new.execute(),

@@ -128,7 +128,7 @@
 //! | The paper, word for word, for checking | [`mod@check::reference`] | Algorithm 1 |
 //! | Is a run right, event by event? | [`mod@check::verify`] | Algorithm 1 |
 //! | Does what is measured agree with published results? | [`check::validate`] | |
-#![cfg_attr(feature = "view", doc = "| Pictures, pages, a scene in words | [`view`] | figure 6 |")]
+#![cfg_attr(feature = "view", doc = "| Pictures, movies, pages, a scene in words | [`view`] | figure 6 |")]
 //!
 //! Each of these modules is a layer or part of one, and uses only those above it in this table: `docs/architecture.md`.
 //!
@@ -144,7 +144,7 @@
 
 // The same bits on every processor; unit tests may be careless.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
-// Some of what writes files safely serves pictures and pages only.
+// Some of what writes files safely serves pictures, movies and pages only.
 #![cfg_attr(not(feature = "view"), allow(dead_code, unused_imports))]
 
 pub mod analysis;

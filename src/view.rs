@@ -1,8 +1,9 @@
-//! What people look at: pictures, pages, and a scene in words.
+//! What people look at: pictures, movies, pages, and a scene in words.
 
 // No bit of a run comes from here.
 #![allow(clippy::disallowed_methods)]
 
 pub mod describe;
+pub mod movie;
 pub mod render;
 pub mod report;

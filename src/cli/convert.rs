@@ -64,7 +64,7 @@ impl From<To> for Format {
 }
 
 /// `3..7`, `3..`, `..7`, or `3` for one frame.
-fn frames(text: &str) -> Result<(u64, Option<u64>), String> {
+pub fn frames(text: &str) -> Result<(u64, Option<u64>), String> {
     let number = |text: &str| text.trim().parse::<u64>().ok();
     let range = match text.split_once("..") {
         None => number(text).map(|frame| (frame, Some(frame))),

@@ -11,6 +11,7 @@ use carom::io::convert::ConvertError;
 use carom::run::RunError;
 use carom::scene::SceneError;
 use carom::sweep::SweepError;
+use carom::view::movie::MovieError;
 use carom::view::render::RenderError;
 use carom::view::report::ReportError;
 use miette::{Diagnostic, Report};
@@ -122,6 +123,16 @@ impl From<RunError<OutputError>> for Failure {
 impl From<RenderError> for Failure {
     fn from(error: RenderError) -> Self {
         let code = if matches!(error, RenderError::Write { .. }) { FAILED } else { BAD_INPUT };
+        Self::new(with_causes(&error), None, error.cure(), code)
+    }
+}
+
+impl From<MovieError> for Failure {
+    fn from(error: MovieError) -> Self {
+        let code = match error {
+            MovieError::Write { .. } | MovieError::Ffmpeg(_) | MovieError::Threads | MovieError::Interrupted => FAILED,
+            _ => BAD_INPUT,
+        };
         Self::new(with_causes(&error), None, error.cure(), code)
     }
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use carom::check::verify;
 use carom::model::Scene;
 use carom::run::{self, Stage};
+use carom::view::movie;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Between two lines where there is no terminal.
@@ -31,7 +32,12 @@ pub struct State {
     time: f64,
     events: u64,
     fraction: f64,
+    /// What is counted.
+    unit: &'static str,
 }
+
+/// What runs count.
+const EVENTS: &str = "events";
 
 impl From<&run::Progress> for State {
     fn from(progress: &run::Progress) -> Self {
@@ -40,14 +46,21 @@ impl From<&run::Progress> for State {
             Stage::Equilibration => "equilibrating",
             Stage::Measurement => "measuring",
         };
-        Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction() }
+        Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction(), unit: EVENTS }
     }
 }
 
 impl From<&verify::VerifyProgress> for State {
     fn from(progress: &verify::VerifyProgress) -> Self {
         let stage = if progress.is_proving { "proving" } else { "replaying" };
-        Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction() }
+        Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction(), unit: EVENTS }
+    }
+}
+
+impl From<&movie::MovieProgress> for State {
+    fn from(progress: &movie::MovieProgress) -> Self {
+        let movie::MovieProgress { is_drawing, frames, time, fraction } = *progress;
+        Self { stage: if is_drawing { "drawing" } else { "reading" }, time, events: frames, fraction, unit: "frames" }
     }
 }
 
@@ -60,13 +73,18 @@ struct Rate {
 
 impl Display {
     pub fn new(scene: &Scene, is_quiet: bool) -> Self {
+        Self::named(scene.name().to_owned(), is_quiet)
+    }
+
+    /// For work of a name.
+    pub fn named(name: String, is_quiet: bool) -> Self {
         let bar = (!is_quiet && std::io::stderr().is_terminal()).then(|| {
             let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
             let style = ProgressStyle::with_template("{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}");
             bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
         let rate = Rate { since: Instant::now(), events: 0, per_second: 0.0 };
-        Self { name: scene.name().to_owned(), bar, is_quiet, shown: None, stage: None, rate }
+        Self { name, bar, is_quiet, shown: None, stage: None, rate }
     }
 
     /// Shows how far the run is, if it is time to.
@@ -90,12 +108,16 @@ impl Display {
         }
         self.shown = Some(now);
         self.rate.see(progress.events, now);
-        let State { fraction, stage, .. } = progress;
+        let State { fraction, stage, unit, .. } = progress;
+        // Few are counted on the average.
+        let rate = match unit {
+            EVENTS => short(self.rate.per_second),
+            _ => format!("{:.1}", progress.events as f64 / (now - started).as_secs_f64().max(1e-3)),
+        };
         let text = format!(
-            "t = {:.4}, {} events, {} events/s{}",
+            "t = {:.4}, {} {unit}, {rate} {unit}/s{}",
             progress.time,
             short(progress.events as f64),
-            short(self.rate.per_second),
             left(fraction, now - started),
         );
         match &self.bar {

@@ -32,9 +32,18 @@ pub struct Render {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Colour {
+pub enum Colour {
     Species,
     Speed,
+}
+
+impl From<Colour> for ColourBy {
+    fn from(colour: Colour) -> Self {
+        match colour {
+            Colour::Species => Self::Species,
+            Colour::Speed => Self::Speed,
+        }
+    }
 }
 
 fn time(text: &str) -> Result<f64, String> {
@@ -44,7 +53,7 @@ fn time(text: &str) -> Result<f64, String> {
     }
 }
 
-fn width_and_height(text: &str) -> Result<(u32, u32), String> {
+pub fn width_and_height(text: &str) -> Result<(u32, u32), String> {
     let numbers = text.split_once(['x', 'X']).map(|(width, height)| (width.trim().parse(), height.trim().parse()));
     match numbers {
         Some((Ok(width), Ok(height))) => Ok((width, height)),
@@ -62,10 +71,7 @@ impl Render {
         let style = Style {
             width: self.size.0,
             height: self.size.1,
-            colour_by: match self.colour {
-                Colour::Species => ColourBy::Species,
-                Colour::Speed => ColourBy::Speed,
-            },
+            colour_by: ColourBy::from(self.colour),
             ..Style::default()
         };
         let image = render::of_trajectory(&trajectory, self.time, &style)?;

@@ -35,18 +35,49 @@ pub(crate) fn write_atomically(
     if metadata.is_some_and(|metadata| metadata.is_dir()) {
         return Err(io::ErrorKind::IsADirectory.into());
     }
-    // What a link leads to is replaced, not the link.
-    let path = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
-    let (temporary, file) = TemporaryFile::beside(&path)?;
+    let (draft, file) = UnnamedFile::beside(path)?;
     let mut file = BufWriter::new(file);
     write(&mut file)?;
     file.flush()?;
     file.get_ref().sync_all()?;
     drop(file);
-    if existing == Existing::Keep && path.exists() && holds_same(&path, &temporary.0)? {
-        return Ok(());
+    draft.publish(existing)
+}
+
+/// A file beside the name that it gets when it is complete; until then it is removed when this is dropped.
+pub(crate) struct UnnamedFile {
+    temporary: TemporaryFile,
+    target: PathBuf,
+}
+
+impl UnnamedFile {
+    /// An empty file.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn beside(path: &Path) -> io::Result<(Self, File)> {
+        // What a link leads to is replaced, not the link.
+        let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
+        let (temporary, file) = TemporaryFile::beside(&target)?;
+        Ok((Self { temporary, target }, file))
     }
-    publish(&temporary.0, &path, existing)
+
+    /// Where it is for now.
+    pub fn path(&self) -> &Path {
+        &self.temporary.0
+    }
+
+    /// Gives it its name. The same bytes again are no replacement.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::AlreadyExists`] if there is another file that is to be kept; those of the system.
+    pub fn publish(self, existing: Existing) -> io::Result<()> {
+        let Self { temporary, target } = self;
+        if existing == Existing::Keep && target.exists() && holds_same(&target, &temporary.0)? {
+            return Ok(());
+        }
+        publish(&temporary.0, &target, existing)
+    }
 }
 
 /// A file without a name of its own yet; what is left of it is removed.

@@ -45,6 +45,7 @@ use std::path::Path;
 
 pub use error::{ReadError, WriteError};
 pub use read::FrameReader;
+pub(crate) use read::{Preamble, bounds};
 pub use write::write_frame;
 pub(crate) use write::{FrameWriter, Heading};
 

@@ -17,33 +17,45 @@
 
 mod bodies;
 mod camera;
+mod caption;
 mod colour;
 mod error;
 mod image;
 pub(crate) mod legend;
+mod letters;
 mod light;
 mod parallel;
 mod raster;
 mod shade;
+mod shot;
 mod stroke;
 #[cfg(test)]
 mod tests;
 
 use std::path::Path;
 
+pub(super) use camera::Extent;
+pub(super) use colour::{BACKGROUND, INK};
 pub use error::RenderError;
 pub use image::Image;
+pub(super) use light::MAP_BYTES;
+pub(super) use parallel::{Team, cores};
+pub(super) use shot::{Shot, SpeedScale};
 
 use crate::Vector;
 use crate::base::numbers::single;
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::pick_frame;
 use bodies::Bodies;
-use camera::{Camera, Extent};
+use camera::Camera;
+use colour::Colour;
 use shade::Scenery;
 
-/// The most pixels of an image, enough for 3840 x 2160. Drawing takes some 220 bytes for each, so this is 2 GB.
+/// The most pixels of an image, enough for 3840 x 2160.
 const MOST_PIXELS: u32 = 1 << 23;
+
+/// What drawing takes for each pixel, besides the maps of the lights, so that the largest image takes 2 GB `[bytes]`.
+pub(super) const BYTES_PER_PIXEL: u64 = 240;
 
 /// Colouring of the particles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -135,24 +147,27 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, RenderError> {
         ColourBy::Speed => legend::STRIP * style.width.min(style.height) as f32,
     };
     let camera = Camera::facing(frame, style, &framed(frame, style), footer).ok_or(RenderError::Box)?;
-    let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
-    let speeds: Vec<f64> = moving.map(|particle| particle.velocity.norm()).collect();
-    let highest = speeds.iter().copied().fold(0.0, f64::max);
-    let fastest = style.top_speed.unwrap_or_else(|| legend::fastest(speeds));
-    let bodies = Bodies::of(frame, style, &camera, fastest);
-    let scenery = Scenery::new(&bodies, &camera, single(style.static_opacity));
+    let scale = SpeedScale::of(frame, style);
+    let mut pixels = paint(frame, style, &camera, scale.fastest, &Team::whole());
+    if style.colour_by == ColourBy::Speed {
+        legend::draw(&mut pixels, camera.width as usize, footer, scale.fastest, scale.is_exceeded());
+    }
+    Ok(Image::new(camera.width, camera.height, pixels.iter().map(colour::encode).collect()))
+}
+
+/// Draws a frame without letters.
+fn paint(frame: &Frame, style: &Style, camera: &Camera, fastest: f64, team: &Team) -> Vec<Colour> {
+    let bodies = Bodies::of(frame, style, camera, fastest);
+    let scenery = Scenery::new(&bodies, camera, single(style.static_opacity), team);
     let mut pixels = scenery.colours();
     if style.has_box {
         let edge = (0.0011 * style.width.min(style.height) as f32, colour::linear(colour::INK));
         for ends in box_edges(frame) {
             let ends = ends.map(|end| camera.place(&end));
-            stroke::draw_edge(&mut pixels, &camera, &scenery.solid, ends, (edge.0.max(1.0), edge.1));
+            stroke::draw_edge(&mut pixels, camera, &scenery.solid, ends, (edge.0.max(1.0), edge.1));
         }
     }
-    if style.colour_by == ColourBy::Speed {
-        legend::draw(&mut pixels, camera.width as usize, footer, fastest, highest > fastest);
-    }
-    Ok(Image::new(camera.width, camera.height, pixels.iter().map(colour::encode).collect()))
+    pixels
 }
 
 /// What has to be in the image.
@@ -164,21 +179,19 @@ fn framed(frame: &Frame, style: &Style) -> Vec<Extent> {
     let mut framed: Vec<Extent> =
         particles.map(|particle| Extent { position: particle.position, radius: particle.radius }).collect();
     if !has_all {
-        framed.extend(corners(frame).map(|position| Extent { position, radius: 0.0 }));
+        framed.extend(corners(&frame.lower, &frame.size).map(|position| Extent { position, radius: 0.0 }));
     }
     framed
 }
 
-/// The corners of the box; bit `k` of the index is the side along axis `k`.
-fn corners(frame: &Frame) -> [Vector; 8] {
-    std::array::from_fn(|index| {
-        Vector::from_fn(|k, _| frame.lower[k] + if index >> k & 1 == 1 { frame.size[k] } else { 0.0 })
-    })
+/// The corners of a box, given its lower corner and its edges; bit `k` of the index is the side along axis `k`.
+pub(super) fn corners(lower: &Vector, size: &Vector) -> [Vector; 8] {
+    std::array::from_fn(|index| Vector::from_fn(|k, _| lower[k] + if index >> k & 1 == 1 { size[k] } else { 0.0 }))
 }
 
 /// The edges of the box that have a length, each once.
 fn box_edges(frame: &Frame) -> Vec<[Vector; 2]> {
-    let corners = corners(frame);
+    let corners = corners(&frame.lower, &frame.size);
     let mut edges = Vec::new();
     for axis in (0..3).filter(|&axis| !frame.is_flat(axis)) {
         let is_start =
@@ -188,7 +201,7 @@ fn box_edges(frame: &Frame) -> Vec<[Vector; 2]> {
     edges
 }
 
-fn refuse_style(style: &Style) -> Result<(), RenderError> {
+pub(super) fn refuse_style(style: &Style) -> Result<(), RenderError> {
     let (width, height) = (style.width, style.height);
     if !((16..=8192).contains(&width) && (16..=8192).contains(&height) && width * height <= MOST_PIXELS) {
         return Err(RenderError::Size { width, height });
@@ -215,6 +228,11 @@ fn refuse_frame(frame: &Frame) -> Result<(), RenderError> {
     if frame.particles.is_empty() {
         return Err(RenderError::Empty);
     }
+    refuse_numbers(frame)
+}
+
+/// Refuses what has no place in an image.
+pub(super) fn refuse_numbers(frame: &Frame) -> Result<(), RenderError> {
     let is_finite = |vector: &Vector| vector.iter().all(|x| x.is_finite());
     if !(is_finite(&frame.lower) && is_finite(&frame.size) && frame.size.iter().all(|&edge| edge >= 0.0)) {
         return Err(RenderError::Box);

@@ -5,6 +5,7 @@ mod endings;
 mod inputs;
 mod kept;
 mod memory;
+mod movie;
 mod names;
 mod place;
 mod replaced;

@@ -19,6 +19,17 @@ const DEFAULT_RADIUS: f64 = 0.5;
 /// The most particles that memory is set aside for before they have been seen.
 const TRUSTED_COUNT: usize = 1 << 16;
 
+/// What a frame says before its particles.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Preamble {
+    /// Number of particles.
+    pub count: usize,
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Lower corner and edges of the box, if it is given `[length]`.
+    pub region: Option<(Vector, Vector)>,
+}
+
 /// Reader of extended XYZ: an iterator over the frames of a trajectory. Ends after the first error.
 ///
 /// Where a file does not say: velocities are zero, radii 1/2, ids count from 0 in the order of the lines, the time is
@@ -41,9 +52,14 @@ pub struct FrameReader<R> {
 impl<R: BufRead> FrameReader<R> {
     /// Reads from the beginning of a frame.
     pub fn new(input: R) -> Self {
+        Self::behind(input, 0)
+    }
+
+    /// Reads from the beginning of a frame behind so many lines.
+    pub(crate) fn behind(input: R, lines: usize) -> Self {
         Self {
             input,
-            line: 0,
+            line: lines,
             text: Vec::new(),
             frame_line: 0,
             has_velocities: false,
@@ -99,6 +115,37 @@ impl<R: BufRead> FrameReader<R> {
         Ok(true)
     }
 
+    /// Where the frame is that comes next: how many lines have been read, and what they are read from.
+    pub(crate) fn place(&mut self) -> (usize, &mut R) {
+        (self.line, &mut self.input)
+    }
+
+    /// Passes over the next frame without reading the numbers of its particles; `None` where nothing but blank lines is left. A frame that is
+    /// cut off is seen as when it is read.
+    ///
+    /// # Errors
+    /// As for frames that are read, but for what the lines of particles say.
+    pub(crate) fn next_preamble(&mut self) -> Result<Option<Preamble>, ReadError> {
+        let Some((count, comment)) = self.begin_frame()? else { return Ok(None) };
+        let first = self.frame_line;
+        let truncated = |found| ReadError::Truncated { line: first, expected: count, found };
+        for found in 0..count {
+            if self.next_line()?.is_none() {
+                return Err(truncated(found));
+            }
+        }
+        if count > 0 && self.text.last() != Some(&b'\n') {
+            let mut table = SpeciesTable::new(Vec::new());
+            let text = std::str::from_utf8(&self.text).unwrap_or_default().trim_end_matches('\r');
+            let is_whole = parse_particle(text, self.line, 0, &comment.columns, &mut table).is_ok()
+                && comment.columns.image.is_none_or(|first| parse_image(text, self.line, first).is_ok());
+            if !is_whole {
+                return Err(truncated(count - 1));
+            }
+        }
+        Ok(Some(Preamble { count, time: comment.time, region: comment.region }))
+    }
+
     /// The next line without its end, or `None` at the end of the file.
     fn next_line(&mut self) -> Result<Option<&str>, ReadError> {
         self.text.clear();
@@ -131,16 +178,24 @@ impl<R: BufRead> FrameReader<R> {
         }
     }
 
-    /// The next frame, or `None` where nothing but blank lines is left.
-    fn next_frame(&mut self) -> Result<Option<Frame>, ReadError> {
+    /// The number of particles and the comment of the next frame, or `None` where nothing but blank lines is left.
+    fn begin_frame(&mut self) -> Result<Option<(usize, Comment)>, ReadError> {
         let Some(count) = self.next_count()? else { return Ok(None) };
         let first = self.line;
         self.frame_line = first;
-        let truncated = |found| ReadError::Truncated { line: first, expected: count, found };
         let comment = self.next_line()?.map(|text| Comment::parse(text, first + 1));
         let is_whole = self.text.last() == Some(&b'\n') || count == 0;
-        let Some(comment) = comment.filter(|_| is_whole) else { return Err(truncated(0)) };
-        let comment = comment?;
+        let Some(comment) = comment.filter(|_| is_whole) else {
+            return Err(ReadError::Truncated { line: first, expected: count, found: 0 });
+        };
+        Ok(Some((count, comment?)))
+    }
+
+    /// The next frame, or `None` where nothing but blank lines is left.
+    fn next_frame(&mut self) -> Result<Option<Frame>, ReadError> {
+        let Some((count, comment)) = self.begin_frame()? else { return Ok(None) };
+        let first = self.frame_line;
+        let truncated = |found| ReadError::Truncated { line: first, expected: count, found };
         let mut table = SpeciesTable::new(comment.species);
         let mut particles = Vec::with_capacity(count.min(TRUSTED_COUNT));
         let mut images = Vec::new();
@@ -300,7 +355,7 @@ fn read_scalars(text: &str, columns: &[(String, usize)], scalars: &mut [Scalar])
 }
 
 /// The smallest box that holds the spheres.
-fn bounds(particles: &[FrameParticle]) -> (Vector, Vector) {
+pub(crate) fn bounds(particles: &[FrameParticle]) -> (Vector, Vector) {
     let mut corners: Option<(Vector, Vector)> = None;
     for particle in particles {
         let (lower, upper) =

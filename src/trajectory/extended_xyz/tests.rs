@@ -297,3 +297,31 @@ proptest! {
         read(&text);
     }
 }
+
+#[test]
+fn passing_over_frames_finds_as_many_as_reading_them_wherever_the_file_ends() {
+    let text = [written(&two_discs()), "0\nTime=3\n".to_owned(), written(&two_discs())].concat();
+    for cut in 0..=text.len() {
+        let read = read(&text.as_bytes()[..cut]);
+        let mut reader = FrameReader::new(&text.as_bytes()[..cut]);
+        let mut passed = Vec::new();
+        let ended = loop {
+            match reader.next_preamble() {
+                Ok(Some(preamble)) => passed.push((preamble.count, preamble.time)),
+                Ok(None) => break None,
+                Err(error) => break Some(matches!(error, ReadError::Truncated { .. })),
+            }
+        };
+        let frames: Vec<_> = read.iter().filter_map(|frame| frame.as_ref().ok()).collect();
+        assert_eq!(passed, frames.iter().map(|frame| (frame.particles.len(), frame.time)).collect::<Vec<_>>(), "{cut}");
+        let fault = read.last().and_then(|frame| frame.as_ref().err());
+        let fault = fault.map(|error| matches!(error, ReadError::Truncated { .. }));
+        assert_eq!(ended, fault, "{cut}");
+    }
+    // Read on behind the first frame.
+    let at: usize = text.split_inclusive('\n').take(4).map(str::len).sum();
+    let rest = FrameReader::behind(&text.as_bytes()[at..], 4).collect::<Result<Vec<_>, _>>().unwrap();
+    assert_eq!(rest, read(text.as_bytes()).into_iter().skip(1).map(Result::unwrap).collect::<Vec<_>>());
+    let mut cut = FrameReader::behind(&text.as_bytes()[at..text.len() - 20], 4).skip(1);
+    assert_eq!(cut.next().unwrap().unwrap_err().line(), Some(7));
+}

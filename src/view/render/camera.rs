@@ -20,12 +20,16 @@ const HALF_VIEW: f32 = 0.267_949_2;
 /// Free rim around what is framed, relative to the shorter side of the largest image.
 const RIM: f32 = 0.035;
 
+/// Between two directions for which what is framed is fitted into the image: what sticks out between them is a thousandth of its
+/// distance from the axis, far less than the rim [degrees].
+const LARGEST_STEP: f64 = 4.0;
+
 /// Nothing nearer than this is drawn, in half diagonals; what is framed begins well behind it.
 pub(super) const NEAREST: f32 = 0.05;
 
 /// A sphere that the image has to hold; radius 0 for a corner of the box.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Extent {
+pub(in crate::view) struct Extent {
     pub position: Vector,
     pub radius: f64,
 }
@@ -54,6 +58,38 @@ impl Camera {
     /// Places the camera so that what is framed fills the image, and crops the image to it. Keeps
     /// `footer` rows free at the bottom. `None` if that has no extent or is too large for floating point.
     pub fn facing(frame: &Frame, style: &Style, framed: &[Extent], footer: f32) -> Option<Self> {
+        let mut camera = Self::around(frame, style, framed)?;
+        let spheres = camera.spheres(framed);
+        let window = camera.fit(&spheres, footer);
+        camera.crop(&window, footer);
+        Some(camera)
+    }
+
+    /// Places the camera so that what is framed stays in the image while the camera walks around it by `turn` degrees. The image has
+    /// exactly the size of the style.
+    pub fn walking(frame: &Frame, style: &Style, framed: &[Extent], footer: f32, turn: f64) -> Option<Self> {
+        let mut camera = Self::around(frame, style, framed)?;
+        // A full round shows all that more of them do.
+        let round = turn.abs().min(360.0);
+        let steps = if camera.is_perspective { trunc_to_u32((round / LARGEST_STEP).ceil()) } else { 0 };
+        let mut spheres = Vec::new();
+        for step in 0..=steps {
+            let part = f64::from(step) / f64::from(steps.max(1));
+            let azimuth = style.azimuth + part * round.copysign(turn);
+            spheres.extend(camera.turned(frame, &Style { azimuth, ..style.clone() }).spheres(framed));
+        }
+        let window = camera.fit(&spheres, footer);
+        camera.centre_on(&window, footer);
+        Some(camera)
+    }
+
+    /// The same camera, seen from the direction of another style.
+    pub fn turned(&self, frame: &Frame, style: &Style) -> Self {
+        Self { rotation: orientation(frame, style).0, ..self.clone() }
+    }
+
+    /// A camera that looks at the middle of what is framed. `None` if that has no extent or is too large for floating point.
+    fn around(frame: &Frame, style: &Style, framed: &[Extent]) -> Option<Self> {
         let reach = |extent: &Extent| Vector::repeat(extent.radius);
         let lower = framed.iter().map(|e| e.position - reach(e)).reduce(|a, b| a.inf(&b))?;
         let upper = framed.iter().map(|e| e.position + reach(e)).reduce(|a, b| a.sup(&b))?;
@@ -62,7 +98,7 @@ impl Camera {
             return None;
         }
         let (rotation, is_perspective) = orientation(frame, style);
-        let mut camera = Self {
+        Some(Self {
             rotation,
             centre: 0.5 * lower + 0.5 * upper,
             unit,
@@ -72,17 +108,23 @@ impl Camera {
             scale: 1.0,
             width: style.width,
             height: style.height,
-        };
-        let spheres: Vec<(Point, f32)> =
-            framed.iter().map(|e| (camera.place(&e.position), camera.length(e.radius))).collect();
-        camera.fit(&spheres, footer);
-        Some(camera)
+        })
     }
 
-    /// Chooses offset, scale and window for spheres in camera space around the centre.
-    fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) {
+    /// What is framed, in camera space.
+    fn spheres(&self, framed: &[Extent]) -> Vec<(Point, f32)> {
+        framed.iter().map(|e| (self.place(&e.position), self.length(e.radius))).collect()
+    }
+
+    /// Free rim around what is framed, in pixels.
+    fn rim(&self) -> f32 {
+        RIM * (self.width as f32).min(self.height as f32)
+    }
+
+    /// Chooses offset and scale for spheres in camera space around the centre; the window that they fill then.
+    fn fit(&mut self, spheres: &[(Point, f32)], footer: f32) -> [f32; 4] {
         let (width, height) = (self.width as f32, self.height as f32);
-        let rim = RIM * width.min(height);
+        let rim = self.rim();
         // What may be filled, in pixels, and the window coordinates at its border.
         let room = [(width - 2.0 * rim).max(1.0), (height - footer - 2.0 * rim).max(1.0)];
         let border = room.map(|pixels| HALF_VIEW * pixels / width.min(height));
@@ -108,10 +150,22 @@ impl Camera {
                 window = [window[0].min(left), window[1].max(right), window[2].min(low), window[3].max(high)];
             }
         }
+        window
+    }
+
+    /// Cuts the image down to a window, with a rim around it.
+    fn crop(&mut self, window: &[f32; 4], footer: f32) {
         let [left, right, low, high] = window;
+        let rim = self.rim();
         let pixels = |length: f32, most: u32| trunc_to_u32((length * self.scale + 2.0 * rim).ceil()).clamp(16, most);
         self.width = pixels(right - left, self.width);
         self.height = pixels(high - low + footer / self.scale, self.height);
+        self.centre_on(window, footer);
+    }
+
+    /// Brings a window into the middle of the image above the footer.
+    fn centre_on(&mut self, window: &[f32; 4], footer: f32) {
+        let [left, right, low, high] = window;
         let half = [self.width as f32, self.height as f32 - footer].map(|pixels| 0.5 * pixels / self.scale);
         self.corner = [0.5 * (left + right) - half[0], 0.5 * (low + high) + half[1]];
     }
@@ -124,6 +178,12 @@ impl Camera {
     /// A length in units of the half diagonal.
     pub fn length(&self, length: f64) -> f32 {
         single(length / self.unit)
+    }
+
+    /// Pixels of a length, at the depth of what the camera looks at `[1 / length]`.
+    pub fn pixels_per_length(&self) -> f64 {
+        let depth = if self.is_perspective { self.offset.z } else { 1.0 };
+        f64::from(self.scale / depth) / self.unit
     }
 
     /// Origin and direction of the ray through a place in the image, in pixels from the upper left corner. The

@@ -22,10 +22,10 @@ pub(super) const PALETTE: [[u8; 3]; 8] = [
 pub(super) const STATIC: [u8; 3] = [144, 153, 168];
 
 /// What is behind everything.
-pub(super) const BACKGROUND: [u8; 3] = [247, 248, 250];
+pub(in crate::view) const BACKGROUND: [u8; 3] = [247, 248, 250];
 
 /// Box edges and letters.
-pub(super) const INK: [u8; 3] = [70, 76, 86];
+pub(in crate::view) const INK: [u8; 3] = [70, 76, 86];
 
 /// Viridis (Smith and van der Walt, matplotlib) at even steps: equal steps look equally far apart.
 const VIRIDIS: [[u8; 3]; 11] = [

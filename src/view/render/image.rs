@@ -17,7 +17,7 @@ pub struct Image {
 
 impl Image {
     /// Row by row; there must be `width * height` pixels.
-    pub(super) fn new(width: u32, height: u32, pixels: Vec<[u8; 4]>) -> Self {
+    pub(in crate::view) fn new(width: u32, height: u32, pixels: Vec<[u8; 4]>) -> Self {
         debug_assert_eq!(pixels.len(), width as usize * height as usize);
         Self { width, height, pixels }
     }

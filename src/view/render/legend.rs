@@ -1,6 +1,7 @@
 //! The scale of an image that is coloured by speed.
 
 use super::colour::{self, Colour};
+use super::letters::{label, text_width, write};
 use super::stroke::Stroke;
 use crate::base::numbers::{trunc_to_i32, trunc_to_usize};
 
@@ -34,7 +35,7 @@ pub(crate) fn fastest(mut speeds: Vec<f64>) -> f64 {
 pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, fastest: f64, is_exceeded: bool) {
     let ink = colour::linear(colour::INK);
     let size = 0.25 * height;
-    let label = if (1e-3..1e5).contains(&fastest) { format!("{fastest}") } else { format!("{fastest:e}") };
+    let label = label(fastest);
     let bottom = pixels.len() as f32 / width as f32;
     let (middle, half) = (bottom - 0.6 * height, 0.17 * height);
     let length = (4.0 * height).min(0.45 * width as f32);
@@ -58,57 +59,6 @@ pub(super) fn draw(pixels: &mut [Colour], width: usize, height: f32, fastest: f6
     let gap = 0.5 * size;
     write(pixels, width, "speed 0", [left - gap - text_width("speed 0", size), middle], size, ink);
     write(pixels, width, &label, [left + length + arrow + gap, middle], size, ink);
-}
-
-/// Width of a letter and the space after it, relative to its height.
-const ADVANCE: f32 = 0.9;
-
-fn text_width(text: &str, size: f32) -> f32 {
-    text.chars().count() as f32 * ADVANCE * size - 0.25 * size
-}
-
-/// Writes letters of a height; the place is the middle of the left edge.
-fn write(pixels: &mut [Colour], width: usize, text: &str, place: [f32; 2], size: f32, ink: Colour) {
-    for (index, letter) in text.chars().enumerate() {
-        let corner = [place[0] + index as f32 * ADVANCE * size, place[1] - 0.5 * size];
-        for path in glyph(letter).split(' ') {
-            let points: Vec<[f32; 2]> = path
-                .as_bytes()
-                .chunks_exact(2)
-                .map(|xy| {
-                    let unit = |digit: u8| f32::from(digit.saturating_sub(b'0')) * size / 6.0;
-                    [corner[0] + unit(xy[0]), corner[1] + unit(xy[1])]
-                })
-                .collect();
-            for ends in points.windows(2) {
-                let stroke = Stroke { ends: [ends[0], ends[1]], width: 0.11 * size, colour: ink, opacity: 1.0 };
-                stroke.draw(pixels, width, |_, _, _| 1.0);
-            }
-        }
-    }
-}
-
-/// Polylines through points `xy`, with `x` from 0 to 4 to the right and `y` from 0 at the top to 6 on the base line.
-fn glyph(letter: char) -> &'static str {
-    match letter {
-        '0' => "103041453616050110",
-        '1' => "112026",
-        '2' => "01103041420646",
-        '3' => "01103041423323 334445361605",
-        '4' => "36300444",
-        '5' => "40000312324345361605",
-        '6' => "413010010516364544331304",
-        '7' => "004016",
-        '8' => "103041423313020110 3344453616050413",
-        '9' => "051636454130100102133342",
-        '.' => "2626",
-        '-' => "0343",
-        'e' => "04444332120305163645",
-        's' => "43321203143445361605",
-        'p' => "0208 0312324345361605",
-        'd' => "4046 4332120305163645",
-        _ => "",
-    }
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use super::bodies::Ball;
 use super::camera::Point;
-use super::parallel;
+use super::parallel::{self, Team};
 use super::raster::NOTHING;
 use crate::base::numbers::trunc_to_usize;
 
@@ -15,6 +15,9 @@ const SUN_LIGHTS: usize = 9;
 
 /// Cells of a map along each side.
 const MAP_SIZE: usize = 768;
+
+/// What all maps take `[bytes]`.
+pub(in crate::view) const MAP_BYTES: u64 = ((SKY_LIGHTS + SUN_LIGHTS) * MAP_SIZE * MAP_SIZE * size_of::<u32>()) as u64;
 
 /// Most width of the soft edge of a shadow, relative to the radius of what throws it.
 const WIDEST_EDGE: f32 = 0.3;
@@ -66,7 +69,7 @@ struct Light {
 
 impl Lights {
     /// Lights for spheres around a centre; those farther than 1 from it throw no shadow.
-    pub fn on(balls: &[Ball], centre: Point) -> Self {
+    pub fn on(balls: &[Ball], centre: Point, team: &Team) -> Self {
         let sun = Point::from(SUN).normalize();
         let (right, up) = across(&sun);
         let spread = |k: usize| {
@@ -89,7 +92,7 @@ impl Lights {
         sky.iter_mut().for_each(|light| light.strength /= total);
         let mut sun: Vec<Light> =
             (0..SUN_LIGHTS).map(|k| light(spread(k), 1.0 / SUN_LIGHTS as f32, SUN_SPREAD)).collect();
-        parallel::for_each(sky.iter_mut().chain(&mut sun), |light| light.draw_map(balls));
+        parallel::for_each(team, sky.iter_mut().chain(&mut sun), |light| light.draw_map(balls));
         Self { sky, sun }
     }
 

@@ -2,7 +2,7 @@
 
 use super::bodies::{Ball, Rod};
 use super::camera::{Camera, Point};
-use super::parallel;
+use super::parallel::{self, Team};
 use crate::base::numbers::trunc_to_usize;
 
 /// Samples per pixel along each axis: each pixel is the mean of the square of this.
@@ -45,7 +45,7 @@ struct Stamp<'a> {
 
 impl Layer {
     /// Draws bodies; where `before` is given, only what lies in front of it.
-    pub fn of(balls: &[Ball], rods: &[Rod], camera: &Camera, keep: Keep, before: Option<&Layer>) -> Self {
+    pub fn of(balls: &[Ball], rods: &[Rod], camera: &Camera, keep: Keep, before: Option<&Layer>, team: &Team) -> Self {
         let width = camera.width as usize * SAMPLES;
         let height = camera.height as usize * SAMPLES;
         let shapes = balls.iter().map(Shape::Ball).chain(rods.iter().map(Shape::Rod));
@@ -58,7 +58,7 @@ impl Layer {
         let limit = before.map(|before| before.depth.as_slice());
         let rows = parallel::rows_per_band(height);
         let bands = layer.depth.chunks_mut(rows * width).zip(layer.body.chunks_mut(rows * width)).enumerate();
-        parallel::for_each(bands, |(band, (depth, body))| {
+        parallel::for_each(team, bands, |(band, (depth, body))| {
             let first = band * rows;
             let limit = limit.map(|limit| &limit[first * width..][..depth.len()]);
             Band { first, width, depth, body, limit, keep }.draw(&stamps, camera);

@@ -4,7 +4,7 @@ use super::bodies::Bodies;
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
 use super::light::{Lights, Received, SurfacePoint};
-use super::parallel;
+use super::parallel::{self, Team};
 use super::raster::{Keep, Layer, NOTHING, SAMPLES, sample_ray};
 
 /// Share of the light that comes from the sky and from the sun.
@@ -28,6 +28,7 @@ const HAZE: f32 = 0.16;
 pub(super) struct Scenery<'a> {
     bodies: &'a Bodies,
     camera: &'a Camera,
+    team: &'a Team<'a>,
     lights: Lights,
     background: Colour,
     /// Opacity of the veil where it is seen straight on.
@@ -39,13 +40,13 @@ pub(super) struct Scenery<'a> {
 }
 
 impl<'a> Scenery<'a> {
-    pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32) -> Self {
-        let solid = Layer::of(&bodies.balls, &bodies.rods, camera, Keep::Nearest, None);
+    pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32, team: &'a Team<'a>) -> Self {
+        let solid = Layer::of(&bodies.balls, &bodies.rods, camera, Keep::Nearest, None, team);
         let veil = (!bodies.veil.is_empty() && opacity > 0.0).then(|| {
-            [Keep::Nearest, Keep::Farthest].map(|keep| Layer::of(&bodies.veil, &[], camera, keep, Some(&solid)))
+            [Keep::Nearest, Keep::Farthest].map(|keep| Layer::of(&bodies.veil, &[], camera, keep, Some(&solid), team))
         });
-        let lights = Lights::on(&bodies.balls, camera.offset);
-        Self { bodies, camera, lights, background: colour::linear(colour::BACKGROUND), opacity, solid, veil }
+        let lights = Lights::on(&bodies.balls, camera.offset, team);
+        Self { bodies, camera, team, lights, background: colour::linear(colour::BACKGROUND), opacity, solid, veil }
     }
 
     /// The mean of the samples of each pixel.
@@ -53,7 +54,7 @@ impl<'a> Scenery<'a> {
         let (width, height) = (self.camera.width as usize, self.camera.height as usize);
         let mut pixels = vec![Colour::zeros(); width * height];
         let rows = parallel::rows_per_band(height);
-        parallel::for_each(pixels.chunks_mut(rows * width).enumerate(), |(band, pixels)| {
+        parallel::for_each(self.team, pixels.chunks_mut(rows * width).enumerate(), |(band, pixels)| {
             for (index, pixel) in pixels.iter_mut().enumerate() {
                 let (row, column) = (band * rows + index / width, index % width);
                 for share in 0..SAMPLES * SAMPLES {

@@ -1,0 +1,100 @@
+//! `carom movie`.
+
+use std::path::PathBuf;
+
+use carom::base::text::{plural, printable, size};
+use carom::io::refuse_input;
+use carom::view::movie::{self, Movie as Options};
+use carom::view::render::{ColourBy, Style};
+use clap::Args;
+
+use super::convert::frames;
+use super::failure::Failure;
+use super::progress::Display;
+use super::render::{Colour, width_and_height};
+use super::{run, signals};
+
+/// Draws all frames of a run as a movie: MP4, GIF or APNG
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The ending of --out is the format. GIF opens everywhere and has 256 colours; APNG has all colours, opens in browsers and is large. MP4 is small
+and opens in players and slides; it is written by the program ffmpeg, which has to be installed.
+
+Examples:
+  carom movie runs/hopper --out hopper.mp4
+  carom movie runs/hopper --out hopper.gif --size 480x360 --colour speed --turn 0
+  carom movie runs/fluid --out fluid.apng --frames 100..199 --every 2 --fps 10")]
+pub struct Movie {
+    /// The folder of a run, or a trajectory in extended XYZ
+    run: PathBuf,
+    /// The file to write; .mp4, .gif or .apng
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Only these frames, the last one included; frames count from 0, and either end may be left out
+    #[arg(long, value_name = "FIRST..LAST", value_parser = frames)]
+    frames: Option<(u64, Option<u64>)>,
+    /// Only every so many-th of them
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = run::count)]
+    every: u64,
+    /// Frames that are shown in a second, 1 to 120
+    #[arg(long, value_name = "N", default_value = "25", allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u32).range(1..=120))]
+    fps: u32,
+    /// What colours show
+    #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color")]
+    colour: Colour,
+    /// Pixels across and down
+    #[arg(long, value_name = "WxH", default_value = "1280x960", value_parser = width_and_height)]
+    size: (u32, u32),
+    /// How far the camera walks around the scene from the first frame to the last, in degrees; at 0 it stands still, as it does before flat scenes
+    #[arg(long, value_name = "DEGREES", default_value = "30", allow_negative_numbers = true, value_parser = degrees)]
+    turn: f64,
+    /// Replaces a file that is there
+    #[arg(long)]
+    force: bool,
+    /// No progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(degrees) if (-3600.0..=3600.0).contains(&degrees) => Ok(degrees),
+        _ => Err("expected an angle from -3600 to 3600 degrees".to_owned()),
+    }
+}
+
+impl Movie {
+    pub fn execute(&self) -> Result<(), Failure> {
+        let trajectory = super::trajectory_of(&self.run)?;
+        refuse_input(&self.out, super::files_beside(&trajectory))?;
+        let (first, last) = self.frames.unwrap_or((0, None));
+        let (width, height) = self.size;
+        let style = Style { width, height, colour_by: ColourBy::from(self.colour), ..Style::default() };
+        let movie = Options { style, frames_per_second: self.fps, first, last, every: self.every, turn: self.turn };
+        signals::watch();
+        let mut display = Display::named(printable(&self.out.display().to_string()).into_owned(), self.quiet);
+        let result = movie::write(&trajectory, &self.out, &movie, super::existing(self.force), &mut |progress| {
+            display.show(progress);
+            signals::flow()
+        });
+        display.clear();
+        let done = result?;
+        let seconds = done.frames as f64 / f64::from(self.fps);
+        let cut = if done.is_truncated { "; the trajectory ends within the next one, which is left out" } else { "" };
+        let frames = plural(done.frames, "frame");
+        let bytes = size(done.bytes as f64);
+        super::print(&format!("{}: {frames} in {seconds:.1} s, {bytes}{cut}\n", self.out.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::degrees;
+
+    #[test]
+    fn angles_are_finite() {
+        assert_eq!(["-90", "0", "1e1", "3600"].map(degrees), [-90.0, 0.0, 10.0, 3600.0].map(Ok));
+        assert!(["nan", "inf", "3601", "right", ""].iter().all(|text| degrees(text).is_err()));
+    }
+}

@@ -1,0 +1,330 @@
+//! Movies of a trajectory: every frame drawn by [`render`](super::render), as GIF, APNG or MP4.
+//!
+//! All images have one framing: the box that is given, or else all particles of all frames. The camera may walk around it at an even pace. The scale of
+//! speeds is the same in all of them, and below each stand its simulated time and a bar that shows a length; in perspective the bar holds
+//! for what is as far from the camera as the middle of the scene.
+//!
+//! | format | how | colours |
+//! |---|---|---|
+//! | [`MovieFormat::Gif`] | by the crate `gif` | 256, the same in all images, chosen by NeuQuant from some of them |
+//! | [`MovieFormat::Apng`] | by the crate `png` | all |
+//! | [`MovieFormat::Mp4`] | by the program `ffmpeg`, to which the images are piped | H.264, or MPEG-4 where ffmpeg lacks it |
+//!
+//! GIF and APNG keep of each image what differs from the one before; they repeat without end. The file is first gone through for where its
+//! frames begin, then each frame is read once, drawn and compressed, as many at a time as there are cores and memory for. The same
+//! trajectory and options give the same bytes on any number of cores (of MP4, as far as ffmpeg does).
+//!
+//! ```no_run
+//! use carom::io::Existing;
+//! use carom::view::movie::{self, Movie};
+//! use std::ops::ControlFlow;
+//!
+//! let movie = Movie { frames_per_second: 30, turn: 0.0, ..Movie::default() };
+//! let go_on = &mut |_: &movie::MovieProgress| ControlFlow::Continue(());
+//! let done = movie::write("runs/hopper/trajectory.xyz".as_ref(), "hopper.gif".as_ref(), &movie, Existing::Keep, go_on)?;
+//! println!("{} frames", done.frames);
+//! # Ok::<(), movie::MovieError>(())
+//! ```
+
+mod apng;
+mod changes;
+mod clock;
+mod error;
+mod ffmpeg;
+mod gif;
+mod index;
+mod palette;
+mod pipeline;
+#[cfg(test)]
+mod tests;
+mod track;
+
+use std::fs;
+use std::io::BufWriter;
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+pub use error::MovieError;
+
+use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, RenderError, Shot, Style, Team};
+use crate::base::memory;
+use crate::base::numbers::index as count_of;
+use crate::io::Existing;
+use crate::io::atomic::UnnamedFile;
+use clock::Clock;
+use index::{Index, Selection};
+use pipeline::{Pipeline, Stages};
+use track::{Codec, Track};
+
+/// The most memory that images take while they are drawn at the same time `[bytes]`, unless one takes more.
+const MOST_MEMORY: u64 = 2 << 30;
+
+/// What a particle takes while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image.
+const BYTES_PER_PARTICLE: u64 = 240;
+
+/// The most images per second that a movie can have.
+const MOST_PER_SECOND: u32 = 120;
+
+/// The largest turn of the camera, ten rounds `[degrees]`.
+const LARGEST_TURN: f64 = 3600.0;
+
+/// File format of a movie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum MovieFormat {
+    /// Graphics Interchange Format: opens everywhere, 256 colours, at most 50 images per second.
+    Gif,
+    /// Animated PNG: opens in browsers, all colours, large.
+    Apng,
+    /// MPEG-4 with H.264: opens in players, browsers and slides, small; needs ffmpeg.
+    Mp4,
+}
+
+impl MovieFormat {
+    /// All of them, with the ending of their files.
+    pub const ENDINGS: [(Self, &'static str); 3] = [(Self::Mp4, "mp4"), (Self::Gif, "gif"), (Self::Apng, "apng")];
+
+    /// The format that the ending of a name stands for.
+    ///
+    /// # Errors
+    /// [`MovieError::Format`] if it stands for none.
+    pub fn of(path: &Path) -> Result<Self, MovieError> {
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        let known = Self::ENDINGS.into_iter().find(|(_, known)| ending.eq_ignore_ascii_case(known));
+        known.map(|(format, _)| format).ok_or_else(|| MovieError::Format(path.to_owned()))
+    }
+}
+
+/// Options of a movie: which frames, how fast, seen from where.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Movie {
+    /// How each image is drawn. Its width and height are those of the movie, and are not cut down; its azimuth is that of the first image.
+    pub style: Style,
+    /// Images per second, 1 to 120.
+    pub frames_per_second: u32,
+    /// The first frame; frames count from 0.
+    pub first: u64,
+    /// The last frame, itself included; `None` goes on to the end.
+    pub last: Option<u64>,
+    /// Takes every so many-th frame, from the first one on.
+    pub every: u64,
+    /// Degrees by which the camera walks around the scene to the right from the first image to the last. Flat and straight scenes
+    /// are seen from the front all the time.
+    pub turn: f64,
+}
+
+impl Default for Movie {
+    fn default() -> Self {
+        let style = Style { width: 1280, height: 960, ..Style::default() };
+        Self { style, frames_per_second: 25, first: 0, last: None, every: 1, turn: 30.0 }
+    }
+}
+
+/// A movie that has been written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WrittenMovie {
+    /// The number of images.
+    pub frames: u64,
+    /// Its length in the file `[bytes]`.
+    pub bytes: u64,
+    /// Whether the trajectory ends within a frame, as it does when a run was killed; the frames before are complete.
+    pub is_truncated: bool,
+}
+
+/// How far a movie is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MovieProgress {
+    /// Whether images are drawn; before that, the trajectory is gone through for its frames.
+    pub is_drawing: bool,
+    /// Frames found, or images written.
+    pub frames: u64,
+    /// Simulated time of the last of them `[time]`.
+    pub time: f64,
+    /// Of the work of this stage, 0 to 1.
+    pub fraction: f64,
+}
+
+/// What is asked now and then while a movie is made: it may break it off.
+pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
+
+/// Writes a movie of a trajectory in extended XYZ; the ending of `path` says in which format. The file appears when it is complete.
+/// Where a killed run has cut the trajectory off, the frames before count.
+///
+/// # Errors
+/// - [`MovieError::Format`], [`MovieError::Option`], [`MovieError::FastGif`], [`MovieError::OddSize`] or [`MovieError::Render`] if the
+///   options make no movie, [`MovieError::NoFfmpeg`] if there is no ffmpeg for an MP4;
+/// - [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::Changed`], [`MovieError::NoSuchFrame`], [`MovieError::Empty`] or
+///   [`MovieError::Frame`] if the trajectory does not;
+/// - [`MovieError::Exists`] or [`MovieError::NotReplaceable`] if there is something that is to be kept, [`MovieError::Write`] if the file cannot
+///   be written, [`MovieError::Ffmpeg`] if ffmpeg fails, [`MovieError::Threads`] if no thread can be started;
+/// - [`MovieError::Interrupted`] if `watch` breaks.
+///
+/// There is no new file then, and an old one is as it was.
+pub fn write(
+    trajectory: &Path,
+    path: &Path,
+    movie: &Movie,
+    existing: Existing,
+    watch: &mut Watch,
+) -> Result<WrittenMovie, MovieError> {
+    let format = MovieFormat::of(path)?;
+    movie.refuse(format)?;
+    let ffmpeg = (format == MovieFormat::Mp4).then(ffmpeg::Ffmpeg::find).transpose()?;
+    refuse_existing(path, existing)?;
+    let selection = Selection { first: movie.first, last: movie.last, every: movie.every };
+    let index = Index::of(trajectory, selection, &movie.style, watch)?;
+    let shot = index.shot(&movie.style, movie.turn)?;
+    let reel = Reel { trajectory, path, movie, clock: Clock::of(&index), index, shot };
+    let palette = (format == MovieFormat::Gif).then(|| reel.palette(watch)).transpose()?;
+    let (draft, file) = UnnamedFile::beside(path).map_err(MovieError::write(path))?;
+    let (style, per_second) = (&movie.style, movie.frames_per_second);
+    match (ffmpeg, palette) {
+        (Some(ffmpeg), _) => {
+            drop(file);
+            reel.write(&ffmpeg::Raw, ffmpeg.begin(draft.path(), style, per_second)?, watch)?;
+        }
+        (None, Some(palette)) => {
+            let track = gif::GifTrack::begin(BufWriter::new(file), &palette, style);
+            reel.write(&gif::GifCodec { palette: &palette, per_second }, reel.open(track)?, watch)?;
+        }
+        (None, None) => {
+            let track = apng::ApngTrack::begin(BufWriter::new(file), style, reel.index.places.len(), per_second);
+            reel.write(&apng::ApngCodec, reel.open(track)?, watch)?;
+        }
+    }
+    let written = fs::OpenOptions::new().write(true).open(draft.path()).and_then(|file| {
+        file.sync_all()?;
+        Ok(file.metadata()?.len())
+    });
+    let bytes = written.map_err(MovieError::write(path))?;
+    if bytes == 0 {
+        return Err(MovieError::Ffmpeg("it wrote nothing".to_owned()));
+    }
+    draft.publish(existing).map_err(MovieError::write(path))?;
+    Ok(WrittenMovie { frames: reel.index.places.len() as u64, bytes, is_truncated: reel.index.is_truncated })
+}
+
+impl Movie {
+    /// Refuses options that make no movie in a format.
+    fn refuse(&self, format: MovieFormat) -> Result<(), MovieError> {
+        render::refuse_style(&self.style)?;
+        let option = |name, value: f64, expected| Err(MovieError::Option { name, value, expected });
+        let per_second = self.frames_per_second;
+        if !(1..=MOST_PER_SECOND).contains(&per_second) {
+            return option("number of images per second", f64::from(per_second), "1 to 120");
+        }
+        if self.every == 0 {
+            return option("number of frames from one image to the next", 0.0, "at least 1");
+        }
+        if self.turn.is_nan() || self.turn.abs() > LARGEST_TURN {
+            return option("turn of the camera", self.turn, "-3600 to 3600 degrees");
+        }
+        let (width, height) = (self.style.width, self.style.height);
+        match format {
+            MovieFormat::Gif if per_second > gif::MOST_PER_SECOND => Err(MovieError::FastGif(per_second)),
+            MovieFormat::Mp4 if !(width.is_multiple_of(2) && height.is_multiple_of(2)) => {
+                Err(MovieError::OddSize { width, height })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Refuses what is in the place of a movie before anything is drawn.
+fn refuse_existing(path: &Path, existing: Existing) -> Result<(), MovieError> {
+    match fs::metadata(path) {
+        Ok(found) if !found.is_file() => Err(MovieError::NotReplaceable(path.to_owned())),
+        Ok(_) if existing == Existing::Keep => Err(MovieError::Exists(path.to_owned())),
+        _ => Ok(()),
+    }
+}
+
+/// All that the images of a movie are made from.
+struct Reel<'a> {
+    trajectory: &'a Path,
+    path: &'a Path,
+    movie: &'a Movie,
+    index: Index,
+    shot: Shot,
+    clock: Clock,
+}
+
+impl Reel<'_> {
+    /// Draws, compresses and writes all images.
+    fn write<C: Codec>(
+        &self,
+        codec: &C,
+        mut track: impl Track<Piece = C::Piece>,
+        watch: &mut Watch,
+    ) -> Result<(), MovieError> {
+        let count = self.index.places.len();
+        let at_once = self.at_once();
+        let is_stopped = AtomicBool::new(false);
+        let team = Team { threads: render::cores().div_ceil(at_once), is_stopped: Some(&is_stopped) };
+        let stages = Stages {
+            draw: &|place| self.draw(place, &self.shot, &team),
+            compress: &|place, previous: Option<&Image>, image: &Image| {
+                codec.compress(place, previous, image).map_err(MovieError::write(self.path))
+            },
+        };
+        let pipeline = Pipeline::new(stages, count, at_once, &is_stopped);
+        pipeline.run(&mut |piece| self.open(track.add(piece)), &mut |written| {
+            let time = self.index.places[written.saturating_sub(1).min(count - 1)].time;
+            let fraction = written as f64 / count as f64;
+            watch(&MovieProgress { is_drawing: true, frames: written as u64, time, fraction })
+        })?;
+        track.finish().map_err(|error| self.failed(error))
+    }
+
+    /// How many images are drawn at a time: one for each core, if there is memory for them.
+    fn at_once(&self) -> usize {
+        let style = &self.movie.style;
+        let pixels = u64::from(style.width) * u64::from(style.height);
+        let bytes = MAP_BYTES + BYTES_PER_PIXEL * pixels + BYTES_PER_PARTICLE * self.index.most_particles;
+        let fitting = count_of(MOST_MEMORY.min(memory::total() / 4) / bytes);
+        render::cores().min(fitting).min(self.index.places.len()).max(1)
+    }
+
+    /// Reads a frame and draws it.
+    fn draw(&self, place: usize, shot: &Shot, team: &Team) -> Result<Image, MovieError> {
+        let frame = self.index.read(self.trajectory, place)?;
+        let last = self.index.places.len() - 1;
+        let part = if last == 0 { 0.0 } else { place as f64 / last as f64 };
+        let azimuth = self.movie.style.azimuth + part * self.movie.turn;
+        let time = self.clock.text(frame.time);
+        shot.draw(&frame, azimuth, &time, team).map_err(|source| self.index.fault(self.trajectory, place, source))
+    }
+
+    /// The colours of a GIF, from some of its images, drawn small.
+    fn palette(&self, watch: &mut Watch) -> Result<palette::Palette, MovieError> {
+        let style = palette::pilot_style(&self.movie.style);
+        let shot = self.index.shot(&style, self.movie.turn)?;
+        let mut images = Vec::new();
+        for place in self.index.spread(palette::PILOTS) {
+            images.push(self.draw(place, &shot, &Team::whole())?);
+            let time = self.index.places[place].time;
+            if watch(&MovieProgress { is_drawing: true, frames: 0, time, fraction: 0.0 }).is_break() {
+                return Err(MovieError::Interrupted);
+            }
+        }
+        Ok(palette::Palette::of(&images))
+    }
+
+    fn open<T>(&self, result: Result<T, track::TrackError>) -> Result<T, MovieError> {
+        result.map_err(|error| self.failed(error))
+    }
+
+    fn failed(&self, error: track::TrackError) -> MovieError {
+        match error {
+            track::TrackError::Output(source) => MovieError::write(self.path)(source),
+            track::TrackError::Ffmpeg(message) => MovieError::Ffmpeg(message),
+        }
+    }
+}
+
+impl From<RenderError> for MovieError {
+    fn from(error: RenderError) -> Self {
+        Self::Render(error)
+    }
+}

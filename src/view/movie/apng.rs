@@ -1,0 +1,141 @@
+//! Animated PNG: images of all colours, each with what has changed since the one before.
+//!
+//! Each image is compressed as a PNG of its own, on any core; what it holds is put into the file behind a control chunk
+//! (<https://www.w3.org/TR/png-3/#11fcTL>).
+
+use std::io::{self, Write};
+
+use png::chunk::{ChunkType, IDAT};
+use png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent, Writer};
+
+use super::changes::Rectangle;
+use super::track::{Codec, Track, TrackError};
+use crate::view::render::{Image, Style};
+
+const ANIMATION: ChunkType = ChunkType(*b"acTL");
+const CONTROL: ChunkType = ChunkType(*b"fcTL");
+const DATA: ChunkType = ChunkType(*b"fdAT");
+
+/// What the length of a chunk, its name and its checksum take, and the signature of a file `[bytes]`.
+const AROUND: usize = 12;
+const SIGNATURE: usize = 8;
+
+/// An image goes over the one before: what is transparent in it stays.
+const OVER: u8 = 1;
+
+/// Compresses images.
+pub(super) struct ApngCodec;
+
+/// A part of an image.
+pub(super) struct Piece {
+    rectangle: Rectangle,
+    /// As it stands in the data chunks of a PNG.
+    data: Vec<u8>,
+}
+
+impl Codec for ApngCodec {
+    type Piece = Piece;
+
+    fn compress(&self, _place: usize, previous: Option<&Image>, image: &Image) -> io::Result<Piece> {
+        let (width, height) = (image.width() as usize, image.height() as usize);
+        let rectangle = match previous {
+            Some(previous) => Rectangle::around_changes(previous.pixels(), image.pixels(), width),
+            None => Rectangle::whole(width, height),
+        };
+        let new = rectangle.pixels(image.pixels(), width);
+        let pixels: Vec<[u8; 4]> = match previous {
+            Some(previous) => {
+                let old = rectangle.pixels(previous.pixels(), width);
+                new.zip(old).map(|(new, old)| if new == old { [0; 4] } else { *new }).collect()
+            }
+            None => new.copied().collect(),
+        };
+        let side = |pixels: usize| u32::try_from(pixels).map_err(io::Error::other);
+        let mut file = Vec::new();
+        let mut writer = header(&mut file, side(rectangle.width)?, side(rectangle.height)?).write_header()?;
+        writer.write_image_data(pixels.as_flattened())?;
+        writer.finish()?;
+        Ok(Piece { rectangle, data: data_of(&file) })
+    }
+}
+
+fn header<W: Write>(output: W, width: u32, height: u32) -> Encoder<'static, W> {
+    let mut encoder = Encoder::new(output, width, height);
+    encoder.set_color(ColorType::Rgba);
+    encoder.set_depth(BitDepth::Eight);
+    encoder
+}
+
+/// What the data chunks of a PNG hold.
+fn data_of(file: &[u8]) -> Vec<u8> {
+    let mut data = Vec::with_capacity(file.len());
+    let mut rest = file.get(SIGNATURE..).unwrap_or_default();
+    while let Some((length, after)) = rest.split_first_chunk::<4>() {
+        let length = u32::from_be_bytes(*length) as usize;
+        if after.starts_with(&IDAT.0) {
+            data.extend_from_slice(after.get(4..4 + length).unwrap_or_default());
+        }
+        rest = rest.get(length + AROUND..).unwrap_or_default();
+    }
+    data
+}
+
+/// An APNG file.
+pub(super) struct ApngTrack<W: Write> {
+    writer: Writer<W>,
+    per_second: u16,
+    /// Number of control and data chunks so far; data chunks of the first image do not count.
+    sequence: u32,
+}
+
+impl<W: Write> ApngTrack<W> {
+    /// For a number of images.
+    pub fn begin(output: W, style: &Style, count: usize, per_second: u32) -> Result<Self, TrackError> {
+        let mut encoder = header(output, style.width, style.height);
+        encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+        let mut writer = encoder.write_header().map_err(failed)?;
+        let count = u32::try_from(count).map_err(io::Error::other)?;
+        // Repeated without end.
+        let animation = [count.to_be_bytes(), 0_u32.to_be_bytes()];
+        writer.write_chunk(ANIMATION, animation.as_flattened()).map_err(failed)?;
+        Ok(Self { writer, per_second: u16::try_from(per_second).map_err(io::Error::other)?, sequence: 0 })
+    }
+
+    fn number(&mut self) -> [u8; 4] {
+        self.sequence += 1;
+        (self.sequence - 1).to_be_bytes()
+    }
+}
+
+impl<W: Write> Track for ApngTrack<W> {
+    type Piece = Piece;
+
+    fn add(&mut self, piece: Piece) -> Result<(), TrackError> {
+        let Rectangle { left, top, width, height } = piece.rectangle;
+        let is_first = self.sequence == 0;
+        let mut control = self.number().to_vec();
+        for pixels in [width, height, left, top] {
+            control.extend(u32::try_from(pixels).map_err(io::Error::other)?.to_be_bytes());
+        }
+        control.extend([1_u16.to_be_bytes(), self.per_second.to_be_bytes()].as_flattened());
+        // What is drawn stays for the next image.
+        control.extend([0, if is_first { 0 } else { OVER }]);
+        self.writer.write_chunk(CONTROL, &control).map_err(failed)?;
+        if is_first {
+            return self.writer.write_chunk(IDAT, &piece.data).map_err(failed);
+        }
+        let data = [&self.number(), piece.data.as_slice()].concat();
+        self.writer.write_chunk(DATA, &data).map_err(failed)
+    }
+
+    fn finish(self) -> Result<(), TrackError> {
+        self.writer.finish().map_err(failed)
+    }
+}
+
+fn failed(error: EncodingError) -> TrackError {
+    TrackError::Output(match error {
+        EncodingError::IoError(error) => error,
+        error => io::Error::other(error),
+    })
+}

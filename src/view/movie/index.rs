@@ -1,0 +1,243 @@
+//! Where the frames of a movie are in their file, and what all of them have in common.
+
+use std::fs::File;
+use std::io::{BufReader, Seek, SeekFrom};
+use std::path::Path;
+
+use super::{MovieError, MovieProgress, Watch};
+use crate::Vector;
+use crate::trajectory::Frame;
+use crate::trajectory::extended_xyz::{FrameReader, Preamble, ReadError, bounds};
+use crate::view::render::{ColourBy, Extent, Framing, RenderError, Shot, SpeedScale, Style, corners, refuse_numbers};
+
+/// Which frames of a trajectory are in a movie.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Selection {
+    pub first: u64,
+    pub last: Option<u64>,
+    /// From one to the next.
+    pub every: u64,
+}
+
+impl Selection {
+    fn has(&self, index: u64) -> bool {
+        index >= self.first && !self.is_over(index) && (index - self.first).is_multiple_of(self.every)
+    }
+
+    fn is_over(&self, index: u64) -> bool {
+        self.last.is_some_and(|last| index > last)
+    }
+}
+
+/// Where a frame is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    /// Its number in the file, from 0.
+    pub index: u64,
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// Bytes and lines before it.
+    offset: u64,
+    lines: usize,
+}
+
+/// The frames of a movie.
+#[derive(Debug)]
+pub(super) struct Index {
+    pub places: Vec<Place>,
+    /// The number of particles in the largest frame.
+    pub most_particles: u64,
+    /// Whether the file ends within a frame.
+    pub is_truncated: bool,
+    /// The first frame, without its particles.
+    stage: Frame,
+    framing: Framing,
+    /// Lower corner and edges of what is framed: what holds the boxes of all frames, or all their particles `[length]`.
+    region: Option<(Vector, Vector)>,
+    /// By how much particles may stick out of it `[length]`.
+    margin: f64,
+    scale: SpeedScale,
+}
+
+type Reader = FrameReader<BufReader<File>>;
+
+impl Index {
+    /// Goes through a file once. The numbers of the particles are read only if the style needs them for a scale of speeds or for want of a
+    /// box.
+    ///
+    /// # Errors
+    /// [`MovieError::Trajectory`], [`MovieError::NotFile`], [`MovieError::NoSuchFrame`] or [`MovieError::Frame`] if there is nothing to
+    /// draw, [`MovieError::Empty`] if no frame has a particle, [`MovieError::Interrupted`] if `watch` breaks.
+    pub fn of(path: &Path, selection: Selection, style: &Style, watch: &mut Watch) -> Result<Self, MovieError> {
+        let unreadable = |source| MovieError::Trajectory { path: path.to_owned(), source };
+        let file = open(path)?;
+        let metadata = file.metadata().map_err(|source| unreadable(ReadError::Open { path: path.into(), source }))?;
+        if !metadata.is_file() {
+            return Err(MovieError::NotFile(path.to_owned()));
+        }
+        let mut reader = FrameReader::new(BufReader::with_capacity(1 << 16, file));
+        let mut survey = Survey { style, path, index: None, needs_numbers: false, is_truncated: false };
+        let mut count = 0;
+        while !selection.is_over(count) {
+            let (lines, input) = reader.place();
+            let offset = input.stream_position().map_err(|source| unreadable(ReadError::Io { line: lines, source }))?;
+            let place = Place { index: count, time: 0.0, offset, lines };
+            let found = if selection.has(count) { survey.add(&mut reader, place) } else { pass(&mut reader, path) };
+            match found {
+                Ok(true) => count += 1,
+                Ok(false) => break,
+                // What comes before is complete.
+                Err(MovieError::Trajectory { source: ReadError::Truncated { .. }, .. }) if count > 0 => {
+                    survey.is_truncated = true;
+                    break;
+                }
+                Err(error) => return Err(error),
+            }
+            let time = survey.index.as_ref().and_then(|index| index.places.last()).map_or(0.0, |place| place.time);
+            let fraction = (offset as f64 / metadata.len().max(1) as f64).min(1.0);
+            if watch(&MovieProgress { is_drawing: false, frames: count, time, fraction }).is_break() {
+                return Err(MovieError::Interrupted);
+            }
+        }
+        match survey.index {
+            Some(index) => Self { is_truncated: survey.is_truncated, ..index }.completed(path),
+            None if count == 0 => Err(unreadable(ReadError::NoFrame)),
+            None => Err(MovieError::NoSuchFrame { path: path.to_owned(), first: selection.first, count }),
+        }
+    }
+
+    /// Finds out by how much particles stick out of the box, from the first and the last frame: they may grow.
+    fn completed(mut self, path: &Path) -> Result<Self, MovieError> {
+        if self.most_particles == 0 {
+            return Err(MovieError::Empty(path.to_owned()));
+        }
+        let (Framing::Box, Some((lower, size))) = (self.framing, self.region) else { return Ok(self) };
+        let upper = lower + size;
+        let is_inside = |position: &Vector| (0..3).all(|k| (lower[k]..=upper[k]).contains(&position[k]));
+        let last = self.places.len() - 1;
+        for place in [0, last] {
+            let frame = self.read(path, place)?;
+            let inside = frame.particles.iter().filter(|particle| is_inside(&particle.position));
+            self.margin = inside.map(|particle| particle.radius).fold(self.margin, f64::max);
+        }
+        Ok(self)
+    }
+
+    /// The camera and the scale for these frames.
+    pub fn shot(&self, style: &Style, turn: f64) -> Result<Shot, MovieError> {
+        let (lower, size) = self.region.unwrap_or((self.stage.lower, self.stage.size));
+        let framed = corners(&lower, &size).map(|position| Extent { position, radius: self.margin });
+        Ok(Shot::new(self.stage.clone(), style, &framed, turn, self.scale)?)
+    }
+
+    /// Reads a frame.
+    pub fn read(&self, path: &Path, place: usize) -> Result<Frame, MovieError> {
+        let Place { offset, lines, .. } = self.places[place];
+        let mut file = open(path)?;
+        let sought = file.seek(SeekFrom::Start(offset));
+        sought.map_err(|source| MovieError::Trajectory {
+            path: path.to_owned(),
+            source: ReadError::Io { line: lines, source },
+        })?;
+        match FrameReader::behind(BufReader::with_capacity(1 << 16, file), lines).next() {
+            Some(Ok(frame)) => Ok(frame),
+            Some(Err(ReadError::Truncated { .. })) | None => Err(MovieError::Changed(path.to_owned())),
+            Some(Err(source)) => Err(MovieError::Trajectory { path: path.to_owned(), source }),
+        }
+    }
+
+    /// Some of the places, from the first to the last at even distances.
+    pub fn spread(&self, count: usize) -> impl Iterator<Item = usize> {
+        let last = self.places.len() - 1;
+        let count = count.min(self.places.len());
+        (0..count).map(move |k| k * last / (count - 1).max(1))
+    }
+
+    /// Why a frame cannot be drawn.
+    pub fn fault(&self, path: &Path, place: usize, source: RenderError) -> MovieError {
+        MovieError::Frame { path: path.to_owned(), index: self.places[place].index, source: Box::new(source) }
+    }
+}
+
+fn open(path: &Path) -> Result<File, MovieError> {
+    File::open(path).map_err(|source| MovieError::Trajectory {
+        path: path.to_owned(),
+        source: ReadError::Open { path: path.into(), source },
+    })
+}
+
+/// Passes over a frame that is not in the movie.
+fn pass(reader: &mut Reader, path: &Path) -> Result<bool, MovieError> {
+    let found = reader.next_preamble();
+    found.map(|found| found.is_some()).map_err(|source| MovieError::Trajectory { path: path.to_owned(), source })
+}
+
+/// An index that is being made.
+struct Survey<'a> {
+    style: &'a Style,
+    path: &'a Path,
+    index: Option<Index>,
+    needs_numbers: bool,
+    is_truncated: bool,
+}
+
+impl Survey<'_> {
+    /// Adds the next frame; `false` if there is none.
+    fn add(&mut self, reader: &mut Reader, place: Place) -> Result<bool, MovieError> {
+        let unreadable = |source| MovieError::Trajectory { path: self.path.to_owned(), source };
+        let is_first = self.index.is_none();
+        if is_first || self.needs_numbers {
+            let Some(frame) = reader.next().transpose().map_err(unreadable)? else { return Ok(false) };
+            let refused =
+                |source| MovieError::Frame { path: self.path.to_owned(), index: place.index, source: Box::new(source) };
+            refuse_numbers(&frame).map_err(refused)?;
+            let frame_time = frame.time;
+            let has_box = reader.has_box() && frame.size.iter().any(|edge| *edge > 0.0);
+            let framing = if has_box { self.style.framing } else { Framing::Particles };
+            let framing = self.index.as_ref().map_or(framing, |index| index.framing);
+            self.needs_numbers = self.style.colour_by == ColourBy::Speed || framing == Framing::Particles;
+            self.add_frame(frame, Place { time: frame_time, ..place }, framing);
+            return Ok(true);
+        }
+        let Some(Preamble { count, time, region }) = reader.next_preamble().map_err(unreadable)? else {
+            return Ok(false);
+        };
+        if let Some(index) = &mut self.index {
+            index.places.push(Place { time, ..place });
+            index.most_particles = index.most_particles.max(count as u64);
+            index.region = joined(index.region, region);
+        }
+        Ok(true)
+    }
+
+    /// Adds a frame that was read.
+    fn add_frame(&mut self, frame: Frame, place: Place, framing: Framing) {
+        let scale = SpeedScale::of(&frame, self.style);
+        let region = match framing {
+            Framing::Box => Some((frame.lower, frame.size)),
+            Framing::Particles => (!frame.particles.is_empty()).then(|| bounds(&frame.particles)),
+        };
+        let most_particles = frame.particles.len() as u64;
+        match &mut self.index {
+            Some(index) => {
+                index.places.push(place);
+                index.most_particles = index.most_particles.max(most_particles);
+                index.scale = index.scale.joined(&scale);
+                index.region = joined(index.region, region);
+            }
+            none => {
+                let (particles, images, scalars) = (Vec::new(), Vec::new(), Vec::new());
+                let stage = Frame { particles, images, scalars, bonds: Vec::new(), bond_kinds: Vec::new(), ..frame };
+                let (places, is_truncated, margin) = (vec![place], false, 0.0);
+                *none = Some(Index { places, most_particles, is_truncated, stage, framing, region, margin, scale });
+            }
+        }
+    }
+}
+
+/// The smallest box that holds two boxes, each with its lower corner and its edges.
+fn joined(one: Option<(Vector, Vector)>, other: Option<(Vector, Vector)>) -> Option<(Vector, Vector)> {
+    let (Some((lower_1, size_1)), Some((lower_2, size_2))) = (one, other) else { return one.or(other) };
+    let (lower, upper) = (lower_1.inf(&lower_2), (lower_1 + size_1).sup(&(lower_2 + size_2)));
+    Some((lower, upper - lower))
+}

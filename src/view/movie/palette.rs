@@ -1,0 +1,95 @@
+//! The colours of a GIF: the same in all its images, so that nothing flickers.
+
+use color_quant::NeuQuant;
+
+use crate::base::numbers::trunc_to_u32;
+use crate::view::render::{BACKGROUND, INK, Image, Style};
+
+/// From how many images the colours are chosen.
+pub(super) const PILOTS: usize = 8;
+
+/// The most pixels of these along each side.
+const PILOT_SIZE: f64 = 320.0;
+
+/// The colour that leaves a pixel as it was.
+pub(super) const UNCHANGED: u8 = 0;
+
+/// Colours that are kept exactly, behind the first one.
+const EXACT: [[u8; 3]; 2] = [BACKGROUND, INK];
+
+/// Of a network of neurons, each is a colour.
+const NEURONS: usize = 256 - 1 - EXACT.len();
+
+/// Bits of each component by which the nearest colour is looked up.
+const BITS: usize = 6;
+
+/// How an image is drawn whose colours count.
+pub(super) fn pilot_style(style: &Style) -> Style {
+    let scale = (PILOT_SIZE / f64::from(style.width.max(style.height))).min(1.0);
+    let scaled = |size: u32| trunc_to_u32((f64::from(size) * scale).round()).max(16);
+    Style { width: scaled(style.width), height: scaled(style.height), ..style.clone() }
+}
+
+/// 256 colours, and which of them is nearest to any other.
+#[derive(Debug, Clone)]
+pub(super) struct Palette {
+    colours: Vec<[u8; 3]>,
+    /// By the upper bits of red, green and blue.
+    nearest: Vec<u8>,
+}
+
+impl Palette {
+    /// Chooses the colours that reproduce some images best.
+    pub fn of(images: &[Image]) -> Self {
+        let pixels = images.iter().flat_map(Image::pixels).filter(|pixel| !EXACT.contains(&rgb(pixel)));
+        let mut pixels: Vec<u8> = pixels.flatten().copied().collect();
+        if pixels.is_empty() {
+            pixels.extend([BACKGROUND[0], BACKGROUND[1], BACKGROUND[2], 255]);
+        }
+        let network = NeuQuant::new(1, NEURONS, &pixels);
+        let chosen = network.color_map_rgb();
+        let chosen = chosen.chunks_exact(3).map(|colour| [colour[0], colour[1], colour[2]]);
+        // The first one stands for no colour.
+        let colours: Vec<[u8; 3]> = [[0; 3]].into_iter().chain(EXACT).chain(chosen).collect();
+        let nearest = (0..1 << (3 * BITS)).map(|cell| nearest(&colours, middle(cell))).collect();
+        Self { colours, nearest }
+    }
+
+    /// Red, green and blue of all colours.
+    pub fn bytes(&self) -> &[u8] {
+        self.colours.as_flattened()
+    }
+
+    /// The index of the colour that is nearest to each pixel of an image.
+    pub fn indices(&self, image: &Image) -> Vec<u8> {
+        let index = |pixel: &[u8; 4]| {
+            let colour = rgb(pixel);
+            let exact = (1..).zip(EXACT).find(|(_, exact)| *exact == colour);
+            exact.map_or_else(|| self.nearest[cell(colour)], |(index, _)| index)
+        };
+        image.pixels().iter().map(index).collect()
+    }
+}
+
+fn rgb(pixel: &[u8; 4]) -> [u8; 3] {
+    [pixel[0], pixel[1], pixel[2]]
+}
+
+/// The place of a colour in the table.
+fn cell(colour: [u8; 3]) -> usize {
+    colour.into_iter().fold(0, |cell, component| cell << BITS | usize::from(component) >> (8 - BITS))
+}
+
+/// The colour in the middle of a place in the table.
+fn middle(cell: usize) -> [i32; 3] {
+    [2, 1, 0].map(|place| {
+        let step = i32::try_from(cell >> (place * BITS) & ((1 << BITS) - 1)).unwrap_or_default();
+        (step << (8 - BITS)) + (1 << (7 - BITS))
+    })
+}
+
+fn nearest(colours: &[[u8; 3]], to: [i32; 3]) -> u8 {
+    let distance = |colour: &[u8; 3]| (0..3).map(|k| (i32::from(colour[k]) - to[k]).pow(2)).sum::<i32>();
+    let found = (0..=u8::MAX).zip(colours).skip(1).min_by_key(|(_, colour)| distance(colour));
+    found.map_or(1, |(index, _)| index)
+}

@@ -1,0 +1,88 @@
+//! A view that stays the same for many frames.
+
+use super::camera::{Camera, Extent};
+use super::caption::Caption;
+use super::colour;
+use super::legend;
+use super::parallel::Team;
+use super::{ColourBy, Image, RenderError, Style, paint, refuse_numbers, refuse_style};
+use crate::trajectory::Frame;
+
+/// The scale of speeds of one or more frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::view) struct SpeedScale {
+    /// The speed at its upper end `[length / time]`.
+    pub fastest: f64,
+    /// The highest speed of all `[length / time]`.
+    pub highest: f64,
+}
+
+impl SpeedScale {
+    /// The scale of a frame; the style may give its upper end.
+    pub fn of(frame: &Frame, style: &Style) -> Self {
+        let moving = frame.particles.iter().filter(|particle| !frame.is_static(particle));
+        let speeds: Vec<f64> = moving.map(|particle| particle.velocity.norm()).collect();
+        let highest = speeds.iter().copied().fold(0.0, f64::max);
+        Self { fastest: style.top_speed.unwrap_or_else(|| legend::fastest(speeds)), highest }
+    }
+
+    /// The scale of these frames and of others.
+    pub fn joined(&self, other: &Self) -> Self {
+        Self { fastest: self.fastest.max(other.fastest), highest: self.highest.max(other.highest) }
+    }
+
+    /// Whether some speeds lie beyond the scale.
+    pub fn is_exceeded(&self) -> bool {
+        self.highest > self.fastest
+    }
+}
+
+/// Camera, scale of colours and lettering of the frames of a movie.
+#[derive(Debug, Clone)]
+pub(in crate::view) struct Shot {
+    style: Style,
+    /// The box and its flat axes, without particles.
+    stage: Frame,
+    camera: Camera,
+    scale: SpeedScale,
+    caption: Caption,
+}
+
+impl Shot {
+    /// Frames what has to be in all images while the camera walks around it by `turn` degrees.
+    ///
+    /// # Errors
+    /// [`RenderError::Size`], [`RenderError::Style`] or [`RenderError::NoColour`] if the style makes no sense, [`RenderError::Box`] if what
+    /// is framed has no extent.
+    pub fn new(
+        stage: Frame,
+        style: &Style,
+        framed: &[Extent],
+        turn: f64,
+        scale: SpeedScale,
+    ) -> Result<Self, RenderError> {
+        refuse_style(style)?;
+        let mut caption = Caption::of(style);
+        let camera = Camera::walking(&stage, style, framed, caption.height, turn).ok_or(RenderError::Box)?;
+        caption.measure(&camera);
+        Ok(Self { style: style.clone(), stage, camera, scale, caption })
+    }
+
+    /// Draws a frame as the camera sees it from an azimuth `[degrees]`, with a time as it is written below. A team that is stopped leaves an
+    /// unfinished image.
+    ///
+    /// # Errors
+    /// [`RenderError::Particle`] or [`RenderError::Box`] if the frame cannot be drawn.
+    pub fn draw(&self, frame: &Frame, azimuth: f64, time: &str, team: &Team) -> Result<Image, RenderError> {
+        refuse_numbers(frame)?;
+        let style = Style { azimuth, ..self.style.clone() };
+        let camera = self.camera.turned(&self.stage, &style);
+        let mut pixels = paint(frame, &style, &camera, self.scale.fastest, team);
+        let width = camera.width as usize;
+        if style.colour_by == ColourBy::Speed {
+            legend::draw(&mut pixels, width, self.caption.row, self.scale.fastest, self.scale.is_exceeded());
+        }
+        self.caption.draw(&mut pixels, width, time);
+        Ok(Image::new(camera.width, camera.height, pixels.iter().map(colour::encode).collect()))
+    }
+}
