@@ -21,6 +21,7 @@ mod partial;
 pub mod rates;
 mod replacement;
 mod scene_copy;
+mod scenes;
 pub mod summary;
 mod thermo;
 mod vtk;
@@ -30,4 +31,7 @@ pub use error::OutputError;
 pub use folder::{Completed, Folder};
 pub use inputs::refuse_input;
 pub(crate) use owned::note;
+pub use scenes::read_scene;
+#[cfg(feature = "view")]
+pub(crate) use scenes::scene_from_text;
 pub use summary::Summary;
