@@ -1,6 +1,6 @@
 //! `carom check`.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use carom::analysis::observables::ApplicableObservables;
 use carom::base::text::{digits, plural, size};
 use carom::engine::{EngineChoice, Reason, Simulation, Until};
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
-use carom::model::{Limit, Predecessor, Scene, Species};
+use carom::model::{Limit, Scene, Species};
 use carom::run::{self, Burden};
 use carom::view::describe::{self};
 use clap::Args;
@@ -51,8 +51,8 @@ impl Check {
 fn description(scene: &Scene) -> String {
     let mut lines = vec![format!("{}, seed {}", scene.name(), scene.seed())];
     let mut add = |line: String| lines.push(format!("  {line}"));
-    if let Some(run) = scene.predecessor() {
-        add(start(scene, run));
+    if let Some(start) = describe::start(scene) {
+        add(format!("starts from {start}"));
     }
     add(describe::population(scene));
     for species in scene.species() {
@@ -88,17 +88,6 @@ fn description(scene: &Scene) -> String {
         add(format!("meanwhile {}", describe::thermostat(thermostat)));
     }
     lines.join("\n") + "\n"
-}
-
-/// Where the scene starts from, and what becomes of that run's engine.
-fn start(scene: &Scene, run: &Predecessor) -> String {
-    let checkpoint = Path::new(&run.checkpoint.path);
-    let folder = checkpoint.parent().unwrap_or(checkpoint).display();
-    let engine = match run.differences() {
-        [] => "its engine goes on, to the same bits as one longer run".to_owned(),
-        differences => format!("a new engine begins there, because these differ: {}", differences.join(", ")),
-    };
-    format!("starts from the end of {folder}, at t = {}; {engine}", digits(scene.start_time()))
 }
 
 /// Events per second of a short try on the clock: the one number here that differs from call to call. `None` where nothing happens for [`PATIENCE`], or

@@ -97,6 +97,7 @@ impl SceneBuilder {
     fn starting_from(&self, last: &LastRun) -> Result<Scene, SceneError> {
         let run = last.simulation.scene();
         self.check_header()?;
+        check_flat_axes(&self.boundary, &run.space)?;
         let mut species = self.checked_species()?;
         let space = self.checked_space(&species)?;
         check_box(&space, &run.space)?;
@@ -170,21 +171,25 @@ fn surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> Result<
     Ok(surfaces)
 }
 
-/// The box, and its flat axes, are those of the run.
-fn check_box(space: &Space, run: &Space) -> Result<(), SceneError> {
-    let at = ConfigPath::root().key("space");
+/// The flat axes are those of the run.
+fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneError> {
+    let word = |boundary: Boundary| if boundary == Boundary::Flat { "flat" } else { "not flat" };
     for (k, axis) in AXES.into_iter().enumerate() {
-        let is_flat = |space: &Space| space.boundary[k] == Boundary::Flat;
-        let word = |is_flat: bool| if is_flat { "flat" } else { "not flat" };
-        if is_flat(space) != is_flat(run) {
-            let expected = format!("{}, as in the run that [start] names", word(is_flat(run)));
-            return refuse(at.key(axis), word(is_flat(space)), expected);
+        let (here, there) = (word(boundary[k]), word(run.boundary[k]));
+        if here != there {
+            let expected = format!("{there}, as in the run that [start] names");
+            return refuse(ConfigPath::root().key("space").key(axis), here, expected);
         }
-        for (key, here, there) in [("size", space.size[k], run.size[k]), ("lower", space.lower[k], run.lower[k])] {
-            if here != there {
-                let expected = format!("{there}, as in the run that [start] names; leave `{key}` out");
-                return refuse(at.key(key).index(k), here, expected);
-            }
+    }
+    Ok(())
+}
+
+/// The box is that of the run.
+fn check_box(space: &Space, run: &Space) -> Result<(), SceneError> {
+    for (key, here, there) in [("size", space.size, run.size), ("lower", space.lower, run.lower)] {
+        if let Some(k) = (0..3).find(|&k| here[k] != there[k]) {
+            let expected = format!("{}, as in the run that [start] names; leave `{key}` out", there[k]);
+            return refuse(ConfigPath::root().key("space").key(key).index(k), here[k], expected);
         }
     }
     Ok(())

@@ -9,3 +9,4 @@ mod names;
 mod place;
 mod replaced;
 mod run;
+mod start;
