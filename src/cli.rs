@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use carom::base::text::printable;
-use carom::io::{Existing, Folder};
+use carom::io::{Existing, Folder, read_scene};
 use carom::model::Scene;
 use carom::scene::SceneError;
 use clap::{Args, Parser, Subcommand};
@@ -36,6 +36,7 @@ Examples:
   carom run fluid.toml --until-events 1e5   shorter
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom sweep fluid.toml --vary fill.0.packing_fraction=0.1..0.4/4 --vary seed=1..3     in runs/fluid-sweep
+  carom run next.toml --from runs/fluid     starts from the end of that run
   carom verify runs/fluid                   proves the first events of that run
   carom validate                            measures what is known from theory and other simulations, in a minute
   carom render runs/fluid                  the last frame, in runs/fluid/picture.png
@@ -108,28 +109,39 @@ struct Changes {
     /// Replaces a value of the scene: dots lead through tables, entries of lists go by number (from 0) or by name
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_and_value)]
     overrides: Vec<(String, String)>,
+    /// Starts from the end of the run in this folder: its particles, bonds, box and time, exactly; the scene has none of its own
+    #[arg(long, value_name = "DIR")]
+    from: Option<PathBuf>,
 }
 
 impl Changes {
     fn load(&self, scene: &Path) -> Result<Scene, SceneError> {
-        let seed = self.seed.map(|seed| seed.to_string());
-        Scene::from_file_with(scene, &self.all(seed.as_deref()))
+        read_scene(scene, &borrowed(&self.all()))
     }
 
     fn are_none(&self) -> bool {
-        self.seed.is_none() && self.overrides.is_empty()
+        self.seed.is_none() && self.overrides.is_empty() && self.from.is_none()
     }
 
     /// The text of a scene that was loaded, with what was replaced in it.
     fn record(&self, scene: &Scene, path: &Path) -> Result<String, SceneError> {
-        let seed = self.seed.map(|seed| seed.to_string());
-        scene.record(path, &self.all(seed.as_deref()))
+        scene.record(path, &borrowed(&self.all()))
     }
 
-    fn all<'a>(&'a self, seed: Option<&'a str>) -> Vec<(&'a str, &'a str)> {
-        let overrides = self.overrides.iter().map(|(key, value)| (key.as_str(), value.as_str()));
-        overrides.chain(seed.map(|seed| ("seed", seed))).collect()
+    fn all(&self) -> Vec<(String, String)> {
+        let mut all = self.overrides.clone();
+        all.extend(self.seed.map(|seed| ("seed".to_owned(), seed.to_string())));
+        all.extend(self.from.as_ref().map(|folder| {
+            // From here, not from the folder of the scene.
+            let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
+            ("start.from".to_owned(), toml::Value::String(folder.to_string_lossy().into_owned()).to_string())
+        }));
+        all
     }
+}
+
+fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
+    pairs.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
 }
 
 fn key_and_value(text: &str) -> Result<(String, String), String> {

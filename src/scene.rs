@@ -11,6 +11,7 @@
 mod builder;
 mod classes;
 mod config_path;
+mod continuation;
 mod coordinates;
 mod diagnostic;
 mod file;
@@ -33,6 +34,7 @@ pub use crate::prepare::surface::BoxSide;
 pub use crate::prepare::surface::leak::{Gap, Leak};
 pub use builder::SceneBuilder;
 pub use config_path::{ConfigPath, PathStep};
+pub(crate) use continuation::LastRun;
 pub use diagnostic::{SceneError, SceneErrorKind};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
@@ -79,8 +81,19 @@ impl Scene {
         name: impl AsRef<Path>,
         overrides: &[(&str, &str)],
     ) -> Result<Self, SceneError> {
-        let path = name.as_ref();
-        let source = source::Source::new(&path.to_string_lossy(), text.into(), overrides);
+        Self::from_toml_and_run(text.into(), name.as_ref(), overrides, &|path| {
+            Err(SceneErrorKind::NeedsRun { path: path.to_owned() })
+        })
+    }
+
+    /// The same of a scene that may start from a run, which `open` reads.
+    pub(crate) fn from_toml_and_run(
+        text: String,
+        path: &Path,
+        overrides: &[(&str, &str)],
+        open: &dyn Fn(&Path) -> Result<LastRun, SceneErrorKind>,
+    ) -> Result<Self, SceneError> {
+        let source = source::Source::new(&path.to_string_lossy(), text, overrides);
         let file = source.read()?;
         let stem: String = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
         // A file may be called what it likes; the folder of a run has a plain name.
@@ -88,8 +101,11 @@ impl Scene {
             stem.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).take(100).collect();
         let name = if plain.is_empty() { "scene" } else { &plain };
         let directory = path.parent().unwrap_or(Path::new(""));
-        let builder = parse::parts(file, name, directory);
-        builder.and_then(|builder| builder.build()).map_err(|error| source.located(error))
+        let build = |builder: SceneBuilder| match &builder.start {
+            None => builder.build(),
+            Some(start) => builder.continued(start, open),
+        };
+        parse::parts(file, name, directory).and_then(build).map_err(|error| source.located(error))
     }
 
     /// Whether a text has only keys that a scene has, with values of their types: what can be said before a particle is placed.

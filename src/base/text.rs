@@ -87,6 +87,18 @@ pub fn unit(unit: &str, dimensions: usize) -> String {
         .replace("length^D", volume)
 }
 
+/// The message of an error and those of what caused it.
+#[must_use]
+pub fn with_causes(error: &dyn std::error::Error) -> String {
+    let mut message = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        message = format!("{message}: {cause}");
+        source = cause.source();
+    }
+    message
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

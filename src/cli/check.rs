@@ -51,6 +51,9 @@ impl Check {
 fn description(scene: &Scene) -> String {
     let mut lines = vec![format!("{}, seed {}", scene.name(), scene.seed())];
     let mut add = |line: String| lines.push(format!("  {line}"));
+    if let Some(start) = describe::start(scene) {
+        add(format!("starts from {start}"));
+    }
     add(describe::population(scene));
     for species in scene.species() {
         add(describe_species(species));

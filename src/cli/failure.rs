@@ -5,7 +5,7 @@ use std::fmt;
 use std::io::Write;
 use std::process::ExitCode;
 
-use carom::base::text::printable;
+use carom::base::text::{printable, with_causes};
 use carom::io::OutputError;
 use carom::io::convert::ConvertError;
 use carom::run::RunError;
@@ -150,17 +150,6 @@ impl From<ReportError> for Failure {
         let help = error.cure();
         Self::new(with_causes(&error), None, Some(help), code)
     }
-}
-
-/// The message of an error and those of what caused it.
-pub fn with_causes(error: &dyn Error) -> String {
-    let mut message = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        message = format!("{message}: {cause}");
-        source = cause.source();
-    }
-    message
 }
 
 /// A message with its cause and its cure.

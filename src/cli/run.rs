@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use carom::base::text::size;
+use carom::base::text::{size, with_causes};
 use carom::engine::{Arrest, InvariantBroken};
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::io::{Completed, Folder, refuse_input};
@@ -12,7 +12,7 @@ use carom::run::{self, Ending, Finished, Jam, Recorder};
 use clap::Args;
 
 use super::Changes;
-use super::failure::{Failure, with_causes};
+use super::failure::Failure;
 use super::progress::Display;
 use super::{signals, table};
 
@@ -28,6 +28,7 @@ Examples:
   carom run configs/hopper.toml
   carom run configs/hard_sphere_fluid.toml --seed 7 --until-events 1e6 --out runs/seven
   carom run configs/bouncing_ball.toml --set space.z.restitution=0.9 --set output.contacts=true
+  carom run next.toml --from runs/fluid                 starts from the end of that run
   carom run --resume runs/hopper                        goes on to the end that was planned
   carom run --resume runs/hopper --until-time 160       goes on to another end, also if it was over")]
 pub struct Run {
@@ -37,7 +38,7 @@ pub struct Run {
     #[command(flatten)]
     changes: Changes,
     /// Goes on with the run in this folder, from its last checkpoint
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "seed", "overrides"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "seed", "overrides", "from"])]
     resume: Option<PathBuf>,
     /// The folder of the results; runs/NAME if not given, where NAME is that of the scene
     #[arg(long, value_name = "DIR")]

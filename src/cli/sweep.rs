@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use carom::base::text::{digits, size};
+use carom::base::text::{digits, size, with_causes};
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::io::{Existing, FolderState};
 use carom::model::Scene;
@@ -17,8 +17,8 @@ use carom::view::describe;
 use carom::view::report;
 use clap::Args;
 
-use super::Changes;
-use super::failure::{Failure, with_causes};
+use super::failure::Failure;
+use super::{Changes, borrowed};
 use super::{signals, table};
 use display::Display;
 
@@ -99,16 +99,15 @@ impl SweepCommand {
 
     /// What is to be run, and where.
     fn sweep(&self) -> Result<(Sweep, PathBuf), Failure> {
-        let seed = self.changes.seed.map(|seed| seed.to_string());
-        let changes = self.changes.all(seed.as_deref());
+        let changes = self.changes.all();
         if !self.axes.is_empty() {
-            let sweep = Sweep::new(&self.path, &changes, self.axes.clone())?;
+            let sweep = Sweep::new(&self.path, &borrowed(&changes), self.axes.clone())?;
             let path = self.out.clone().unwrap_or_else(|| beside(&self.path));
             return Ok((sweep, path));
         }
         if !changes.is_empty() {
             let help = "give the axes with --vary, too, or write what is to be replaced into the file, as set = [\"KEY=VALUE\"]";
-            return Err(Failure::bad_input("--set and --seed need --vary", None, Some(help)));
+            return Err(Failure::bad_input("--set, --seed and --from need --vary", None, Some(help)));
         }
         if self.path.is_dir() {
             let file = SweepFolder::file_in(&self.path);

@@ -52,6 +52,7 @@ impl Verify {
             self.refuse_nothing(events)?;
         }
         let header = header(&scene);
+        let starts_from_run = scene.predecessor().is_some();
         signals::watch_without_traces();
         let mut display = Display::new(&scene, self.quiet);
         let mut watch = |progress: &verify::VerifyProgress| {
@@ -68,7 +69,7 @@ impl Verify {
         if has_ended && certificate.first_event <= range.from {
             self.refuse_nothing(certificate.first_event - 1)?;
         }
-        super::print(&format!("{header}{}", table(&certificate, recorded.is_some())))?;
+        super::print(&format!("{header}{}", table(&certificate, recorded.is_some(), starts_from_run)))?;
         verdict(&certificate, recorded.as_ref())
     }
 
@@ -158,12 +159,16 @@ fn header(scene: &Scene) -> String {
     lines.text()
 }
 
-fn table(certificate: &Certificate, is_of_run: bool) -> String {
+fn table(certificate: &Certificate, is_of_run: bool, starts_from_run: bool) -> String {
     let Certificate { first_event, start, duration, counts, margins, .. } = certificate;
     let mut lines = Lines::default();
     lines.pair("range", &format!("event {first_event} to {}", first_event + counts.events().max(1) - 1));
     lines.pair("", &format!("from t = {} on, a time of {}", digits(*start), digits(*duration)));
-    let pairs = if *first_event > 1 { "from the engine's at its start" } else { "from the distances at the start" };
+    let pairs = match (*first_event, starts_from_run) {
+        (2.., _) => "from the engine's at its start",
+        (_, true) => "from the end of the run that this one starts from",
+        (_, false) => "from the distances at the start",
+    };
     lines.pair("pair states", &format!("{pairs}, then from the events"));
     lines.title("proven");
     let Counts { core, capture, release, bounce, wall, .. } = *counts;

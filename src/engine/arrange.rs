@@ -24,7 +24,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
         let positions = || self.state.bodies.iter().map(|body| body.position);
         let search = Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()));
-        let since = self.counts.totals.transition - self.counts.transitions_at_order;
+        let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
         if search == self.neighbours.search() && since < WANDERED * self.state.bodies.len() as u64 {
             return false;
         }

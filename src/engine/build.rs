@@ -12,8 +12,8 @@ use crate::engine::neighbours::ranges::Ranges;
 use crate::engine::neighbours::{Neighbours, Search};
 use crate::engine::pairs::Pairs;
 use crate::engine::schedule::EventQueue;
-use crate::model::Scene;
 use crate::model::potential::Potential;
+use crate::model::{InteractionId, Scene};
 use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 
@@ -57,6 +57,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let count = self.state.bodies.len();
         self.schedule.predictions = vec![Prediction::NONE; count];
         self.schedule.queue = EventQueue::new(count, 1.0);
+        if let Some(last) = scene.last_state() {
+            let bodies = &self.state.bodies;
+            self.state
+                .images
+                .set(|particle| last.images.get(bodies[particle as usize].name as usize).copied().unwrap_or_default());
+        }
         self.sort_in(search);
         if TABLE {
             self.set_pair_states(scene);
@@ -119,20 +125,37 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
+        // Those that rounding puts beyond the range in which pairs are looked for.
+        for ([a, b], _) in scene.last_state().iter().flat_map(|last| &last.captured) {
+            let (a, b) = (self.number(*a), self.number(*b));
+            let meeting = *self.pairs.rules.meeting(self.row(a), self.row(b));
+            let holder = if self.is_static(a) { b } else { a };
+            let partner = if holder == a { b } else { a };
+            if meeting.exists && self.pairs.states.get(holder, partner).is_none() {
+                self.remember(scene, a, b, meeting.interaction, false);
+            }
+        }
     }
 
-    /// Sets one pair's state; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
+    /// Sets one pair's state, which may be that at the end of another run; `is_bond` keeps an entry also in state 0, because the pair's interaction is its own.
     fn remember(&mut self, scene: &Scene, a: u32, b: u32, interaction: u16, is_bond: bool) {
+        let names = [a, b].map(|particle| self.name(particle));
+        let of_run = scene.last_state().and_then(|last| last.state_of(names, InteractionId(u32::from(interaction))));
+        let state = of_run.unwrap_or_else(|| self.state_by_distance(scene, a, b, interaction));
+        if state > 0 || is_bond {
+            self.set_pair_state(a, b, state, interaction);
+        }
+    }
+
+    /// The state of a pair by its distance.
+    fn state_by_distance(&self, scene: &Scene, a: u32, b: u32, interaction: u16) -> u16 {
         let [one, other] = [a, b].map(|particle| &self.state.bodies[particle as usize]);
         let apart = self.nearest(one.position - other.position, one.velocity - other.velocity, self.clock.now).0;
         let rounding = rounding_of_distances(one.position.amax().max(other.position.amax()), &self.state.periods);
         let potential = &scene.interactions[usize::from(interaction)].potential;
         let state = state_at_start(potential, &apart, rounding);
         // A scene's potentials have some thousands of steps at the most.
-        let state = u16::try_from(state).unwrap_or(u16::MAX);
-        if state > 0 || is_bond {
-            self.set_pair_state(a, b, state, interaction);
-        }
+        u16::try_from(state).unwrap_or(u16::MAX)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What acts on a simulation from outside: thermostats, growing diameters.
 
 use super::sources::andersen::Bath;
-use super::{Chosen, Simulation, Snapshot};
+use super::{Chosen, InvariantBroken, Simulation, Snapshot};
 use crate::Vector;
 use crate::engine::parts::Engine;
 use crate::model::{Growth, Thermostat};
@@ -35,6 +35,16 @@ impl Simulation {
     /// Only for hard spheres without gravity in a periodic box, as a scene with a stage of growth has been checked to be.
     pub(crate) fn grow(&mut self, growth: &Growth, largest: f64) {
         with_engine!(&mut self.engine, engine => engine.grow(growth.rate, largest));
+    }
+
+    /// The impossible state that it is in, if it is.
+    pub(crate) fn broken(&self) -> Option<InvariantBroken> {
+        with_engine!(&self.engine, engine => engine.broken)
+    }
+
+    /// Whether diameters grow.
+    pub(crate) fn is_growing(&self) -> bool {
+        with_engine!(&self.engine, engine => engine.sources.growth.is_some())
     }
 
     /// The factor by which diameters have grown since the start of the scene.

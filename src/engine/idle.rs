@@ -26,7 +26,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Whether it is time to try a proof: after ever more transitions since the last event.
     #[inline]
     pub(super) fn is_proof_due(&self) -> bool {
-        let quiet = self.counts.totals.transition - self.counts.transitions_at_event;
+        let quiet = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_event);
         let pairs = (self.state.bodies.len() as u64).saturating_pow(2);
         quiet >= FIRST_PROOF.max(pairs / 16) && quiet.is_power_of_two()
     }

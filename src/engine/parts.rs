@@ -25,7 +25,7 @@ pub(super) struct Counts {
     pub by_species: EventCountsBySpecies,
     /// Physical events, the sum of the totals'.
     pub executed: u64,
-    /// Cell transitions when the last of them happened.
+    /// Cell transitions when the last of them happened; the difference to the number now is what counts, modulo 2^64.
     pub transitions_at_event: u64,
     /// Transitions when particles were last put in order.
     pub transitions_at_order: u64,
@@ -40,6 +40,16 @@ impl Counts {
             transitions_at_event: 0,
             transitions_at_order: 0,
         }
+    }
+
+    /// Counts from zero in a run that goes on where another one has ended.
+    pub fn restart(&mut self, species: usize) {
+        let done = self.totals.transition;
+        *self = Self {
+            transitions_at_event: self.transitions_at_event.wrapping_sub(done),
+            transitions_at_order: self.transitions_at_order.wrapping_sub(done),
+            ..Self::new(species)
+        };
     }
 }
 
@@ -129,6 +139,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             }
         }
         Ok(())
+    }
+
+    /// Number of species whose events are counted apart.
+    pub(super) fn counted_species(&self) -> usize {
+        if TABLE { self.pairs.rules.rows.species().len() } else { 0 }
     }
 
     /// The row of a particle's species in the tables.

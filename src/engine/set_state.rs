@@ -92,7 +92,7 @@ impl Simulation {
     /// another position, and [`SetStateError::Overlap`] with the deepest overlap beyond round-off, unless the scene allows an invalid start.
     /// In a sheared box [`SetStateError::OutsideOfShearedBox`], and while diameters grow [`SetStateError::Growing`].
     pub fn set_positions(&mut self, positions: &[Vector], states: PairStates) -> Result<(), SetStateError> {
-        if with_engine!(&self.engine, engine => engine.is_growing()) {
+        if self.is_growing() {
             return Err(SetStateError::Growing);
         }
         let scene = &self.scene;
@@ -213,10 +213,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // Rounding can leave it one period off.
         let position = self.state.bodies[particle as usize].position;
         self.wrap(particle, &position);
-    }
-
-    fn is_growing(&self) -> bool {
-        self.sources.growth.is_some()
     }
 
     /// Goes on from a state that was set: whatever stood still does so no more.

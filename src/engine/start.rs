@@ -2,6 +2,7 @@
 
 use super::parts::Engine;
 use super::{Chosen, EngineChoice, Simulation};
+use crate::model::predecessor::LastState;
 use crate::model::{Limit, Scene, Thermostat};
 use thiserror::Error;
 
@@ -50,7 +51,7 @@ impl Simulation {
             return Err(NeedsRun::Rescaling);
         }
         // The number of the measurement among the stages of a run, so that the random numbers are the same.
-        let stage = plan.stages.len() + 1;
+        let stage = scene.first_stream() + plan.stages.len() + 1;
         let mut simulation = Self::without_plan(scene);
         if thermostat.is_some() {
             simulation.set_thermostat(thermostat.as_ref(), stage);
@@ -67,6 +68,14 @@ impl Simulation {
 
     /// The same; the particles of the scene are let go unless they are kept, before there is memory for neighbours and predictions.
     pub(crate) fn begin(mut scene: Scene, keeps_start: bool) -> Self {
+        let last = scene.last_state().and_then(Self::last_of);
+        if !keeps_start && last.is_some() {
+            scene.particles = Vec::new();
+        }
+        if let Some(last) = last {
+            scene.forget_last_state();
+            return Self { scene, scale: 1.0, ..last };
+        }
         let choice = EngineChoice::new(&scene);
         let mut engine = match (choice.is_falling, choice.has_table) {
             (false, false) => Chosen::FreeHard(Engine::placed(&scene)),
@@ -78,7 +87,19 @@ impl Simulation {
             scene.particles = Vec::new();
         }
         with_engine!(&mut engine, engine => engine.begin(&scene, choice.search));
+        scene.forget_last_state();
         Self { scene, choice, engine, scale: 1.0 }
+    }
+
+    /// The simulation that a run has ended with, for a scene that changes nothing of its dynamics; events are counted from zero.
+    fn last_of(state: &LastState) -> Option<Self> {
+        // Bytes that this program has just written.
+        let mut simulation: Self = postcard::from_bytes(state.simulation.as_ref()?).ok()?;
+        simulation.enlarge();
+        // Its heat bath ends with its last stage.
+        simulation.set_thermostat(None, 0);
+        with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
+        Some(simulation)
     }
 }
 

@@ -36,7 +36,7 @@ use crate::run::{Recorder, RunState, Stage};
 /// The last file of a run: where it is, the others are complete and belong to it.
 pub(super) const SUMMARY: &str = "summary.json";
 /// The summary of a run that goes on, until it has a new one.
-const BEFORE: &str = "summary.json.before";
+pub(super) const SUMMARY_BEFORE: &str = "summary.json.before";
 /// The scene as it was run.
 pub(super) const SCENE: &str = "scene.toml";
 pub(super) const THERMO: &str = "thermo.csv";

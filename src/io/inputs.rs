@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
-use crate::model::InputFile;
+use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::CheckpointError;
 
 /// Refuses to write a file, or a folder, where a file would be lost that is read: one in that place, or in that folder.
@@ -23,9 +23,10 @@ pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Ite
     Ok(())
 }
 
-/// Refuses inputs of a run that are not what they were. One that is gone is not needed to go on.
-pub(super) fn refuse_changed(inputs: &[InputFile]) -> Result<(), CheckpointError> {
-    for input in inputs {
+/// Refuses inputs of a run that are not what they were. One that is gone is not needed to go on, nor is a run that it started from.
+pub(super) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
+    let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
+    for input in scene.inputs().iter().filter(|input| !is_run(input)) {
         if let Ok(Some(found)) = input.changed() {
             let InputFile { path, checksum: expected } = input.clone();
             return Err(CheckpointError::Input { path, found, expected });

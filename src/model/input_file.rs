@@ -24,6 +24,11 @@ impl InputFile {
         Self { path: absolute.to_string_lossy().into_owned(), checksum: word(content) }
     }
 
+    /// A checkpoint, which ends with a checksum of all that stands before.
+    pub(crate) fn of_checkpoint(path: &Path, checksum: u32) -> Self {
+        Self { checksum: spelled(checksum), ..Self::new(path, &[]) }
+    }
+
     /// The checksum of what the file holds now, if that is another; `None` where it is the same.
     ///
     /// # Errors
@@ -36,7 +41,11 @@ impl InputFile {
 
 /// A checksum as scenes have it.
 fn word(content: &[u8]) -> String {
-    format!("crc32:{:08x}", checksum(content))
+    spelled(checksum(content))
+}
+
+fn spelled(checksum: u32) -> String {
+    format!("crc32:{checksum:08x}")
 }
 
 /// Whether a word can be a checksum.

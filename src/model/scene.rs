@@ -4,8 +4,10 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use super::predecessor::LastState;
 use super::{
-    AuditPlan, InputFile, MeasurementPlan, OutputPlan, Potential, RunPlan, Space, SpeciesPairs, StaticSurface,
+    AuditPlan, InputFile, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan, Space, SpeciesPairs,
+    StaticSurface,
 };
 use crate::Vector;
 
@@ -165,6 +167,8 @@ scene! {
     measure: MeasurementPlan,
     /// The files that the particles come from, in the order of the tables that name them.
     inputs: Vec<InputFile>,
+    /// The run whose last state is the start; `None` for a start of its own.
+    predecessor: Option<Predecessor>,
 }
 
 impl Scene {
@@ -286,6 +290,34 @@ impl Scene {
     #[must_use]
     pub fn inputs(&self) -> &[InputFile] {
         &self.inputs
+    }
+
+    /// The run whose last state is the start; `None` for a start of its own.
+    #[must_use]
+    pub fn predecessor(&self) -> Option<&Predecessor> {
+        self.predecessor.as_ref()
+    }
+
+    /// The number of the first stream of random numbers of its thermostats: those before it are the predecessor's.
+    pub(crate) fn first_stream(&self) -> usize {
+        self.predecessor.as_ref().map_or(0, |run| run.streams)
+    }
+
+    /// The number of the first stream of a scene that starts from the end of this one: each stage has one, and so have equilibration and measurement.
+    pub(crate) fn next_stream(&self) -> usize {
+        self.first_stream() + self.run.stages.len() + 2
+    }
+
+    /// The rest of the predecessor's last state, until a simulation has begun.
+    pub(crate) fn last_state(&self) -> Option<&LastState> {
+        self.predecessor.as_ref()?.state.as_deref()
+    }
+
+    /// Drops what only the start of a simulation needs.
+    pub(crate) fn forget_last_state(&mut self) {
+        if let Some(run) = &mut self.predecessor {
+            run.state = None;
+        }
     }
 
     /// Makes all diameters and hard cores larger by a factor.

@@ -28,7 +28,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use crate::base::numbers;
-use crate::engine::Simulation;
+use crate::engine::{EngineError, Simulation, Until};
 use crate::model::Limit;
 use crate::run::RunState;
 
@@ -211,6 +211,31 @@ impl Checkpoint {
                 Ok(checkpoint)
             }
             Err(error) => Err(CheckpointError::Damaged { path: path.to_owned(), why: error.to_string() }),
+        }
+    }
+
+    /// The checksum that a checkpoint ends with, of all that stands before; that of the whole file is the same for all.
+    pub(crate) fn stated_checksum(path: &Path) -> Result<u32, CheckpointError> {
+        let unreadable = |source| CheckpointError::unreadable(path, source);
+        let mut file = File::open(path).map_err(unreadable)?;
+        let mut checksum = [0; 4];
+        file.seek(SeekFrom::End(-4)).and_then(|_| file.read_exact(&mut checksum)).map_err(unreadable)?;
+        Ok(u32::from_le_bytes(checksum))
+    }
+
+    /// Whether the run has come to an end that its scene asks for, or to that of all events.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.state.has_ended(&self.simulation)
+    }
+
+    /// Goes on to the end of its last stage, of which the last checkpoint of a run may be short by a rounding of the time of a row.
+    ///
+    /// # Errors
+    /// If the simulation cannot go on.
+    pub(crate) fn go_to_end(&mut self) -> Result<(), EngineError> {
+        match self.state.rest_of_stage(&self.simulation) {
+            Some((end, left)) if left > 0.0 => self.simulation.advance(Until::time(end)).map(|_| ()),
+            _ => Ok(()),
         }
     }
 

@@ -34,6 +34,9 @@ impl Start {
     }
 }
 
+/// A sampling time so close to the end, of the whole stage, falls on it but for rounding.
+pub(super) const NEAR: f64 = 1e-9;
+
 /// Part of the crossing time after which the overlaps of the start are first checked.
 const FIRST_CHECK: f64 = 1e-4;
 
@@ -188,6 +191,21 @@ impl RunState {
             pressure_check: None,
             registered: Vec::new(),
         }
+    }
+
+    /// Where a simulation is at the end of its stage but for the rounding of times: when that is, and what is left.
+    pub(super) fn rest_of_stage(&self, simulation: &Simulation) -> Option<(f64, f64)> {
+        let (end, _) = self.stage.end();
+        let left = end - simulation.time();
+        (left <= NEAR * (end - self.stage.time)).then_some((end, left))
+    }
+
+    /// Whether its measurement has come to its limit, or to where nothing will happen any more.
+    pub(super) fn has_ended(&self, simulation: &Simulation) -> bool {
+        let (_, events) = self.stage.end();
+        let is_there = simulation.event_counts().physical() >= events || self.rest_of_stage(simulation).is_some();
+        let is_planned = self.stage.limit == Limit::default() || is_there || simulation.is_over();
+        self.stage.stage == Stage::Measurement && self.has_begun && is_planned
     }
 
     /// Gives the measurement another end, be it running, planned or over.

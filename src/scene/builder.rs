@@ -9,7 +9,7 @@ use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::unvalidated::{
     Amount, Arrangement, Chain, Fill, Group, Listed, LocatedGroup, Model, SurfaceFill, UnvalidatedBond,
-    UnvalidatedInteraction, UnvalidatedSpecies,
+    UnvalidatedInteraction, UnvalidatedSpecies, UnvalidatedStart,
 };
 
 /// Builder of a scene: collects its parts; [`SceneBuilder::build`] checks them and places the particles.
@@ -54,6 +54,8 @@ pub struct SceneBuilder {
     pub(crate) output: OutputPlan,
     pub(crate) measure: MeasurementPlan,
     pub(crate) inputs: Vec<InputFile>,
+    /// The run that it starts from, in place of groups.
+    pub(crate) start: Option<UnvalidatedStart>,
     pub(crate) origins: Origins,
 }
 
@@ -82,6 +84,7 @@ impl SceneBuilder {
             output: OutputPlan::default(),
             measure: MeasurementPlan::default(),
             inputs: Vec::new(),
+            start: None,
             origins: Origins::default(),
         }
     }

@@ -160,17 +160,31 @@ fn unchanged(path: &Path, text: &[u8], expected: Option<&str>, at: &ConfigPath) 
 }
 
 /// A frame, or the line and what is wrong with it.
-fn parse(text: &[u8], frame: u64) -> Result<Start, (usize, String)> {
+fn parse(text: &[u8], frame: i64) -> Result<Start, (usize, String)> {
     let lines = || text.iter().filter(|&&byte| byte == b'\n').count().max(1);
     let wrong = |error: ReadError| match error.line() {
         Some(line) => (line, error.problem()),
         None => (lines(), error.to_string()),
     };
+    let ends_after = |frames: u64| {
+        let frames = if frames == 1 { "1 frame".to_owned() } else { format!("{frames} frames") };
+        (lines(), format!("the file ends after {frames}, expected frame {frame}"))
+    };
+    let from_start = match u64::try_from(frame) {
+        Ok(frame) => frame,
+        Err(_) => {
+            let mut all = FrameReader::new(text);
+            let mut frames = 0_u64;
+            while all.skip_frame().map_err(wrong)? {
+                frames += 1;
+            }
+            frames.checked_sub(frame.unsigned_abs()).ok_or_else(|| ends_after(frames))?
+        }
+    };
     let mut reader = FrameReader::new(text);
-    for passed in 0..frame {
+    for passed in 0..from_start {
         if !reader.skip_frame().map_err(wrong)? {
-            let frames = if passed == 1 { "1 frame".to_owned() } else { format!("{passed} frames") };
-            return Err((lines(), format!("the file ends after {frames}, expected frame {frame}")));
+            return Err(ends_after(passed));
         }
     }
     match reader.next() {

@@ -103,6 +103,15 @@ pub enum SceneErrorKind {
     /// A coordinate file whose content is not the one that the scene was meant for.
     #[error("{} is not the file that it was: its checksum is {found}, expected {expected}", path.display())]
     InputChanged { path: PathBuf, found: String, expected: String },
+    /// A scene that starts from a run, read by what reads no runs.
+    #[error("the scene starts from the run in {}, expected one with particles of its own", path.display())]
+    NeedsRun { path: PathBuf },
+    /// A run that nothing can start from.
+    #[error("nothing can start from {}: {problem}", path.display())]
+    NoStart { path: PathBuf, problem: String, cure: String },
+    /// A run that is not at the state that the scene starts from.
+    #[error("the run in {} is not at the state that it was: the checksum of its checkpoint is {found}, expected {expected}", path.display())]
+    RunChanged { path: PathBuf, found: String, expected: String },
     /// An override that leads nowhere.
     #[error("cannot set `{key}`: {problem}")]
     Override { key: String, problem: String },
@@ -148,6 +157,13 @@ impl SceneErrorKind {
             ),
             Self::InputChanged { .. } => Some(
                 "bring the file back that the run started from, or start a new run from this one; without `checksum` any file will do"
+                    .to_owned(),
+            ),
+            Self::NeedsRun { .. } => Some("a program of the library reads such a scene with carom::io::read_scene".to_owned()),
+            Self::NoStart { cure, .. } => Some(cure.clone()),
+            Self::RunChanged { .. } => Some(
+                "it has gone on since, or another one has taken its place: make that run again, from its scene and to the same end, or start a \
+                 new run from this one; without `checksum` any state will do"
                     .to_owned(),
             ),
             Self::Empty => Some("a scene needs [space], [[species]], particles and [run]; `carom new` prints one".to_owned()),

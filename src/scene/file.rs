@@ -29,7 +29,11 @@ use crate::scene::parse::plan::AUTOMATIC;
 /// and energies are what the scene makes them, and Boltzmann's constant is 1.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(title = "Carom scene", extend("$id" = "urn:carom:scene", "required" = ["species", "run"]))]
+#[schemars(title = "Carom scene", extend(
+    "$id" = "urn:carom:scene",
+    "required" = ["run"],
+    "anyOf" = json!([{ "required": ["species"] }, { "required": ["start"] }])
+))]
 pub(crate) struct SceneFile {
     /// Name of the folder of a run: up to 100 letters, digits, `-` and `_`. The name of the file if not given.
     #[schemars(regex(pattern = SCENE))]
@@ -43,17 +47,17 @@ pub(crate) struct SceneFile {
     /// Whether particles may overlap at the start; the stable rule parts them.
     #[serde(default)]
     pub allow_invalid_start: bool,
+    /// The run that this one starts from, in place of particles.
+    pub start: Option<StartFile>,
     /// The box and its sides.
-    #[serde(default)]
-    pub space: SpaceFile,
+    pub space: Option<SpaceFile>,
     /// Gravity, and the TC model.
-    #[serde(default)]
-    pub dynamics: DynamicsFile,
-    /// The kinds of particles, at least one.
+    pub dynamics: Option<DynamicsFile>,
+    /// The kinds of particles, at least one; with `start`, those of that run if not given.
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// What two species, or two bonded particles, do to each other.
+    /// What two species, or two bonded particles, do to each other; with `start`, what they do in that run if not given.
     #[serde(default)]
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
@@ -88,6 +92,17 @@ pub(crate) struct SceneFile {
     /// What to write.
     #[serde(default)]
     pub output: OutputFile,
+}
+
+/// `[start]`: the last state of another run.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StartFile {
+    /// The folder of the run; a relative path starts at the folder of the scene.
+    pub from: String,
+    /// The checksum that the run's checkpoint ends with: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
+    #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
+    pub checksum: Option<String>,
 }
 
 /// `[dynamics]`: gravity, and the TC model.

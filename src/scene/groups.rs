@@ -109,6 +109,16 @@ impl Groups {
         Self { particles, bonds, static_surfaces, starts: Vec::new() }
     }
 
+    /// Those of another run.
+    pub(crate) fn of_run(
+        particles: Vec<Particle>,
+        bonds: Vec<(Bond, ConfigPath)>,
+        static_surfaces: Vec<StaticSurface>,
+        at: ConfigPath,
+    ) -> Self {
+        Self { starts: vec![(0, at)], ..Self::given(particles, bonds, static_surfaces) }
+    }
+
     /// Number of particles of each species.
     pub(crate) fn counts(&self, species: usize) -> Vec<usize> {
         let mut counts = vec![0; species];

@@ -161,6 +161,16 @@ impl<'a> Interactions<'a> {
         (id.0 as usize) < self.list.len()
     }
 
+    /// How many have been made so far.
+    pub(crate) fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Those of pairs of species.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = ([usize; 2], InteractionId)> + '_ {
+        self.table.iter().filter_map(|(pair, id)| Some((pair, id?)))
+    }
+
     /// What has been made so far.
     pub(crate) fn get(&self, id: InteractionId) -> &Interaction {
         &self.list[id.0 as usize]

@@ -5,6 +5,7 @@ pub(crate) mod interaction;
 pub(crate) mod particles;
 pub(crate) mod plan;
 pub(crate) mod space;
+mod start;
 
 use std::path::Path;
 
@@ -87,13 +88,15 @@ fn vector(components: [f64; 3]) -> Vector {
 /// The parts of the scene in a file. `directory` is where relative paths start.
 pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<SceneBuilder, SceneError> {
     let mut scene = SceneBuilder::new(file.name.as_deref().unwrap_or(name));
+    scene.start = file.start.as_ref().map(|start| start::parse_start(start, &file, directory)).transpose()?;
+    let (dynamics, space) = (file.dynamics.unwrap_or_default(), file.space.unwrap_or_default());
     scene.seed = file.seed.unwrap_or(scene.seed);
     scene.start_time = file.start_time.unwrap_or(0.0);
     scene.allow_invalid_start = file.allow_invalid_start;
-    scene.gravity = vector(file.dynamics.gravity.unwrap_or_default());
-    scene.contact_time = file.dynamics.contact_time;
+    scene.gravity = vector(dynamics.gravity.unwrap_or_default());
+    scene.contact_time = dynamics.contact_time;
     scene.audit = AuditPlan { energy: file.audit.energy, momentum: file.audit.momentum, overlap: file.audit.overlap };
-    space::parse_space(&file.space, &mut scene)?;
+    space::parse_space(&space, &mut scene)?;
     let mut distributed = Vec::new();
     for (index, species) in file.species.into_iter().enumerate() {
         let (draft, classes) = parse_species(species, &ConfigPath::entry("species", index))?;
@@ -109,7 +112,7 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
         scene.groups.push(LocatedGroup { at: ConfigPath::entry("particle", index), group });
     }
     // With a fill, the box follows from that.
-    let sizes = coordinates::add(&file.file, directory, &file.space, file.fill.is_empty(), &mut scene)?;
+    let sizes = coordinates::add(&file.file, directory, &space, file.fill.is_empty(), &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
         let at = ConfigPath::entry("chain", index);
         let group = Group::Chain(particles::parse_chain(chain, &at)?);

@@ -20,7 +20,7 @@ impl Scene {
     /// The TOML from which this scene can be made again, wherever it is kept.
     ///
     /// `path` and `overrides` are those that the scene was read from. The overrides are applied, the name and the limits of the
-    /// run are the scene's, relative paths of coordinate files become absolute, and these have the checksums of what was read. Comments are
+    /// run are the scene's, relative paths of coordinate files and runs become absolute, and these have the checksums of what was read. Comments are
     /// lost.
     ///
     /// # Errors
@@ -48,15 +48,27 @@ impl Scene {
             if let (Some(file), Some(input)) = (file.as_table_mut(), self.inputs.get(index)) {
                 file.insert("checksum".to_owned(), Value::String(input.checksum.clone()));
             }
-            if let Some(Value::String(name)) = file.get_mut("path")
-                && let Ok(absolute) = std::path::absolute(directory.join(&*name))
-                && let Some(absolute) = absolute.to_str()
-            {
-                *name = absolute.to_owned();
+            if let Some(Value::String(name)) = file.get_mut("path") {
+                make_absolute(name, directory);
+            }
+        }
+        if let (Some(start), Some(run)) = (table.get_mut("start").and_then(Value::as_table_mut), &self.predecessor) {
+            start.insert("checksum".to_owned(), Value::String(run.checkpoint.checksum.clone()));
+            if let Some(Value::String(from)) = start.get_mut("from") {
+                make_absolute(from, directory);
             }
         }
         let text = toml::to_string(&table).map_err(|error| failed(error.to_string()))?;
         Ok(format!("{HEADER}{text}"))
+    }
+}
+
+/// Makes a path that starts at a folder start at the root.
+fn make_absolute(name: &mut String, directory: &Path) {
+    if let Ok(absolute) = std::path::absolute(directory.join(&*name))
+        && let Some(absolute) = absolute.to_str()
+    {
+        *name = absolute.to_owned();
     }
 }
 

@@ -207,6 +207,7 @@ fn kind_of(message: &str) -> SceneErrorKind {
     for (rust, words) in [
         ("expected f64", "expected a number"),
         ("expected u64", "expected a whole number from 0"),
+        ("expected i64", "expected a whole number"),
         ("expected usize", "expected a whole number from 0"),
         ("expected u32", "expected a whole number from 0 to 4294967295"),
         ("expected an array of length 3", "expected three numbers, [x, y, z]"),

@@ -1,8 +1,11 @@
 //! The unvalidated scene: the parts that a [`SceneBuilder`](crate::scene::SceneBuilder) collects from
 //! code or from a file.
 
+use std::path::PathBuf;
+
 use crate::Vector;
 use crate::model::Region;
+use crate::model::Species;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
 pub use crate::prepare::lattice::Lattice;
@@ -185,6 +188,18 @@ pub(crate) struct UnvalidatedSpecies {
     pub acceleration: Option<Vector>,
 }
 
+impl UnvalidatedSpecies {
+    /// One that has been validated.
+    pub fn of(species: &Species) -> Self {
+        Self {
+            name: species.name.clone(),
+            mass: (!species.is_static()).then_some(species.mass),
+            diameter: species.diameter,
+            acceleration: Some(species.acceleration),
+        }
+    }
+}
+
 /// One `[[interaction]]`, unvalidated.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct UnvalidatedInteraction {
@@ -212,6 +227,19 @@ pub(crate) struct UnvalidatedBond {
     pub pair: [u32; 2],
     pub interaction: String,
     pub at: ConfigPath,
+}
+
+/// A start from the end of a run, and what the scene says besides.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct UnvalidatedStart {
+    /// The folder of the run.
+    pub from: PathBuf,
+    /// That of its checkpoint.
+    pub checksum: Option<String>,
+    pub has_seed: bool,
+    pub has_space: bool,
+    pub has_lower: bool,
+    pub has_dynamics: bool,
 }
 
 /// Particles that start together.

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use crate::Vector;
 use crate::model::space::{Boundary, Face, Space, displacement_within_period};
-use crate::model::{AuditPlan, CountRegion, Scene, Species};
+use crate::model::{AuditPlan, CountRegion, Interaction, InteractionId, Scene, Species, SpeciesPairs};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
@@ -51,9 +51,24 @@ impl SceneBuilder {
             start::check_bonds(&groups, &space, displacement, &interactions)?;
             start::check_overlaps(&groups, &contacts, &space, displacement)?;
         }
-        let (interactions, table) = interactions.finish();
         let drawn = groups.drawn(self);
-        let mut scene = Scene {
+        let finished = interactions.finish();
+        let mut scene = self.assembled(space, species, finished, groups, displacement);
+        set_velocities(&drawn, &mut scene);
+        plan::check_growth_fits(&scene)?;
+        Ok(scene)
+    }
+
+    /// The scene of parts that have been checked.
+    pub(super) fn assembled(
+        &self,
+        space: Space,
+        species: Vec<Species>,
+        (interactions, table): (Vec<Interaction>, SpeciesPairs<InteractionId>),
+        groups: Groups,
+        displacement: f64,
+    ) -> Scene {
+        Scene {
             name: self.name.clone(),
             seed: self.seed,
             start_time: self.start_time,
@@ -74,10 +89,8 @@ impl SceneBuilder {
             output: self.output.clone(),
             measure: self.measure.clone(),
             inputs: self.inputs.clone(),
-        };
-        set_velocities(&drawn, &mut scene);
-        plan::check_growth_fits(&scene)?;
-        Ok(scene)
+            predecessor: None,
+        }
     }
 
     /// Names besides those of the scene, the species and the regions.

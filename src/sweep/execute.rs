@@ -10,6 +10,7 @@ use std::time::Duration;
 use super::error::SweepError;
 use super::folder::SweepFolder;
 use super::plan::{Point, Sweep};
+use crate::base::text::with_causes;
 use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
 use crate::run::{Ending, Finished, Progress, Run, RunError};
 
@@ -224,13 +225,7 @@ fn fate_of(error: OutputError) -> Fate {
     }
 }
 
-/// The message of an error and those of what caused it.
+/// The message of an error and those of what caused it, in one line.
 fn one_line(error: &dyn std::error::Error) -> String {
-    let mut message = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        message = format!("{message}: {cause}");
-        source = cause.source();
-    }
-    message.replace('\n', " ")
+    with_causes(error).replace('\n', " ")
 }

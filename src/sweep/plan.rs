@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use super::axis::{Axis, MOST};
 use super::error::SweepError;
 use crate::base::checksum::checksum;
+use crate::io::scene_from_text;
 use crate::model::Scene;
 use crate::scene::{SceneError, read_text};
 
@@ -53,7 +54,7 @@ impl Point {
 }
 
 impl Sweep {
-    /// A sweep of the scene in a file. `set` replaces values at all points, as in [`Scene::from_file_with`]; the axes replace theirs.
+    /// A sweep of the scene in a file. `set` replaces values at all points, as in [`read_scene`](crate::io::read_scene); the axes replace theirs.
     ///
     /// # Errors
     /// [`SweepError::Scene`] if the file cannot be read, [`SweepError::NoAxis`], [`SweepError::Twice`], [`SweepError::SameValue`] or
@@ -171,7 +172,7 @@ impl Sweep {
     /// # Errors
     /// [`SceneError`] with the first mistake.
     pub fn scene_at(&self, point: &Point) -> Result<Scene, SceneError> {
-        Scene::from_toml_with(self.text.clone(), &self.scene, &self.overrides(point))
+        scene_from_text(self.text.clone(), &self.scene, &self.overrides(point))
     }
 
     /// Whether the text of the scene has all keys that are varied and set, with values of their types. Cheap: no particle is placed.

@@ -4,6 +4,8 @@ mod estimate;
 
 pub use estimate::{estimate, observable};
 
+use std::path::Path;
+
 use crate::base::numbers::id;
 use crate::base::text::{digits, listed, plural};
 use crate::engine::EngineChoice;
@@ -272,6 +274,19 @@ pub fn momentum_changes(scene: &Scene) -> String {
         words.push("shear".to_owned());
     }
     words.join(", ")
+}
+
+/// The run that a scene starts from, and what becomes of its engine; `None` for a start of its own.
+#[must_use]
+pub fn start(scene: &Scene) -> Option<String> {
+    let run = scene.predecessor()?;
+    let checkpoint = Path::new(&run.checkpoint.path);
+    let folder = checkpoint.parent().unwrap_or(checkpoint).display();
+    let engine = match run.differences() {
+        [] => "its engine goes on, to the same bits as one longer run".to_owned(),
+        differences => format!("a new engine begins there, because these differ: {}", differences.join(", ")),
+    };
+    Some(format!("the end of {folder}, at t = {}; {engine}", digits(scene.start_time)))
 }
 
 #[cfg(test)]

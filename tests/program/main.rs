@@ -10,4 +10,5 @@ mod names;
 mod place;
 mod replaced;
 mod run;
+mod start;
 mod sweep;

@@ -229,9 +229,15 @@ impl Replay {
     /// At the start of the range.
     fn verifier(&self, range: EventRange, states: &States) -> Result<Verifier, Fault> {
         let scene = self.simulation.scene();
-        match range.from {
-            0 => Verifier::new(scene, states),
-            _ => Verifier::resume(scene, states, &self.simulation.captured_pairs()),
+        match (range.from, scene.predecessor()) {
+            (0, None) => Verifier::new(scene, states),
+            (_, None) => Verifier::resume(scene, states, &self.simulation.captured_pairs()),
+            // Its time is counted from where the engine of the run before it began.
+            (_, Some(_)) => {
+                let mut verifier = Verifier::resume(scene, states, &self.simulation.captured_pairs())?;
+                verifier.start_time = self.simulation.time() - states.elapsed.total();
+                Ok(verifier)
+            }
         }
     }
 

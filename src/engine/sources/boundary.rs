@@ -53,7 +53,7 @@ pub(super) fn walls(scene: &Scene) -> Vec<Wall> {
 /// The random numbers of the walls of a scene, if some are thermal.
 pub(super) fn random(scene: &Scene) -> Option<Random> {
     let has_thermal_walls = scene.wall_temperatures.iter().any(Option::is_some);
-    has_thermal_walls.then(|| Random::new(scene.seed, Purpose::Thermostat, STAGE))
+    has_thermal_walls.then(|| Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()))
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

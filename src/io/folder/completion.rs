@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{BEFORE, Folder, PAGE, REPORT, SUMMARY, TRAJECTORY};
+use super::{Folder, PAGE, REPORT, SUMMARY, SUMMARY_BEFORE, TRAJECTORY};
 use crate::io::atomic::sync_folder;
 use crate::io::convert::{ConvertError, Options, convert};
 use crate::io::error::OutputError;
@@ -90,8 +90,9 @@ fn summary(folder: &Path, finished: &Finished) -> Result<PartialFile, OutputErro
 
 /// Removes what is not true any more when a run has gone on.
 fn remove_stale(owned: &mut Owned, new: &[String]) -> Result<(), OutputError> {
-    let is_stale =
-        |name: &&String| [PAGE, BEFORE].contains(&name.as_str()) || measurements::is_table(name) && !new.contains(name);
+    let is_stale = |name: &&String| {
+        [PAGE, SUMMARY_BEFORE].contains(&name.as_str()) || measurements::is_table(name) && !new.contains(name)
+    };
     let stale: Vec<String> = owned.names().iter().filter(is_stale).cloned().collect();
     owned.remove(&stale)
 }

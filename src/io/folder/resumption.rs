@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::frames::Frames;
-use super::{BEFORE, CONTACTS, Folder, SCENE, SUMMARY, THERMO, TRAJECTORY, levels, names_of};
+use super::{CONTACTS, Folder, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY, levels, names_of};
 use crate::io::checkpoints::{self, Checkpoints};
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
@@ -35,7 +35,7 @@ impl Folder {
             checkpoint.extend(limit);
         }
         let scene = checkpoint.simulation.scene();
-        inputs::refuse_changed(&scene.inputs)?;
+        inputs::refuse_changed(scene)?;
         let names = names_of(scene);
         if let Some((inner, outer)) = owned.split_last() {
             outer.iter().try_for_each(|outer| outer.allow(&names))?;
@@ -106,9 +106,9 @@ fn set_summary_aside(path: &Path, owned: &mut [Owned]) -> Result<(), OutputError
     let summary = path.join(SUMMARY);
     if summary.exists() {
         if let Some(owned) = owned.last_mut() {
-            owned.claim(&[BEFORE.to_owned()])?;
+            owned.claim(&[SUMMARY_BEFORE.to_owned()])?;
         }
-        fs::rename(&summary, path.join(BEFORE)).map_err(OutputError::write(&summary))?;
+        fs::rename(&summary, path.join(SUMMARY_BEFORE)).map_err(OutputError::write(&summary))?;
     }
     Ok(())
 }

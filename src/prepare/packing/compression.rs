@@ -181,6 +181,7 @@ impl Compression<'_> {
             output: OutputPlan::default(),
             measure: MeasurementPlan::default(),
             inputs: Vec::new(),
+            predecessor: None,
         }))
     }
 

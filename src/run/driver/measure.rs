@@ -7,14 +7,11 @@ use super::pace::{Pace, PaceOfRows};
 use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::model::Limit;
-use crate::run::state::Measurement;
+use crate::run::state::{Measurement, NEAR};
 use crate::run::{Ending, Recorder};
 
 /// A stage without a limit in time that has written so many rows or frames since its last event fills the disk.
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
-
-/// A sampling time so close to the end, of the whole stage, falls on it but for rounding.
-const NEAR: f64 = 1e-9;
 
 impl<R: Recorder> Driver<'_, R> {
     /// The measurement, from where it is.

@@ -22,7 +22,8 @@ impl<R: Recorder> Driver<'_, R> {
             Stage::Equilibration => (plan.equilibration, plan.thermostat, None, plan.stages.len()),
             Stage::Measurement => (plan.limit, plan.thermostat, None, plan.stages.len() + 1),
         };
-        self.simulation.set_thermostat(thermostat.as_ref(), number);
+        let stream = self.simulation.scene().first_stream() + number;
+        self.simulation.set_thermostat(thermostat.as_ref(), stream);
         self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
             Some(Thermostat::Rescaling { .. }) => self.simulation.time(),

@@ -30,9 +30,9 @@ pub(crate) struct ParticleFile {
 pub(crate) struct CoordinatesFile {
     /// The file; a relative path starts at the folder of the scene.
     pub path: String,
-    /// Which frame of the file, from 0.
+    /// Which frame of the file, from 0; from -1, the last one, backwards.
     #[serde(default)]
-    pub frame: u64,
+    pub frame: i64,
     /// Name of the interaction that holds the bonds of the file; if not given, each is held by the one whose name the file has.
     pub bond: Option<String>,
     /// What the content of the file must be: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.

@@ -16,7 +16,8 @@ use crate::scene::validate::{plan, start};
 impl Scene {
     /// Checks parts, such as those of another scene that were changed, and makes a scene of them.
     ///
-    /// Positions beyond the sides of periodic axes are wrapped into the box.
+    /// Positions beyond the sides of periodic axes are wrapped into the box. Of a scene that starts from another run, what its engine and its pairs
+    /// remember is dropped: these particles are a start of their own.
     ///
     /// ```
     /// # use carom::model::{Potential, Scene};
@@ -38,6 +39,8 @@ impl Scene {
     /// [`SceneError`] with the first mistake, as of a scene from a file.
     pub fn new(parts: SceneParts) -> Result<Self, SceneError> {
         let mut scene = Self::of_parts(parts);
+        // Particles that may have been changed are a start of their own.
+        scene.predecessor = None;
         let builder = header(&scene);
         builder.check_header()?;
         let mut species = builder.checked_species()?;
@@ -85,12 +88,6 @@ impl Scene {
 
 /// A builder with all of a scene but its interactions and its particles.
 fn header(scene: &Scene) -> SceneBuilder {
-    let draft = |species: &Species| UnvalidatedSpecies {
-        name: species.name.clone(),
-        mass: (!species.is_static()).then_some(species.mass),
-        diameter: species.diameter,
-        acceleration: Some(species.acceleration),
-    };
     SceneBuilder {
         seed: scene.seed,
         start_time: scene.start_time,
@@ -102,7 +99,7 @@ fn header(scene: &Scene) -> SceneBuilder {
         shear_rate: scene.shear_rate,
         displacement: scene.displacement,
         contact_time: scene.contact_time,
-        species: scene.species.iter().map(draft).collect(),
+        species: scene.species.iter().map(UnvalidatedSpecies::of).collect(),
         audit: scene.audit,
         run: scene.run.clone(),
         output: scene.output.clone(),

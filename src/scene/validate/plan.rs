@@ -53,7 +53,7 @@ impl SceneBuilder {
     }
 
     /// Whether what is there can grow and be sheared as planned.
-    pub(super) fn check_drive(
+    pub(in crate::scene) fn check_drive(
         &self,
         space: &Space,
         species: &[Species],
@@ -85,7 +85,7 @@ impl SceneBuilder {
     }
 
     /// Intervals, bins, names and species of what is to be measured.
-    pub(super) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
+    pub(in crate::scene) fn check_measure(&self, space: &Space, species: &[Species]) -> Result<(), SceneError> {
         let at = ConfigPath::root().key("measure");
         check_numbers(&self.measure, &at)?;
         if self.shear_rate.is_some() {
@@ -263,7 +263,7 @@ fn densest(scene: &Scene) -> f64 {
 }
 
 /// Whether spheres that grow begin below their target, and do not outgrow the box.
-pub(super) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
+pub(in crate::scene) fn check_growth_fits(scene: &Scene) -> Result<(), SceneError> {
     let dimensions = scene.space.dimensions();
     let start = scene.packing_fraction();
     let shortest = scene.space.periods().min();

@@ -8,7 +8,7 @@ use super::ReportError;
 use super::recording::{self, Recording};
 use super::table::{self, Trace};
 use crate::analysis::instruments::{Curve, Measured};
-use crate::io::{Folder, Summary};
+use crate::io::{Folder, Summary, scene_from_text};
 use crate::model::Scene;
 
 /// Everything that a page is made of.
@@ -73,7 +73,7 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
     let path = Folder::scene_of(run);
     let text = noted("scene.toml", notes, || fs::read_to_string(&path).map_err(|error| cannot_read(&error)));
     let scene = text.as_ref().and_then(|text| {
-        noted("scene.toml", notes, || Scene::from_toml(text.as_str(), &path).map_err(|error| error.to_string()))
+        noted("scene.toml", notes, || scene_from_text(text.clone(), &path, &[]).map_err(|error| error.to_string()))
     });
     (text, scene)
 }

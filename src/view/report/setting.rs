@@ -110,6 +110,9 @@ fn of_scene(list: &mut Pairs, scene: &Scene, factor: f64) {
         scene.grow(factor);
     }
     let scene = &scene;
+    if let Some(start) = describe::start(scene) {
+        list.text("start", &start);
+    }
     list.text("particles", &describe::population(scene));
     list.items("species", &species(scene));
     list.items("interactions", &describe::interactions(scene));

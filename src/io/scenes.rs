@@ -1,0 +1,105 @@
+//! Scenes from files, also those that start from the end of a run.
+
+use std::path::Path;
+
+use super::checkpoints;
+use super::folder::{SUMMARY, SUMMARY_BEFORE};
+use super::owned::is_run;
+use crate::base::text::with_causes;
+use crate::model::{InputFile, Scene};
+use crate::run::checkpoint::{Checkpoint, CheckpointError};
+use crate::scene::{LastRun, SceneError, SceneErrorKind, read_text};
+
+/// Reads a scene from a file, with some of its values replaced, as [`Scene::from_file_with`] does; the scene may start from a run.
+///
+/// ```
+/// use carom::io::{Existing, Folder, read_scene};
+/// use carom::model::Scene;
+/// use carom::run::Run;
+/// use std::ops::ControlFlow;
+///
+/// # let directory = tempfile::tempdir()?;
+/// # let (first, next) = (directory.path().join("first"), directory.path().join("next.toml"));
+/// # let shorter = [("run.until_events", "2000"), ("run.equilibration_events", "1000")];
+/// # let scene = Scene::from_file_with("configs/hard_sphere_fluid.toml", &shorter)?;
+/// // `first` is the folder of a run, `next` the path of a scene.
+/// let mut folder = Folder::create(&first, &scene, Existing::Keep)?;
+/// let finished = Run::new(scene).execute(&mut folder, &mut |_| ControlFlow::Continue(()))?;
+/// folder.complete(&finished, "")?;
+/// std::fs::write(&next, "start.from = \"first\"\nrun.until_events = 1000")?;
+/// let scene = read_scene(&next, &[])?;
+/// assert_eq!(scene.start_time(), finished.simulation.time());
+/// assert_eq!(scene.particles().len(), finished.simulation.snapshot().positions.len());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// As [`Scene::from_file_with`]; [`SceneErrorKind::NoStart`] and [`SceneErrorKind::RunChanged`] of a run that it cannot start from.
+pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<Scene, SceneError> {
+    let path = path.as_ref();
+    Scene::from_toml_and_run(read_text(path)?, path, overrides, &open)
+}
+
+/// The same from its text.
+pub(crate) fn scene_from_text(text: String, path: &Path, overrides: &[(&str, &str)]) -> Result<Scene, SceneError> {
+    Scene::from_toml_and_run(text, path, overrides, &open)
+}
+
+/// A run that is over, at its end.
+fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
+    let refused =
+        |problem: String, cure: String| Err(SceneErrorKind::NoStart { path: folder.to_owned(), problem, cure });
+    if !is_run(folder) {
+        let problem = if folder.is_dir() { "it is not the folder of a run" } else { "there is no such folder" };
+        return refused(problem.to_owned(), "name the folder of a run that is over, such as runs/fluid".to_owned());
+    }
+    let resume = || format!("carom run --resume {} goes on with it", folder.display());
+    if !folder.join(SUMMARY).exists() {
+        let problem = if folder.join(SUMMARY_BEFORE).exists() {
+            "the run goes on, and is not over"
+        } else {
+            "the run is not over"
+        };
+        return refused(problem.to_owned(), resume());
+    }
+    let failed = |error: CheckpointError| SceneErrorKind::NoStart {
+        path: folder.to_owned(),
+        cure: cure(&error),
+        problem: with_causes(&error),
+    };
+    let path = checkpoints::last(folder);
+    let mut checkpoint = Checkpoint::read(&path).map_err(failed)?;
+    let checksum = Checkpoint::stated_checksum(&path).map_err(failed)?;
+    if !checkpoint.has_ended() {
+        let problem = "the run was interrupted before its end, or could not go on";
+        return refused(
+            problem.to_owned(),
+            format!("{}, to another end with --until-time or --until-events", resume()),
+        );
+    }
+    if let Err(error) = checkpoint.go_to_end() {
+        return refused(error.to_string(), "start from a run that came to its end".to_owned());
+    }
+    let simulation = checkpoint.simulation;
+    if let Some(broken) = simulation.broken() {
+        return refused(broken.to_string(), "start from a run that came to its end".to_owned());
+    }
+    if simulation.is_growing() {
+        let problem = "the run ended while its spheres were growing".to_owned();
+        return refused(problem, "start from a run whose growth has ended".to_owned());
+    }
+    Ok(LastRun { simulation, checkpoint: InputFile::of_checkpoint(&path, checksum) })
+}
+
+/// What can be done about a checkpoint that nothing can start from.
+fn cure(error: &CheckpointError) -> String {
+    match error {
+        CheckpointError::OtherVersion { .. } => {
+            "make that run again with this version, or start from its last frame, without the bits of its engine: [[file]] with the path of its \
+             trajectory.xyz and frame = -1"
+        }
+        CheckpointError::Missing(_) | CheckpointError::Damaged { .. } => "make that run again",
+        error => error.cure(),
+    }
+    .to_owned()
+}

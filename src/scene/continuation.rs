@@ -1,0 +1,308 @@
+//! A scene whose start is the end of a run: what it takes from there, and what no longer fits.
+
+use std::collections::HashMap;
+use std::convert::Infallible;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::Vector;
+use crate::engine::Simulation;
+use crate::model::predecessor::LastState;
+use crate::model::space::{AXES, Boundary, Face, Space};
+use crate::model::{
+    Bond, InputFile, Interaction, InteractionId, Particle, Potential, Predecessor, Scene, Species, SpeciesId,
+    StaticSurface,
+};
+use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::groups::Groups;
+use crate::scene::interactions::Interactions;
+use crate::scene::limits::{affordable_species, motion};
+use crate::scene::unvalidated::{UnvalidatedSpecies, UnvalidatedStart};
+use crate::scene::validate::{plan, start};
+
+/// A run that has ended, and the checksum of that state.
+pub(crate) struct LastRun {
+    pub simulation: Simulation,
+    pub checkpoint: InputFile,
+}
+
+/// Particles as a run has left them.
+struct Left {
+    particles: Vec<Particle>,
+    images: Vec<[i32; 3]>,
+}
+
+fn at_start() -> ConfigPath {
+    ConfigPath::root().key("start").key("from")
+}
+
+fn refuse<T>(at: ConfigPath, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
+}
+
+impl SceneBuilder {
+    /// Reads the run that the scene starts from, and checks that its last state fits.
+    pub(crate) fn continued(
+        &self,
+        start: &UnvalidatedStart,
+        open: &dyn Fn(&Path) -> Result<LastRun, SceneErrorKind>,
+    ) -> Result<Scene, SceneError> {
+        let last = open(&start.from).map_err(|kind| SceneError::new(at_start(), kind))?;
+        let found = &last.checkpoint.checksum;
+        if let Some(expected) = start.checksum.as_ref().filter(|expected| *expected != found) {
+            let (found, expected) = (found.clone(), expected.clone());
+            let kind = SceneErrorKind::RunChanged { path: start.from.clone(), found, expected };
+            return Err(SceneError::new(ConfigPath::root().key("start").key("checksum"), kind));
+        }
+        self.inheriting(start, &last.simulation).starting_from(&last).map_err(|error| self.origins.located(error))
+    }
+
+    /// The same with what the scene leaves out, as it is in the run.
+    fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Self {
+        let (mut next, run) = (self.clone(), simulation.scene());
+        (next.start_time, next.displacement) = (simulation.time(), simulation.displacement());
+        if !start.has_seed {
+            next.seed = run.seed;
+        }
+        next.size = next.size.or(Some(run.space.size));
+        if !start.has_lower {
+            next.lower = run.space.lower;
+        }
+        if !start.has_space {
+            next.boundary = run.space.boundary;
+            (next.wall_temperatures, next.shear_rate) = (run.wall_temperatures, run.shear_rate);
+        }
+        if !start.has_dynamics {
+            next.contact_time = run.contact_time;
+        }
+        let gravity = next.gravity;
+        if next.species.is_empty() {
+            next.species = run.species.iter().map(UnvalidatedSpecies::of).collect();
+            if start.has_dynamics {
+                let moving = next.species.iter_mut().filter(|species| species.mass.is_some());
+                moving.for_each(|species| species.acceleration = Some(gravity));
+            }
+        } else if !start.has_dynamics {
+            for species in next.species.iter_mut().filter(|species| species.mass.is_some()) {
+                let same = run.species.iter().find(|other| other.name == species.name);
+                species.acceleration = species.acceleration.or(same.map(|same| same.acceleration));
+            }
+        }
+        next
+    }
+
+    /// The scene that starts from a run's last state.
+    fn starting_from(&self, last: &LastRun) -> Result<Scene, SceneError> {
+        let run = last.simulation.scene();
+        self.check_header()?;
+        check_flat_axes(&self.boundary, &run.space)?;
+        let mut species = self.checked_species()?;
+        let space = self.checked_space(&species)?;
+        check_box(&space, &run.space)?;
+        self.set_accelerations(&mut species, &space)?;
+        let inherits = self.interactions.is_empty();
+        let mut interactions = if inherits {
+            Interactions::given(run.interactions.clone(), &run.table, &species)?
+        } else {
+            Interactions::new(&self.interactions, &species)?
+        };
+        let Left { particles, images } = left(&last.simulation, &species, &space)?;
+        let bonds = if inherits { run.bonds.clone() } else { bonds(run, &particles, &mut interactions)? };
+        let wrapped = particles.iter().map(|it| Particle { position: space.wrapped(it.position), ..*it }).collect();
+        let located = bonds.iter().map(|bond| (*bond, at_start())).collect();
+        let groups = Groups::of_run(wrapped, located, surfaces(run, &particles, &species)?, at_start());
+        let is_kept = kept(run, &species, &interactions, &bonds);
+        if !inherits {
+            interactions.check_complete(&groups.counts(species.len()))?;
+        }
+        let is_as_it_was = is_kept.iter().all(|kept| *kept) && has_same_walls(run, &species, &space);
+        self.check_start(&groups, &species, &space, &interactions, is_as_it_was)?;
+        let finished = interactions.finish();
+        let mut scene = self.assembled(space, species, finished, groups, self.displacement);
+        scene.particles = particles;
+        scene.inputs = vec![last.checkpoint.clone()];
+        let differences = differences(&scene, run);
+        // What this program has in memory, it can write.
+        let simulation = if differences.is_empty() { postcard::to_allocvec(&last.simulation).ok() } else { None };
+        let captured = last.simulation.captured_pairs();
+        let state = Some(Arc::new(LastState { images, captured, is_kept, differences, simulation }));
+        let (checkpoint, streams) = (last.checkpoint.clone(), run.next_stream());
+        scene.predecessor = Some(Predecessor { checkpoint, streams, state });
+        plan::check_growth_fits(&scene)?;
+        Ok(scene)
+    }
+
+    /// Whether the plan of the scene and the places of the particles fit; `is_as_it_was` where no place can be worse than in the run.
+    fn check_start(
+        &self,
+        groups: &Groups,
+        species: &[Species],
+        space: &Space,
+        interactions: &Interactions<'_>,
+        is_as_it_was: bool,
+    ) -> Result<(), SceneError> {
+        affordable_species(groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
+        start::check_ranges(space, species, interactions, groups)?;
+        self.check_drive(space, species, interactions, interactions.longest_range(|_, _| true))?;
+        self.check_measure(space, species)?;
+        self.check_displacement()?;
+        if is_as_it_was || self.allow_invalid_start {
+            return Ok(());
+        }
+        start::check_walls(groups, species, space)?;
+        start::check_bonds(groups, space, self.displacement, interactions)?;
+        start::check_overlaps(groups, &interactions.contacts(), space, self.displacement)
+    }
+}
+
+/// The surfaces of a run, with the species that their spheres have here.
+fn surfaces(run: &Scene, particles: &[Particle], species: &[Species]) -> Result<Vec<StaticSurface>, SceneError> {
+    let mut surfaces = run.static_surfaces.clone();
+    for surface in &mut surfaces {
+        let Some(sphere) = particles.get(surface.particles.start as usize) else { continue };
+        surface.species = sphere.species;
+        if !species[surface.species.0 as usize].is_static() {
+            let value = format!("a run with spheres of the mesh `{}`", surface.name);
+            return refuse(at_start(), value, "a static species for them, as there");
+        }
+    }
+    Ok(surfaces)
+}
+
+/// The flat axes are those of the run.
+fn check_flat_axes(boundary: &[Boundary; 3], run: &Space) -> Result<(), SceneError> {
+    let word = |boundary: Boundary| if boundary == Boundary::Flat { "flat" } else { "not flat" };
+    for (k, axis) in AXES.into_iter().enumerate() {
+        let (here, there) = (word(boundary[k]), word(run.boundary[k]));
+        if here != there {
+            let expected = format!("{there}, as in the run that [start] names");
+            return refuse(ConfigPath::root().key("space").key(axis), here, expected);
+        }
+    }
+    Ok(())
+}
+
+/// The box is that of the run.
+fn check_box(space: &Space, run: &Space) -> Result<(), SceneError> {
+    for (key, here, there) in [("size", space.size, run.size), ("lower", space.lower, run.lower)] {
+        if let Some(k) = (0..3).find(|&k| here[k] != there[k]) {
+            let expected = format!("{}, as in the run that [start] names; leave `{key}` out", there[k]);
+            return refuse(ConfigPath::root().key("space").key(key).index(k), here[k], expected);
+        }
+    }
+    Ok(())
+}
+
+/// The particles of a run, with the species of the same names.
+fn left(simulation: &Simulation, species: &[Species], space: &Space) -> Result<Left, SceneError> {
+    let run = simulation.scene();
+    let named: HashMap<&str, SpeciesId> =
+        species.iter().zip(0..).map(|(it, id)| (it.name.as_str(), SpeciesId(id))).collect();
+    let of_run: Vec<Option<SpeciesId>> = run.species.iter().map(|it| named.get(it.name.as_str()).copied()).collect();
+    for (old, count) in run.species.iter().zip(simulation.population()) {
+        if count > 0 && !named.contains_key(old.name.as_str()) {
+            let known: Vec<&str> = species.iter().map(|species| species.name.as_str()).collect();
+            let value = format!("a run with {count} particles of species `{}`", old.name);
+            let expected = format!("no other species than those of the scene: {}", known.join(", "));
+            return refuse(at_start(), value, expected);
+        }
+    }
+    let is_periodic = |space: &Space, k: usize| space.boundary[k] == Boundary::Periodic;
+    let count = simulation.population().iter().sum();
+    let mut left = Left { particles: Vec::with_capacity(count), images: Vec::with_capacity(count) };
+    let Ok(()) = simulation.for_each_now(|now| {
+        let (mut position, mut image) = (now.position, now.image);
+        for k in 0..3 {
+            match (is_periodic(&run.space, k), is_periodic(space, k)) {
+                (true, false) => image[k] = 0,
+                (false, true) => position[k] = space.wrapped(position)[k],
+                _ => {}
+            }
+        }
+        // Species without particles need no other of the same name.
+        let species = of_run.get(now.species.0 as usize).copied().flatten().unwrap_or(SpeciesId(0));
+        left.particles.push(Particle { species, position, velocity: now.velocity });
+        left.images.push(image);
+        Ok::<(), Infallible>(())
+    });
+    let is_moving = |particle: &&Particle| particle.velocity != Vector::zeros();
+    for particle in left.particles.iter().filter(is_moving) {
+        motion(&species[particle.species.0 as usize], &particle.velocity, &at_start())?;
+    }
+    Ok(left)
+}
+
+/// The bonds of a run, each held by the interaction of the same name.
+fn bonds(run: &Scene, particles: &[Particle], interactions: &mut Interactions<'_>) -> Result<Vec<Bond>, SceneError> {
+    let mut bonds = Vec::with_capacity(run.bonds.len());
+    for bond in &run.bonds {
+        let Some(name) = &run.interactions[bond.interaction.0 as usize].name else {
+            return refuse(at_start(), "a run with bonds whose interaction has no name", "bonds by named interactions");
+        };
+        let [a, b] = bond.pair.map(|id| particles[id.0 as usize].species);
+        bonds.push(Bond { interaction: interactions.bond(name, a, b, &at_start())?, ..*bond });
+    }
+    Ok(bonds)
+}
+
+/// Whether two potentials divide distances in the same way, with the same hard cores and ends.
+fn are_alike(a: &Potential, b: &Potential) -> bool {
+    let are_finite =
+        |potential: &Potential| potential.energies().iter().map(|energy| energy.is_finite()).collect::<Vec<_>>();
+    a.radii() == b.radii() && a.is_bond() == b.is_bond() && are_finite(a) == are_finite(b)
+}
+
+/// Of each interaction, whether all pairs that it is for had the same discontinuities in the run.
+fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds: &[Bond]) -> Vec<bool> {
+    let in_run: HashMap<&str, usize> = run.species.iter().enumerate().map(|(k, it)| (it.name.as_str(), k)).collect();
+    let mut is_kept = vec![true; interactions.len()];
+    let mut compare = |id: InteractionId, before: Option<InteractionId>| {
+        let before: Option<&Interaction> = before.map(|before| &run.interactions[before.0 as usize]);
+        let now = &interactions.get(id).potential;
+        is_kept[id.0 as usize] &= before.is_some_and(|before| are_alike(&before.potential, now));
+    };
+    for ([a, b], id) in interactions.pairs() {
+        let before = [a, b].map(|k| in_run.get(species[k].name.as_str()));
+        if let [Some(&a), Some(&b)] = before {
+            compare(id, run.table.get(a, b));
+        }
+    }
+    for (now, before) in bonds.iter().zip(&run.bonds) {
+        compare(now.interaction, Some(before.interaction));
+    }
+    is_kept
+}
+
+/// Whether no particle comes nearer to a wall than in the run.
+fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
+    let diameters: HashMap<&str, f64> = run.species.iter().map(|it| (it.name.as_str(), it.diameter)).collect();
+    let is_wall = |face: Face| matches!(face, Face::Wall { .. });
+    let walls = |space: &Space| {
+        space.boundary.map(|boundary| match boundary {
+            Boundary::Bounded { lower, upper } => [is_wall(lower), is_wall(upper)],
+            Boundary::Periodic | Boundary::Flat => [false; 2],
+        })
+    };
+    species.iter().all(|it| diameters.get(it.name.as_str()).is_none_or(|before| *before == it.diameter))
+        && walls(space) == walls(&run.space)
+}
+
+/// What the dynamics of a run depends on and a scene has otherwise, in words.
+fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
+    let is_driven_by_walls = scene.wall_temperatures.iter().any(Option::is_some);
+    let differences = [
+        ("the sides of the box", scene.space != run.space),
+        ("the temperatures of the walls", scene.wall_temperatures != run.wall_temperatures),
+        ("the shear rate", scene.shear_rate != run.shear_rate),
+        ("species or their accelerations", scene.species != run.species),
+        (
+            "interactions",
+            scene.interactions != run.interactions || scene.table != run.table || scene.bonds != run.bonds,
+        ),
+        ("the contact time", scene.contact_time != run.contact_time),
+        ("the seed of thermal walls", is_driven_by_walls && scene.seed != run.seed),
+    ];
+    differences.into_iter().filter(|(_, differs)| *differs).map(|(what, _)| what).collect()
+}

@@ -1,0 +1,53 @@
+//! Parses `[start]`: the run that a scene starts from.
+
+use std::path::Path;
+
+use super::missing;
+use crate::model::input_file::is_checksum;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::file::{SceneFile, StartFile};
+use crate::scene::unvalidated::UnvalidatedStart;
+
+/// A start from the end of a run, in a scene that has nothing else to start from.
+pub(super) fn parse_start(
+    start: &StartFile,
+    file: &SceneFile,
+    directory: &Path,
+) -> Result<UnvalidatedStart, SceneError> {
+    let tables = [
+        ("particle", file.particle.len()),
+        ("file", file.file.len()),
+        ("chain", file.chain.len()),
+        ("fill", file.fill.len()),
+        ("mesh", file.mesh.len()),
+        ("bond", file.bond.len()),
+    ];
+    if let Some((table, _)) = tables.iter().find(|(_, count)| *count > 0) {
+        let expected = "none: particles and bonds are those of the run that [start] names, so leave out all [[particle]], [[file]], [[chain]], \
+                        [[fill]], [[mesh]] and [[bond]]";
+        return Err(SceneError::new(ConfigPath::entry(table, 0), SceneErrorKind::value("given", expected)));
+    }
+    if file.start_time.is_some() {
+        let expected = "not given: time goes on from that of the run that [start] names";
+        return Err(SceneError::new(ConfigPath::root().key("start_time"), SceneErrorKind::value("given", expected)));
+    }
+    if file.interaction.is_empty() && !file.species.is_empty() {
+        let why =
+            "with species of its own, a scene says what they do to each other; leave out both for those of the run";
+        return Err(missing(&ConfigPath::root(), "interaction", why));
+    }
+    let at = ConfigPath::root().key("start");
+    if let Some(checksum) = start.checksum.as_ref().filter(|checksum| !is_checksum(checksum)) {
+        let kind = SceneErrorKind::value(format!("{checksum:?}"), "`crc32:` and eight hexadecimal digits");
+        return Err(SceneError::new(at.key("checksum"), kind));
+    }
+    Ok(UnvalidatedStart {
+        from: directory.join(&start.from),
+        checksum: start.checksum.clone(),
+        has_seed: file.seed.is_some(),
+        has_space: file.space.is_some(),
+        has_lower: file.space.as_ref().is_some_and(|space| space.lower.is_some()),
+        has_dynamics: file.dynamics.is_some(),
+    })
+}

@@ -1,0 +1,297 @@
+//! Runs that start from the end of another one.
+
+use std::fs;
+
+use super::place::{Place, code, errors, line, words};
+
+const WELLS: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 1.0
+"#;
+
+const WELL_FLUID: &str = r#"
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 108
+packing_fraction = 0.2
+temperature = 1.5
+"#;
+
+const CHAINS: &str = r#"
+[space]
+size = [8.0, 8.0, 8.0]
+[[species]]
+name = "bead"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["bead", "bead"]
+potential = "square-well"
+lambda = 1.4
+well_depth = 0.5
+[[interaction]]
+name = "link"
+potential = "bond"
+shortest = 0.6
+longest = 1.2
+"#;
+
+const CHAIN: &str = "[[chain]]\nspecies = \"bead\"\nlength = 6\ncount = 8\nbond = \"link\"\ntemperature = 1.0\n";
+
+const RAIN: &str = r#"
+[space]
+size = [6.0, 6.0, 20.0]
+z = { lower = "wall", upper = "open", restitution = 0.8 }
+[dynamics]
+gravity = [0.0, 0.0, -1.0]
+contact_time = 1e-3
+[[species]]
+name = "grain"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["grain", "grain"]
+potential = "hard-sphere"
+restitution = 0.8
+"#;
+
+const GRAINS: &str = "[[fill]]\nspecies = \"grain\"\narrangement = \"random\"\ncount = 60\ntemperature = 0.5\n\
+    region = { lower = [0.0, 0.0, 0.0], upper = [6.0, 6.0, 12.0] }\n";
+
+const SHEARED: &str = "[space]\nshear_rate = 0.7\n";
+
+fn run_until(time: &str) -> String {
+    // 47 of them are less than 0.75 by a rounding: the last checkpoint of such a run is short of its end.
+    format!("[run]\nuntil_time = {time}\n[output]\nthermo_interval = 0.015957446808510637\n")
+}
+
+fn started(place: &Place, name: &str, text: &str) {
+    fs::write(place.path().join(format!("{name}.toml")), text).unwrap();
+}
+
+fn run(place: &Place, arguments: &[&str]) {
+    let output = place.carom(&[&["run", "-q"], arguments].concat());
+    assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+}
+
+/// The last frame of a run, with all bits.
+fn last_frame(place: &Place, folder: &str) -> String {
+    let text = place.read(&format!("{folder}/trajectory.xyz"));
+    let count = text.lines().next().unwrap();
+    let start = text.rfind(&format!("\n{count}\n")).map_or(0, |at| at + 1);
+    text[start..].to_owned()
+}
+
+fn column(place: &Place, folder: &str, name: &str) -> Vec<f64> {
+    let text = place.read(&format!("{folder}/thermo.csv"));
+    let at = text.lines().next().unwrap().split(',').position(|word| word.split(' ').next() == Some(name)).unwrap();
+    text.lines().skip(1).map(|row| row.split(',').nth(at).unwrap().parse().unwrap()).collect()
+}
+
+fn refused(place: &Place, arguments: &[&str], expected: &[&str]) {
+    let output = place.carom(arguments);
+    let said = line(&output);
+    assert_eq!(code(&output), 2, "{arguments:?}: {said}");
+    // Long words, such as paths, are broken.
+    let said = said.replace(' ', "");
+    for words in expected {
+        assert!(said.contains(&words.replace(' ', "")), "{arguments:?} lacks `{words}`: {said}");
+    }
+}
+
+#[test]
+fn runs_one_after_the_other_have_the_bits_of_one_longer_run() {
+    let sheared = format!("{SHEARED}{WELLS}");
+    for (what, scene, particles) in [
+        ("wells", WELLS, WELL_FLUID),
+        ("chains", CHAINS, CHAIN),
+        ("rain", RAIN, GRAINS),
+        ("shear", &sheared, WELL_FLUID),
+    ] {
+        let place = Place::with(&format!("{scene}{particles}{}", run_until("2.25")));
+        run(&place, &["scene.toml", "--out", "runs/whole"]);
+        run(&place, &["scene.toml", "--until-time", "0.75", "--out", "runs/1"]);
+        // All that is not a start: said again, left out, or given on the command line.
+        started(&place, "again", &format!("start.from = \"runs/1\"\n{scene}{}", run_until("0.75")));
+        started(&place, "short", &run_until("0.75"));
+        run(&place, &["again.toml", "--out", "runs/2"]);
+        run(&place, &["short.toml", "--from", "runs/2", "--out", "runs/3"]);
+        assert_eq!(last_frame(&place, "runs/3"), last_frame(&place, "runs/whole"), "{what}");
+        let times = column(&place, "runs/2", "time");
+        assert_eq!((times[0], *times.last().unwrap()), (0.75, 1.5), "{what}");
+        assert!(column(&place, "runs/2", "events")[0] == 0.0, "{what}: events are counted in each run");
+    }
+}
+
+#[test]
+fn what_a_scene_changes_is_applied_to_the_exact_state() {
+    let place = Place::with(&format!("{WELLS}{WELL_FLUID}{}", run_until("1.0")));
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    let deeper = WELLS.replace("well_depth = 1.0", "well_depth = 2.0");
+    started(&place, "deeper", &format!("{deeper}{}", run_until("1.0")));
+    run(&place, &["deeper.toml", "--from", "runs/a", "--out", "runs/b"]);
+    let [before, after] = ["runs/a", "runs/b"].map(|folder| column(&place, folder, "potential"));
+    assert_eq!(after[0], 2.0 * before.last().unwrap(), "all pairs keep their states");
+    let images = |folder: &str, is_first: bool| {
+        let text = place.read(&format!("{folder}/trajectory.xyz"));
+        let frame = if is_first {
+            text.lines().skip(2).take(108).collect::<Vec<_>>().join("\n")
+        } else {
+            last_frame(&place, folder)
+        };
+        frame.lines().filter(|line| line.starts_with('A')).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(images("runs/a", false), images("runs/b", true));
+    let output = place.carom(&["verify", "runs/b", "--events", "2000"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("from the end of the run that this one starts from"), "{}", words(&output));
+    let output = place.carom(&["check", "deeper.toml", "--from", "runs/a"]);
+    assert!(
+        words(&output).contains("a new engine begins there, because these differ: interactions"),
+        "{}",
+        words(&output)
+    );
+    // The runs that go on can be proven, too, and made again from what is in their folder.
+    started(&place, "next", &run_until("0.5"));
+    run(&place, &["next.toml", "--from", "runs/b", "--out", "runs/c"]);
+    let output = place.carom(&["verify", "runs/c", "--events", "1e6"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("number of events and time there are those of summary.json"), "{}", words(&output));
+    run(&place, &["runs/c/scene.toml", "--out", "runs/d"]);
+    assert_eq!(place.read("runs/c/thermo.csv"), place.read("runs/d/thermo.csv"));
+    let output = place.carom(&["check", "runs/c/scene.toml"]);
+    assert!(words(&output).contains("its engine goes on, to the same bits as one longer run"), "{}", words(&output));
+    assert_eq!(code(&place.carom(&["report", "runs/c"])), 0);
+}
+
+#[test]
+fn gravity_walls_and_gates_are_what_the_scene_says() {
+    let place = Place::with(&format!("{RAIN}{GRAINS}{}", run_until("1.0")));
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    started(&place, "up", &format!("[dynamics]\ngravity = [0.0, 0.0, 1.0]\n{}", run_until("0.5")));
+    run(&place, &["up.toml", "--from", "runs/a", "--out", "runs/up"]);
+    let heights = column(&place, "runs/up", "potential");
+    assert!(heights[0] < 0.0 && heights.last().unwrap() < &heights[0], "they fall upwards");
+    // The box and its sides are those of the run where the scene has no [space].
+    assert_eq!(code(&place.carom(&["verify", "runs/up", "--events", "500"])), 0);
+    started(&place, "walls", &format!("[space]\nx = \"walls\"\nz = \"walls\"\n{}", run_until("0.5")));
+    refused(&place, &["run", "walls.toml", "--from", "runs/a"], &["start.from", "wall of"]);
+    let open = format!("[space]\nx = \"open\"\ny = \"open\"\nz = \"open\"\n{}", run_until("0.5"));
+    started(&place, "open", &open);
+    run(&place, &["open.toml", "--from", "runs/a", "--out", "runs/open"]);
+    assert_eq!(code(&place.carom(&["verify", "runs/open"])), 0);
+}
+
+#[test]
+fn spheres_that_have_grown_stay_as_large() {
+    let grow = "[[stage]]\nname = \"grow\"\ngrow = { rate = 0.1, packing_fraction = 0.4 }\n";
+    let hard = WELLS.replace("square-well", "hard-sphere").replace("lambda = 1.5\nwell_depth = 1.0\n", "");
+    let place = Place::with(&format!("{hard}{WELL_FLUID}{grow}{}", run_until("0.5")));
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    started(&place, "next", &run_until("0.5"));
+    run(&place, &["next.toml", "--from", "runs/a", "--out", "runs/b"]);
+    run(&place, &["scene.toml", "--until-time", "1.0", "--out", "runs/whole"]);
+    assert_eq!(last_frame(&place, "runs/b"), last_frame(&place, "runs/whole"));
+    assert_eq!(place.summary("runs/b")["diameter_factor"], 1.0);
+    started(&place, "large", &format!("{}{}", hard.replace("diameter = 1.0", "diameter = 1.3"), run_until("0.5")));
+    refused(&place, &["run", "large.toml", "--from", "runs/a"], &["start.from", "overlap at the start"]);
+}
+
+#[test]
+fn a_run_that_started_from_another_is_resumed_without_it() {
+    let place = Place::with(&format!("{CHAINS}{CHAIN}{}", run_until("1.0")));
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    started(&place, "next", &run_until("2.0"));
+    run(&place, &["next.toml", "--from", "runs/a", "--out", "runs/whole"]);
+    run(&place, &["next.toml", "--from", "runs/a", "--until-time", "1.0", "--out", "runs/parts"]);
+    fs::rename(place.path().join("runs/a"), place.path().join("runs/away")).unwrap();
+    run(&place, &["--resume", "runs/parts", "--until-time", "2.0"]);
+    for file in ["thermo.csv", "trajectory.xyz", "scene.toml"] {
+        assert_eq!(place.read(&format!("runs/parts/{file}")), place.read(&format!("runs/whole/{file}")), "{file}");
+    }
+    refused(&place, &["verify", "runs/whole"], &["nothing can start from", "no such folder"]);
+    fs::rename(place.path().join("runs/away"), place.path().join("runs/a")).unwrap();
+    assert_eq!(code(&place.carom(&["verify", "runs/whole", "--events", "300"])), 0);
+    // It goes on, and is no longer where the others started.
+    run(&place, &["--resume", "runs/a", "--until-time", "1.5"]);
+    let expected = ["is not at the state that it was", "without `checksum` any state will do"];
+    refused(&place, &["verify", "runs/whole"], &expected);
+    refused(&place, &["run", "runs/whole/scene.toml", "--out", "runs/b"], &expected);
+    run(&place, &["--resume", "runs/whole", "--until-time", "2.5"]);
+    refused(&place, &["run", "next.toml", "--from", "runs/a", "--out", "runs/a", "--force"], &["--out"]);
+}
+
+#[test]
+fn what_nothing_can_start_from_is_refused() {
+    let place = Place::with(&format!("{CHAINS}{CHAIN}{}", run_until("0.5")));
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    started(&place, "next", &run_until("0.5"));
+    let next = |text: String| started(&place, "bad", &text);
+    let from = |folder: &'static str| ["run", "next.toml", "--from", folder, "--out", "runs/b"];
+    refused(&place, &from("runs/none"), &["there is no such folder", "name the folder of a run that is over"]);
+    fs::create_dir(place.path().join("empty")).unwrap();
+    refused(&place, &from("empty"), &["is not the folder of a run"]);
+    let bad = ["run", "bad.toml", "--from", "runs/a", "--out", "runs/b"];
+    next(format!("{CHAINS}{CHAIN}{}", run_until("0.5")));
+    refused(&place, &bad, &["chain[0]", "expected none: particles and bonds are those of the run"]);
+    next(format!("start_time = 3.0\n{}", run_until("0.5")));
+    refused(&place, &bad, &["start_time", "time goes on"]);
+    next(format!("{}{}", CHAINS.replace("bead", "other"), run_until("0.5")));
+    refused(
+        &place,
+        &bad,
+        &["48 particles of species `bead`", "expected no other species than those of the scene: other"],
+    );
+    next(format!("{}{}", CHAINS.replace("\"link\"", "\"rope\""), run_until("0.5")));
+    refused(&place, &bad, &["start.from", "unknown interaction `link`", "`rope`"]);
+    next(format!("{}{}", CHAINS.replace("longest = 1.2", "longest = 0.7"), run_until("0.5")));
+    refused(&place, &bad, &["start.from", "but their bond holds from 0.6 to 0.7"]);
+    next(format!("{}{}", CHAINS.replace("8.0, 8.0, 8.0", "9.0, 8.0, 8.0"), run_until("0.5")));
+    refused(&place, &bad, &["space.size[0]", "is 9, expected 8, as in the run that [start] names"]);
+    next(format!("[space]\nz = \"flat\"\n{}", run_until("0.5")));
+    refused(&place, &bad, &["space.z", "is flat, expected not flat, as in the run"]);
+    let (species, _) = CHAINS.split_once("[[interaction]]").unwrap();
+    next(format!("{species}{}", run_until("0.5")));
+    refused(&place, &bad, &["`interaction` is missing"]);
+    // Not over, and interrupted before its end.
+    fs::rename(place.path().join("runs/a/summary.json"), place.path().join("runs/a/aside")).unwrap();
+    refused(&place, &from("runs/a"), &["the run is not over", "carom run --resume"]);
+    fs::rename(place.path().join("runs/a/aside"), place.path().join("runs/a/summary.json")).unwrap();
+    let checkpoint = place.path().join("runs/a/checkpoint");
+    let good = fs::read(&checkpoint).unwrap();
+    let mut damaged = good.clone();
+    damaged[good.len() / 2] ^= 1;
+    fs::write(&checkpoint, &damaged).unwrap();
+    refused(&place, &from("runs/a"), &["is damaged", "make that run again"]);
+    fs::write(&checkpoint, &good).unwrap();
+    started(&place, "long", &format!("{CHAINS}{CHAIN}[run]\nuntil_time = 1e9\n"));
+    let output = place.carom(&["check", "bad.toml"]);
+    assert_eq!(code(&output), 2, "{}", words(&output));
+    assert!(!place.path().join("runs/b").exists());
+}
+
+#[test]
+fn frames_count_from_the_end_of_a_file_too() {
+    let place = Place::with(&format!("{CHAINS}{CHAIN}{}frame_interval = 0.2\n", run_until("1.0")));
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    let scene = |frame: i32| {
+        let file = format!("[[file]]\npath = \"runs/a/trajectory.xyz\"\nframe = {frame}\n");
+        started(&place, "next", &format!("{CHAINS}{file}{}", run_until("0.1")));
+    };
+    scene(-1);
+    run(&place, &["next.toml", "--out", "runs/last"]);
+    scene(5);
+    run(&place, &["next.toml", "--out", "runs/fifth"]);
+    assert_eq!(place.read("runs/last/trajectory.xyz"), place.read("runs/fifth/trajectory.xyz"));
+    assert!(place.read("runs/last/trajectory.xyz").contains("bonds="), "with the bonds that Carom wrote");
+    scene(-7);
+    refused(&place, &["check", "next.toml"], &["the file ends after 6 frames, expected frame -7"]);
+}
