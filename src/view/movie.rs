@@ -1,4 +1,4 @@
-//! Movies of a trajectory: every frame drawn by [`render`](super::render), as GIF, APNG or MP4.
+//! Movies of a trajectory: every frame drawn by [`render`], as GIF, APNG or MP4.
 //!
 //! All images have one framing: the box that is given, or else all particles of all frames. The camera may walk around it at an even pace. The scale of
 //! speeds is the same in all of them, and below each stand its simulated time and a bar that shows a length; in perspective the bar holds
