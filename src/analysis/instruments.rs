@@ -24,6 +24,7 @@ mod instrument;
 mod momentum_flow;
 mod pressure_tensor;
 mod slope;
+mod speeds;
 mod structure_factor;
 #[cfg(test)]
 mod test_system;

@@ -6,6 +6,7 @@
 mod equation_of_state;
 mod granular;
 mod kinetic_theory;
+mod maxwell;
 mod of_system;
 mod steps;
 
@@ -15,5 +16,6 @@ pub use kinetic_theory::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value, contact_value_of_disks,
     finite_size_of_diffusion,
 };
+pub use maxwell::{maxwell_speed_below, maxwell_speed_density};
 pub use of_system::{PublishedValue, of_system};
 pub use steps::{bounces_per_release, second_virial_of_square_well, third_virial_of_square_well};

@@ -144,6 +144,20 @@ impl BlockAverage {
         stationarity(&ratios)
     }
 
+    /// Adds the values of another series of the same times to those of this one.
+    fn add_series(&mut self, other: &Self) {
+        self.sum += other.sum;
+        self.open_sum += other.open_sum;
+        self.bins.iter_mut().zip(&other.bins).for_each(|(bin, other)| *bin += other);
+    }
+
+    /// Multiplies all values by a factor.
+    fn scale(&mut self, factor: f64) {
+        self.sum *= factor;
+        self.open_sum *= factor;
+        self.bins.iter_mut().for_each(|bin| *bin *= factor);
+    }
+
     /// Joins neighbouring bins; one left over is opened again.
     fn merge(&mut self) {
         if self.bins.len() % 2 == 1

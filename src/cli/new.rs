@@ -38,6 +38,12 @@ enum Kind {
     Packing,
     /// A ball that bounces until it rests
     Ball,
+    /// Disks of equal speeds, whose distribution becomes Maxwell's
+    Maxwell,
+    /// A large disk among small ones
+    Brownian,
+    /// Newton's cradle: five balls on strings
+    Cradle,
 }
 
 impl Kind {
@@ -55,6 +61,9 @@ impl Kind {
             Self::Shear => include_str!("../../configs/sheared_granular_gas.toml"),
             Self::Packing => include_str!("../../configs/random_packing.toml"),
             Self::Ball => include_str!("../../configs/bouncing_ball.toml"),
+            Self::Maxwell => include_str!("../../configs/maxwell.toml"),
+            Self::Brownian => include_str!("../../configs/brownian.toml"),
+            Self::Cradle => include_str!("../../configs/cradle.toml"),
         }
     }
 }

@@ -14,8 +14,14 @@ pub(crate) const MOST_CELLS: u64 = 10_000;
 /// Bins of a radial distribution function unless the scene says otherwise,
 pub(crate) const RADIAL_BINS: u64 = 200;
 
-/// and of the distributions of chains and of bond order.
+/// and of the distributions of speeds, of chains and of bond order.
 pub(crate) const BINS: u64 = 100;
+
+/// Windows of time for the distributions of speeds unless the scene says otherwise,
+pub(crate) const WINDOWS: u64 = 4;
+
+/// and most of them.
+pub(crate) const MOST_WINDOWS: u64 = 16;
 
 /// Names that stand in those of files, for the JSON Schema.
 pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
@@ -37,6 +43,8 @@ pub struct MeasurementPlan {
     pub transport: Option<Transport>,
     /// Distributions of free paths and free times.
     pub free_paths: Option<FreePaths>,
+    /// Distributions of speeds in windows of time.
+    pub speeds: Option<Speeds>,
     /// Bond lengths, end-to-end distance, radius of gyration.
     pub chains: Option<Chains>,
     /// Bond-orientational order.
@@ -122,6 +130,29 @@ pub struct FreePaths {
     /// Number of bins; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = 100))]
     pub bins: Option<u64>,
+}
+
+/// Distributions of speeds in windows of time, beside Maxwell's.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Speeds {
+    /// Number of windows of time, of which the last one lasts to the end of the measurement; 4 if not given.
+    #[schemars(range(min = 1, max = MOST_WINDOWS), extend("default" = WINDOWS))]
+    pub windows: Option<u64>,
+    /// Length of a window `[time]`; that of the measurement by the number of windows if not given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub window: Option<f64>,
+    /// Number of bins; 100 if not given.
+    #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
+    pub bins: Option<u64>,
+    /// Speed at which the last bin ends `[length / time]`; eight thermal speeds, or as far as the fastest needs, if not given.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub largest: Option<f64>,
+    /// Only particles of this species; each species that moves if not given.
+    pub species: Option<String>,
+    /// Between two samples `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: Option<f64>,
 }
 
 /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.

@@ -5,6 +5,7 @@
 //! apart along the row and `h` from row to row leave holes of `R <= sqrt(d^2 + h^2) / 2`, however the rows are shifted:
 //! an empty circle cuts no chord longer than `d` out of either row, so its centre lies at most `h / 2` from both.
 
+pub(crate) mod curve;
 pub(crate) mod leak;
 
 use std::collections::BTreeSet;
@@ -12,7 +13,7 @@ use std::f64::consts::{SQRT_2, TAU};
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
-use crate::model::{Species, SpeciesId};
+use crate::model::{Space, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 
 /// Holes are this much smaller than the contact distance unless a scene sets the spacing itself. A particle's centre
@@ -92,6 +93,27 @@ pub enum Surface {
         /// Its radius.
         radius: f64,
     },
+    /// A straight line of disks in a plane, from one end to the other.
+    Line {
+        /// Its two ends.
+        ends: [Vector; 2],
+    },
+    /// A closed circle of disks in a plane.
+    Ring {
+        /// Its centre.
+        centre: Vector,
+        /// Its radius.
+        radius: f64,
+    },
+    /// The sides of a rectangle of disks in a plane, but for the open ones.
+    Rectangle {
+        /// Lower corner.
+        lower: Vector,
+        /// Upper corner.
+        upper: Vector,
+        /// Sides that are left out.
+        open: Vec<BoxSide>,
+    },
     /// Spheres at given places.
     Points(Vec<Vector>),
 }
@@ -118,17 +140,34 @@ impl Surface {
             }
             Self::Cone { radii: [a, b], length, .. } => patch(TAU * a.max(*b), libm::hypot(*length, b - a)),
             Self::Sphere { radius, .. } => patch(TAU * radius, 0.5 * TAU * radius),
+            Self::Line { ends } => (ends[1] - ends[0]).norm() / spacing + 2.0,
+            Self::Ring { radius, .. } => TAU * radius / spacing + 3.0,
+            Self::Rectangle { lower, upper, .. } => 2.0 * (upper - lower).sum() / spacing + 4.0,
             Self::Points(points) => points.len() as f64,
         }
     }
 
-    /// The spheres, neighbours at most `spacing` apart.
-    pub(crate) fn layout(&self, spacing: f64) -> Layout {
+    /// Whether it is one of the shapes of a plane.
+    pub(crate) fn is_plane_curve(&self) -> bool {
+        matches!(self, Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. })
+    }
+
+    /// The spacing with the holes that a square grid has with another one: along a curve, `R = d / 2` in place of `d / sqrt(2)`.
+    pub(crate) fn spacing(&self, of_grid: f64) -> f64 {
+        if self.is_plane_curve() { SQRT_2 * of_grid } else { of_grid }
+    }
+
+    /// The spheres, neighbours at most `spacing` apart. Shapes of a plane need a space of two dimensions.
+    pub(crate) fn layout(&self, spacing: f64, space: &Space) -> Layout {
+        let axes = curve::plane_axes(space).unwrap_or([0, 1]);
         match self {
             Self::Plane { corner, edges } => plane(corner, edges, spacing),
             Self::Box { lower, upper, open } => sides(lower, upper, open, spacing),
             Self::Cone { base, axis, radii, length } => cone(base, axis, *radii, *length, spacing),
             Self::Sphere { centre, radius } => sphere(centre, *radius, spacing),
+            Self::Line { ends } => curve::line(ends, spacing),
+            Self::Ring { centre, radius } => curve::ring(centre, *radius, axes, spacing),
+            Self::Rectangle { lower, upper, open } => curve::rectangle(lower, upper, open, axes, spacing),
             Self::Points(points) => Layout { points: points.clone(), ..Layout::default() },
         }
     }
@@ -286,7 +325,7 @@ mod tests {
 
     /// The largest hole seen from random places on the surface, which must not exceed the one that is claimed.
     fn check(surface: &Surface, spacing: f64, on_surface: impl Fn(&mut Random) -> Vector) {
-        let layout = surface.layout(spacing);
+        let layout = surface.layout(spacing, &Space::periodic_cube(1.0));
         let claimed = layout.hole.unwrap();
         assert!(claimed <= spacing / SQRT_2 + 1e-9, "{surface:?}: {claimed}");
         assert!(surface.estimate(spacing) >= 0.5 * layout.points.len() as f64);
@@ -331,7 +370,7 @@ mod tests {
     fn the_sides_of_a_box_share_their_edges_and_an_open_side_has_a_rim() {
         let top = BoxSide::ALL[5];
         let surface = Surface::Box { lower: Vector::zeros(), upper: Vector::repeat(3.0), open: vec![top] };
-        let layout = surface.layout(1.0);
+        let layout = surface.layout(1.0, &Space::periodic_cube(9.0));
         // 4 x 4 at the bottom, and three levels of a ring of 12.
         assert_eq!(layout.points.len(), 16 + 3 * 12);
         assert_eq!(layout.rims.len(), 1);
@@ -343,7 +382,8 @@ mod tests {
     fn the_default_spacing_holds_and_a_wider_one_does_not() {
         let plane = |spacing| {
             let edges = [Vector::x() * 20.0, Vector::y() * 20.0];
-            Surface::Plane { corner: Vector::zeros(), edges }.layout(spacing).hole.unwrap()
+            let plane = Surface::Plane { corner: Vector::zeros(), edges };
+            plane.layout(spacing, &Space::periodic_cube(9.0)).hole.unwrap()
         };
         assert!(plane(default_spacing(1.0)) < 0.7);
         assert!(plane(1.6) > 1.0);

@@ -1,5 +1,9 @@
-//! Maxwell velocities: normal components of variance `T / m`, no net momentum where that is conserved, exactly the temperature asked for.
+//! Velocities at the start: Maxwell velocities, or equal speeds in random directions.
+//!
+//! Maxwell velocities have normal components of variance `T / m`, no net momentum where that is conserved, and exactly the temperature that is
+//! asked for. Equal speeds are exactly those asked for, and so is their energy: directions are chosen so that the momentum is zero.
 
+use std::f64::consts::FRAC_PI_3;
 use std::ops::Range;
 
 use crate::Vector;
@@ -29,14 +33,16 @@ struct Cloud {
     dimensions: usize,
 }
 
-/// The velocities that particles of one group start with: Maxwell velocities around a common one.
+/// The velocities that particles of one group start with: Maxwell velocities or equal speeds, around a common velocity.
 pub(crate) struct Drawn {
     /// Ids of the particles.
     pub ids: Range<usize>,
     /// Index of the group, which has random numbers of its own.
     pub group: usize,
-    /// `[energy]`; without one they only have the common velocity.
+    /// `[energy]`; without one, and without a speed, they only have the common velocity.
     pub temperature: Option<f64>,
+    /// Equal speed of all, where there is no temperature `[length / time]`.
+    pub speed: Option<f64>,
     /// `[length / time]`
     pub velocity: Vector,
 }
@@ -49,9 +55,14 @@ pub(crate) fn set_velocities(groups: &[Drawn], scene: &mut Scene) {
     let (conserved, dimensions) = (scene.conserved_axes(), scene.space.dimensions());
     let Scene { particles, species, space, seed, shear_rate, .. } = scene;
     let mut clouds: Vec<(f64, Vector, Vec<Range<usize>>)> = Vec::new();
-    for Drawn { ids, group, temperature, velocity } in groups {
-        let Some(temperature) = *temperature else { continue };
+    for Drawn { ids, group, temperature, speed, velocity } in groups {
         let mut random = Random::new(*seed, Purpose::Velocities, *group);
+        let Some(temperature) = *temperature else {
+            if let Some(speed) = *speed {
+                equal_speeds(&mut particles[ids.clone()], species, space, speed, &mut random);
+            }
+            continue;
+        };
         draw(&mut particles[ids.clone()], species, space, temperature, &mut random);
         match clouds.iter_mut().find(|(t, v, _)| (t, v) == (&temperature, velocity)) {
             Some((_, _, members)) => members.push(ids.clone()),
@@ -84,6 +95,50 @@ fn draw(particles: &mut [Particle], species: &[Species], space: &Space, temperat
             particle.velocity = random.normal_vector(space) * (temperature / m).sqrt();
         }
     }
+}
+
+/// Gives all that move the same speed, in random directions that add up to no momentum.
+///
+/// To subtract the velocity of the centre of mass would make speeds differ. So directions come in pairs of opposite ones, between particles of
+/// one species that are chosen at random; where their number is odd, the last three are at 120 degrees to each other in a random plane. The
+/// momentum is then zero for any masses. A particle that is alone in its species, and on a line the last of an odd number, keeps its own.
+fn equal_speeds(particles: &mut [Particle], species: &[Species], space: &Space, speed: f64, random: &mut Random) {
+    let mut members: Vec<Vec<usize>> = vec![Vec::new(); species.len()];
+    for (index, particle) in particles.iter().enumerate().filter(|(_, particle)| mass(particle, species).is_finite()) {
+        members[particle.species.0 as usize].push(index);
+    }
+    for mut indices in members {
+        random.shuffle(&mut indices);
+        let has_three = indices.len() > 2 && indices.len() % 2 == 1 && space.dimensions() > 1;
+        let (pairs, rest) = indices.split_at(if has_three { indices.len() - 3 } else { indices.len() });
+        for pair in pairs.chunks(2) {
+            let velocity = random.direction(space) * speed;
+            for (&index, sign) in pair.iter().zip([1.0, -1.0]) {
+                particles[index].velocity = velocity * sign;
+            }
+        }
+        if let &[a, b, c] = rest {
+            let directions = three_directions(space, random);
+            for (index, direction) in [a, b, c].into_iter().zip(directions) {
+                particles[index].velocity = direction * speed;
+            }
+        }
+    }
+}
+
+/// Three directions at 120 degrees to each other, in a random plane of the axes that are not flat, of which there are at least two.
+fn three_directions(space: &Space, random: &mut Random) -> [Vector; 3] {
+    let first = random.direction(space);
+    let across = loop {
+        let second = random.direction(space);
+        let across = second - first * first.dot(&second);
+        // Of nearly parallel directions only rounding would be left.
+        if across.norm_squared() > 0.01 {
+            break across.normalize();
+        }
+    };
+    let (cosine, sine) = (0.5, libm::sin(FRAC_PI_3));
+    [first, across * sine - first * cosine, -across * sine - first * cosine].map(|direction| direction.normalize())
 }
 
 /// Removes the total momentum along the axes on which it is conserved, and scales velocities to exactly the temperature, `T = 2 K / f`.
@@ -168,6 +223,88 @@ mod tests {
         let (particles, _) = start(&[f64::INFINITY, 1.0], 2, &space);
         assert_eq!(particles[0].velocity, Vector::zeros());
         assert!((particles[1].velocity.norm_squared() - 4.5).abs() < 1e-13);
+    }
+
+    /// Velocities of `numbers` particles of masses .7, 3 and 11, at a speed of 1.3.
+    fn equal(numbers: [usize; 3], boundary: [Boundary; 3], seed: u64) -> Vec<(f64, Vector)> {
+        let species: Vec<Species> = [0.7, 3.0, 11.0]
+            .iter()
+            .map(|&mass| Species { name: String::new(), mass, diameter: 1.0, acceleration: Vector::zeros() })
+            .collect();
+        let space = Space { boundary, ..Space::periodic_cube(9.0) };
+        let kinds = numbers.iter().enumerate().flat_map(|(kind, &number)| std::iter::repeat_n(kind, number));
+        let mut particles: Vec<Particle> = kinds
+            .map(|kind| Particle { species: SpeciesId(id(kind)), position: space.lower, velocity: Vector::zeros() })
+            .collect();
+        equal_speeds(&mut particles, &species, &space, 1.3, &mut Random::new(seed, Purpose::Velocities, 0));
+        particles.iter().map(|particle| (mass(particle, &species), particle.velocity)).collect()
+    }
+
+    #[test]
+    fn equal_speeds_are_exact_and_the_momentum_is_zero_in_every_dimension_and_mixture() {
+        let (periodic, flat) = (Boundary::Periodic, Boundary::Flat);
+        for boundary in [[periodic; 3], [periodic, flat, periodic], [flat, periodic, flat]] {
+            let is_line = boundary[0] == flat;
+            for numbers in [[100, 0, 0], [101, 7, 3], [2, 3, 5]] {
+                let numbers = if is_line { numbers.map(|number| number / 2 * 2) } else { numbers };
+                let started = equal(numbers, boundary, 1);
+                assert_eq!(started.len(), numbers.iter().sum::<usize>());
+                for (_, velocity) in &started {
+                    // A direction is normalised, and scaled.
+                    assert!((velocity.norm() / 1.3 - 1.0).abs() < 4.0 * f64::EPSILON, "{velocity}");
+                    assert!((0..3).all(|k| boundary[k] != flat || velocity[k] == 0.0));
+                }
+                let momentum: Vector = started.iter().map(|(mass, velocity)| velocity * *mass).sum();
+                let largest: f64 = started.iter().map(|(mass, _)| mass).sum();
+                assert!(momentum.norm() < 4.0 * f64::EPSILON * 1.3 * largest, "{numbers:?}: {momentum}");
+            }
+        }
+        // What cannot be zero: the last of an odd number on a line, and a species of one.
+        let momentum =
+            |numbers, boundary| equal(numbers, boundary, 1).iter().map(|(m, v)| v * *m).sum::<Vector>().norm();
+        assert!((momentum([5, 0, 0], [flat, periodic, flat]) / (0.7 * 1.3) - 1.0).abs() < 1e-14);
+        assert!((momentum([4, 1, 0], [periodic; 3]) / (3.0 * 1.3) - 1.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn directions_of_equal_speeds_are_spread_evenly() {
+        for boundary in [[Boundary::Periodic; 3], [Boundary::Periodic, Boundary::Flat, Boundary::Periodic]] {
+            let dimensions = boundary.iter().filter(|side| **side != Boundary::Flat).count() as f64;
+            let (mut square, mut fourth, mut count) = (0.0, 0.0, 0.0);
+            for seed in 0..400 {
+                for (_, velocity) in equal([51, 0, 0], boundary, seed) {
+                    let along = velocity.x / 1.3;
+                    square += along * along;
+                    fourth += along * along * along * along;
+                    count += 1.0;
+                }
+            }
+            // <u_x^2> = 1 / D and <u_x^4> = 3 / (D (D + 2)); of pairs, half are independent, with deviations below 0.36 each.
+            let error = 4.0 * 0.36 / (0.5_f64 * count).sqrt();
+            assert!((square / count - 1.0 / dimensions).abs() < error, "{}", square / count);
+            assert!((fourth / count - 3.0 / (dimensions * (dimensions + 2.0))).abs() < error, "{}", fourth / count);
+        }
+    }
+
+    #[test]
+    fn fills_and_chains_start_with_equal_speeds_and_their_own_velocity_on_top() {
+        let velocity = Vector::new(2.0, 0.0, 0.0);
+        let scene = SceneBuilder::new("equal")
+            .space(Space::periodic_cube(9.0))
+            .species("A", 0.7, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .add_fill(Fill { velocity, ..Fill::new(Arrangement::Random, "A").count(31) })
+            .speed(0.5)
+            .add_fill(Fill::new(Arrangement::Random, "A").count(10))
+            .temperature(1.5)
+            .build()
+            .unwrap();
+        let speeds: Vec<f64> = scene.particles.iter().map(|particle| particle.velocity.norm()).collect();
+        assert!(scene.particles[..31].iter().all(|p| ((p.velocity - velocity).norm() / 0.5 - 1.0).abs() < 1e-14));
+        assert!(
+            speeds[31..].iter().any(|speed| (speed - speeds[31]).abs() > 0.1),
+            "a temperature where there is no speed"
+        );
     }
 
     /// The momentum, and twice the kinetic energy, of two fills of 10 and 6 with masses .7 and 3.

@@ -227,13 +227,28 @@ impl SceneBuilder {
         self
     }
 
-    /// Maxwell velocities for the fills and chains added so far that have no temperature yet `[energy]`.
+    /// Maxwell velocities for the fills and chains added so far that have neither a temperature nor a speed yet `[energy]`.
     pub fn temperature(mut self, temperature: f64) -> Self {
         for LocatedGroup { group, .. } in &mut self.groups {
             match group {
-                Group::Fill(Fill { temperature: t @ None, .. }) | Group::Chain(Chain { temperature: t @ None, .. }) => {
-                    *t = Some(temperature);
-                }
+                Group::Fill(Fill { temperature: t @ None, speed: None, .. })
+                | Group::Chain(Chain { temperature: t @ None, speed: None, .. }) => *t = Some(temperature),
+                _ => {}
+            }
+        }
+        self
+    }
+
+    /// Equal speeds in random directions for the fills and chains added so far that have neither a temperature nor a speed yet
+    /// `[length / time]`.
+    ///
+    /// Directions come in pairs of opposite ones, three at 120 degrees where a species has an odd number, so that each speed is exactly this
+    /// one and the momentum is zero; on a line, the last of an odd number keeps its momentum.
+    pub fn speed(mut self, speed: f64) -> Self {
+        for LocatedGroup { group, .. } in &mut self.groups {
+            match group {
+                Group::Fill(Fill { temperature: None, speed: v @ None, .. })
+                | Group::Chain(Chain { temperature: None, speed: v @ None, .. }) => *v = Some(speed),
                 _ => {}
             }
         }

@@ -135,11 +135,12 @@ impl Groups {
         ids.zip(&scene.groups)
             .enumerate()
             .filter_map(|(group, (ids, placed))| match &placed.group {
-                Group::Fill(Fill { temperature, velocity, .. }) => {
-                    Some(Drawn { ids, group, temperature: *temperature, velocity: *velocity })
+                Group::Fill(Fill { temperature, speed, velocity, .. }) => {
+                    Some(Drawn { ids, group, temperature: *temperature, speed: *speed, velocity: *velocity })
                 }
-                Group::Chain(Chain { temperature, .. }) => {
-                    Some(Drawn { ids, group, temperature: *temperature, velocity: Vector::zeros() })
+                Group::Chain(Chain { temperature, speed, .. }) => {
+                    let velocity = Vector::zeros();
+                    Some(Drawn { ids, group, temperature: *temperature, speed: *speed, velocity })
                 }
                 Group::Listed(_) | Group::Surface(_) => None,
             })

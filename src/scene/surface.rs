@@ -1,9 +1,12 @@
 //! What a scene says of static-sphere surfaces: names of the sides of a box, and which shapes have an extent.
 
+use crate::Vector;
+use crate::model::space::Space;
+use crate::prepare::surface::curve::plane_axes;
 use crate::prepare::surface::{BoxSide, Surface};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::limits::{finite_vector, not_negative, positive};
+use crate::scene::limits::{AXES, finite_vector, not_negative, on_flat_axes, positive};
 
 impl BoxSide {
     /// The names of the sides, with z upwards and y away from the viewer.
@@ -14,9 +17,10 @@ impl BoxSide {
 }
 
 impl Surface {
-    /// Refuses surfaces without extent, and numbers that are none.
-    pub(crate) fn check(&self, at: &ConfigPath) -> Result<(), SceneError> {
+    /// Refuses surfaces without extent, numbers that are none, and shapes of a plane in other dimensions.
+    pub(crate) fn check(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         match self {
+            Self::Line { .. } | Self::Ring { .. } | Self::Rectangle { .. } => self.check_in_plane(space, at)?,
             Self::Plane { corner, edges } => {
                 finite_vector(corner, &at.key("corner"))?;
                 finite_vector(&edges[0], &at.key("edge_1"))?;
@@ -64,4 +68,59 @@ impl Surface {
         }
         Ok(())
     }
+
+    /// The same for shapes of a plane.
+    fn check_in_plane(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+        let Some(axes) = plane_axes(space) else {
+            let (is_in, cure) = match space.dimensions() {
+                3 => ("three dimensions", "`plane`, `box`, `cylinder`, `cone`, `sphere` or `points`, or one flat axis"),
+                _ => ("one dimension", "`points`, or one flat axis"),
+            };
+            let kind = SceneErrorKind::value(format!("a shape of a plane in {is_in}"), cure);
+            return Err(SceneError::new(at.key("surface"), kind));
+        };
+        let in_plane = |point: &Vector, key: &'static str| on_flat_axes(point, &space.lower, space, &at.key(key));
+        match self {
+            Self::Line { ends } => {
+                in_plane(&ends[0], "start")?;
+                in_plane(&ends[1], "end")?;
+                if ends[0] == ends[1] {
+                    let kind = SceneErrorKind::value("the same as start", "another place");
+                    return Err(SceneError::new(at.key("end"), kind));
+                }
+            }
+            Self::Ring { centre, radius } => {
+                in_plane(centre, "centre")?;
+                positive(*radius, at.key("radius"))?;
+            }
+            Self::Rectangle { lower, upper, open } => {
+                in_plane(lower, "lower")?;
+                in_plane(upper, "upper")?;
+                for k in axes {
+                    if lower[k] >= upper[k] {
+                        let kind = SceneErrorKind::value(upper[k], format!("more than the lower end, {}", lower[k]));
+                        return Err(SceneError::new(at.key("upper").index(k), kind));
+                    }
+                }
+                check_open_sides(open, axes, at)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// The open sides of a rectangle are sides that it has, and not all of them.
+fn check_open_sides(open: &[BoxSide], axes: [usize; 2], at: &ConfigPath) -> Result<(), SceneError> {
+    let sides = || BoxSide::NAMES.iter().filter(|(_, side)| axes.contains(&side.axis));
+    if let Some((index, side)) = open.iter().enumerate().find(|(_, side)| !axes.contains(&side.axis)) {
+        let names: Vec<String> = sides().map(|(name, _)| format!("`{name}`")).collect();
+        let kind = SceneErrorKind::value(format!("across {}, which is flat", AXES[side.axis.min(2)]), names.join(", "));
+        return Err(SceneError::new(at.key("open").index(index), kind));
+    }
+    if sides().all(|(_, side)| open.contains(side)) {
+        let kind = SceneErrorKind::value("all four sides", "at least one side that is there");
+        return Err(SceneError::new(at.key("open"), kind));
+    }
+    Ok(())
 }

@@ -51,8 +51,10 @@ pub struct Fill {
     pub amount: Option<Amount>,
     /// Where; the whole box if it is not given. The particles stay inside of it with their surfaces, too.
     pub region: Option<Region>,
-    /// Temperature of their Maxwell velocities `[energy]`; at rest if it is not given.
+    /// Temperature of their Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
     pub temperature: Option<f64>,
+    /// Equal speed of all, in random directions, instead of Maxwell velocities `[length / time]`.
+    pub speed: Option<f64>,
     /// Added to every velocity `[length / time]`.
     pub velocity: Vector,
 }
@@ -68,6 +70,7 @@ impl Fill {
             amount: None,
             region: None,
             temperature: None,
+            speed: None,
             velocity: Vector::zeros(),
         }
     }
@@ -109,8 +112,10 @@ pub struct Chain {
     pub spacing: Option<f64>,
     /// First particle and direction of a straight chain; without it chains grow at random where they overlap nothing.
     pub straight: Option<(Vector, Vector)>,
-    /// Temperature of their Maxwell velocities `[energy]`; at rest if it is not given.
+    /// Temperature of their Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
     pub temperature: Option<f64>,
+    /// Equal speed of all, in random directions, instead of Maxwell velocities `[length / time]`.
+    pub speed: Option<f64>,
 }
 
 /// A surface to be covered with static spheres.

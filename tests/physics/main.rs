@@ -12,6 +12,7 @@ mod few_particles;
 mod granular;
 mod hard_spheres;
 mod hopper;
+mod in_plane;
 mod invariance;
 mod measure;
 mod rates;

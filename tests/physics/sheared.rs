@@ -125,6 +125,7 @@ fn chains_hold_together_across_the_sides_that_slide() {
                 spacing: None,
                 straight: None,
                 temperature: Some(1.0),
+                speed: None,
             })
             .shear(rate)
             .run(RunPlan { limit: Limit::time(10.0), thermostat: Some(bath), ..RunPlan::default() });

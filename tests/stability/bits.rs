@@ -83,6 +83,7 @@ fn everything() -> Scene {
         spacing: None,
         straight: None,
         temperature: None,
+        speed: None,
     };
     let dish = SurfaceFill {
         name: None,

@@ -12,6 +12,7 @@ use super::profiles::Profile;
 use super::quantity::Measured;
 use super::radial_distribution::RadialDistribution;
 use super::registry::{InstrumentError, Registered, Registry};
+use super::speeds::Speeds;
 use super::structure_factor::StructureFactor;
 use super::system::{Sample, SystemDescription};
 use super::transport::Transport;
@@ -115,6 +116,7 @@ instruments! {
     Chains(Chains),
     BondOrder(BondOrder),
     Profile(Profile),
+    Speeds(Speeds),
 }
 
 /// All instruments of a run, those of the scene and those of one's own: what a run keeps, and no part of an instrument of one's own.
@@ -145,6 +147,7 @@ impl Instruments {
         kinds.extend(factor.map(|plan| Kind::StructureFactor(StructureFactor::new(plan, setup))));
         kinds.extend(plan.chains.as_ref().map(|plan| Kind::Chains(Chains::new(plan, setup))));
         kinds.extend(plan.bond_order.as_ref().map(|plan| Kind::BondOrder(BondOrder::new(plan, setup))));
+        kinds.extend(plan.speeds.as_ref().map(|plan| Kind::Speeds(Speeds::new(plan, setup))));
         kinds.extend(plan.profiles.iter().map(|plan| Kind::Profile(Profile::new(plan, setup))));
         Self { kinds, registered: Vec::new() }
     }

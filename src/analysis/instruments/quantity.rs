@@ -47,7 +47,7 @@ impl Measured {
 }
 
 /// A name of plain characters that no other has.
-fn free_name<'n>(name: &str, taken: impl Iterator<Item = &'n str> + Clone) -> String {
+pub(super) fn free_name<'n>(name: &str, taken: impl Iterator<Item = &'n str> + Clone) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let plain: String = name.chars().take(50).map(|c| if is_plain(c) { c } else { '_' }).collect();
     let plain = if plain.is_empty() { "unnamed".to_owned() } else { plain };

@@ -47,6 +47,23 @@ impl CurveAverage {
         self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
     }
 
+    /// The same number of elements, of which each is the sum of two neighbours and the upper half is zero: a histogram whose bins are twice as
+    /// wide. All elements must have been added together.
+    #[must_use]
+    pub(crate) fn joined_in_pairs(&self) -> Self {
+        let length = self.elements.len();
+        let pair = |k: usize| {
+            let mut average = self.elements[if 2 * k < length { 2 * k } else { 0 }].clone();
+            if 2 * k >= length {
+                average.scale(0.0);
+            } else if let Some(other) = self.elements.get(2 * k + 1) {
+                average.add_series(other);
+            }
+            average
+        };
+        Self { elements: (0..length).map(pair).collect() }
+    }
+
     /// The mean of one element and its standard error; `None` if it has no values.
     #[must_use]
     pub fn estimate(&self, element: usize) -> Option<Estimate> {
@@ -144,6 +161,25 @@ mod tests {
         let mean = (10..50).map(of_seed).sum::<f64>() / 40.0;
         // One is known to a quarter, with 32 to 64 bins and a window of two or three; forty to 4 %, of which three, and what the window adds.
         assert!((0.88..1.25).contains(&mean), "{mean}");
+    }
+
+    #[test]
+    fn joined_bins_are_those_of_a_coarser_histogram() {
+        for length in [4, 5] {
+            let (mut fine, mut coarse) = (CurveAverage::new(length), CurveAverage::new(length));
+            for k in 0..1000_u32 {
+                let values: Vec<f64> = (3..3 + length).map(|bin| (k as usize * bin % 17) as f64).collect();
+                let at = |bin: usize| values.get(bin).copied().unwrap_or(0.0);
+                fine.add_all(values.iter().copied());
+                coarse.add_all((0..length).map(|bin| at(2 * bin) + at(2 * bin + 1)));
+            }
+            // Sums of whole numbers are exact but for the divisions of the bins.
+            assert_eq!(fine.joined_in_pairs().means(), coarse.means());
+            let errors = fine.joined_in_pairs().standard_errors();
+            for (error, expected) in errors.into_iter().zip(coarse.standard_errors()) {
+                assert!((error.unwrap() - expected.unwrap()).abs() < 1e-9 * (1.0 + expected.unwrap()));
+            }
+        }
     }
 
     #[test]

@@ -53,6 +53,7 @@ fn scene(which: usize, seed: u64) -> Scene {
                 spacing: None,
                 straight: None,
                 temperature: Some(1.0),
+                speed: None,
             })
             .seed(seed),
     };

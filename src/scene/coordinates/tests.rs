@@ -79,6 +79,7 @@ fn chains() -> Frame {
         spacing: Some(0.8),
         straight: Some((Vector::new(1.0, y, 2.0), Vector::x())),
         temperature: None,
+        speed: None,
     };
     let scene = SceneBuilder::new("chains")
         .species("bead", 1.0, 1.0)

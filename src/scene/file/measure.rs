@@ -10,8 +10,8 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::model::measurement_plan::{
-    BondOrder, Chains, Diffusion, Flow, FreePaths, PressureTensor, Profile, RadialDistribution, StructureFactor,
-    Transport,
+    BondOrder, Chains, Diffusion, Flow, FreePaths, PressureTensor, Profile, RadialDistribution, Speeds,
+    StructureFactor, Transport,
 };
 
 /// `[measure]`: what to measure; nothing by default.
@@ -30,6 +30,8 @@ pub(crate) struct MeasureFile {
     pub transport: Switch<Transport>,
     /// Distributions of free paths and free times.
     pub free_paths: Switch<FreePaths>,
+    /// Distributions of speeds in windows of time.
+    pub speeds: Switch<Speeds>,
     /// Bond lengths, end-to-end distance and radius of gyration of bonded particles.
     pub chains: Switch<Chains>,
     /// Bond-orientational order.

@@ -61,9 +61,12 @@ pub(crate) struct ChainFile {
     pub start: Option<[f64; 3]>,
     /// Direction of a straight chain, of any length.
     pub direction: Option<[f64; 3]>,
-    /// Temperature of Maxwell velocities `[energy]`; at rest if not given.
+    /// Temperature of Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
     #[schemars(range(min = 0))]
     pub temperature: Option<f64>,
+    /// Equal speed of all, in random directions, in place of a temperature `[length / time]`.
+    #[schemars(range(min = 0))]
+    pub speed: Option<f64>,
 }
 
 /// `[[fill]]`: many particles, by two of a count, a density and a volume.
@@ -89,9 +92,12 @@ pub(crate) struct FillFile {
     pub packing_fraction: Option<f64>,
     /// The part of the box to fill; all of it if not given.
     pub region: Option<RegionFile>,
-    /// Temperature of Maxwell velocities `[energy]`; at rest if not given.
+    /// Temperature of Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
     #[schemars(range(min = 0))]
     pub temperature: Option<f64>,
+    /// Equal speed of all, in random directions, in place of a temperature `[length / time]`.
+    #[schemars(range(min = 0))]
+    pub speed: Option<f64>,
     /// Velocity that is added to all `[length / time]`.
     #[schemars(extend("default" = [0.0, 0.0, 0.0]))]
     pub velocity: Option<[f64; 3]>,
@@ -129,11 +135,11 @@ pub(crate) struct MeshFile {
     pub edge_1: Option<[f64; 3]>,
     /// Second edge of a plane, from its corner `[length]`.
     pub edge_2: Option<[f64; 3]>,
-    /// Lower corner of a box `[length]`.
+    /// Lower corner of a box or rectangle `[length]`.
     pub lower: Option<[f64; 3]>,
-    /// Upper corner of a box `[length]`.
+    /// Upper corner of a box or rectangle `[length]`.
     pub upper: Option<[f64; 3]>,
-    /// Sides of a box that are left out; x leads to the right, y to the back, z to the top.
+    /// Sides of a box or rectangle that are left out; x leads to the right, y to the back, z to the top.
     #[schemars(extend("items" = json!({ "type": "string", "enum": words(&BoxSide::NAMES) }), "default" = json!([])))]
     pub open: Option<Vec<String>>,
     /// Centre of the first end of a cylinder or cone `[length]`.
@@ -146,11 +152,15 @@ pub(crate) struct MeshFile {
     /// Radii of the two ends of a cone `[length]`.
     #[schemars(inner(range(min = 0)))]
     pub radii: Option<[f64; 2]>,
-    /// Radius of a cylinder or sphere `[length]`.
+    /// Radius of a cylinder, sphere or ring `[length]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: Option<f64>,
-    /// Centre of a sphere `[length]`.
+    /// Centre of a sphere or ring `[length]`.
     pub centre: Option<[f64; 3]>,
+    /// First end of a line `[length]`.
+    pub start: Option<[f64; 3]>,
+    /// Second end of a line `[length]`.
+    pub end: Option<[f64; 3]>,
     /// Positions of single static particles `[length]`.
     #[schemars(length(min = 1))]
     pub points: Option<Vec<[f64; 3]>>,

@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::base::numbers::{self, trunc_to_u64};
 use crate::model::random::{Purpose, Random};
 use crate::model::space::Space;
-use crate::model::{Particle, Species};
+use crate::model::{Particle, Species, SpeciesId};
 use crate::prepare::chain::{self, Links};
 use crate::prepare::packing::RandomFill;
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
@@ -90,14 +90,16 @@ impl<'a> Placing<'a> {
             let expected = "a static species (static = true)";
             return Err(SceneError::new(at.key("species"), SceneErrorKind::value(&surface.species, expected)));
         }
-        surface.shape.check(at)?;
+        surface.shape.check(self.space, at)?;
         if let Some(spacing) = surface.spacing {
             positive(spacing, at.key("spacing"))?;
         }
-        let spacing = surface.spacing.unwrap_or_else(|| tight_spacing(species, self.species, self.contacts));
+        let spacing = surface
+            .spacing
+            .unwrap_or_else(|| surface.shape.spacing(tight_spacing(species, self.species, self.contacts)));
         let estimate = surface.shape.estimate(spacing);
         affordable(trunc_to_u64(estimate), at)?;
-        let layout = surface.shape.layout(spacing);
+        let layout = surface.shape.layout(spacing, self.space);
         let mut particles = Vec::with_capacity(layout.points.len());
         for point in &layout.points {
             finite_vector(point, at)?;
@@ -143,7 +145,7 @@ impl<'a> Placing<'a> {
             motion(&self.species[kind.0 as usize], &fill.velocity, &at.key("velocity"))?;
         }
         on_flat_axes(&fill.velocity, &Vector::zeros(), self.space, &at.key("velocity"))?;
-        check_temperature(fill.temperature, at)?;
+        self.check_speeds(fill.temperature, fill.speed, filling.species(), at)?;
         let at_rest = |(position, species)| Particle {
             species,
             position: self.space.wrapped(position),
@@ -189,7 +191,7 @@ impl<'a> Placing<'a> {
                 self.grown(index, chain, &links, occupancy, at)?
             }
         };
-        check_temperature(chain.temperature, at)?;
+        self.check_speeds(chain.temperature, chain.speed, [species], at)?;
         let at_rest =
             |position| Particle { species, position: self.space.wrapped(position), velocity: Vector::zeros() };
         Ok(positions.into_iter().map(at_rest).collect())
@@ -226,8 +228,30 @@ impl<'a> Placing<'a> {
         chain::grow_all(links, chain.count, self.space, occupancy, &mut random)
             .map_err(|no_room| SceneError::new(at.clone(), no_room))
     }
-}
 
-fn check_temperature(temperature: Option<f64>, at: &ConfigPath) -> Result<(), SceneError> {
-    temperature.map_or(Ok(()), |temperature| not_negative(temperature, at.key("temperature")).map(drop))
+    /// Velocities are drawn from a temperature or have one speed, not both, and what is static has no speed.
+    fn check_speeds(
+        &self,
+        temperature: Option<f64>,
+        speed: Option<f64>,
+        species: impl IntoIterator<Item = SpeciesId>,
+        at: &ConfigPath,
+    ) -> Result<(), SceneError> {
+        if let Some(temperature) = temperature {
+            not_negative(temperature, at.key("temperature"))?;
+        }
+        let Some(speed) = speed else { return Ok(()) };
+        not_negative(speed, at.key("speed"))?;
+        if temperature.is_some() {
+            let kind = SceneErrorKind::value("given as well", "either it or temperature");
+            return Err(SceneError::new(at.key("speed"), kind));
+        }
+        match species.into_iter().find(|kind| self.species[kind.0 as usize].is_static()) {
+            Some(_) if speed > 0.0 => {
+                let kind = SceneErrorKind::value(speed, "none: a static species stays");
+                Err(SceneError::new(at.key("speed"), kind))
+            }
+            _ => Ok(()),
+        }
+    }
 }

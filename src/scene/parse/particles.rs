@@ -23,6 +23,7 @@ pub(super) fn parse_chain(file: ChainFile, at: &ConfigPath) -> Result<Chain, Sce
         spacing: file.spacing,
         straight,
         temperature: file.temperature,
+        speed: file.speed,
     })
 }
 
@@ -66,36 +67,26 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
         amount,
         region: file.region.map(|region| Region { lower: vector(region.lower), upper: vector(region.upper) }),
         temperature: file.temperature,
+        speed: file.speed,
         velocity: vector(file.velocity.unwrap_or_default()),
     })
 }
 
 /// The surfaces, and the keys that each one takes.
-pub(crate) const SURFACES: [(&str, &[&str]); 6] = [
+pub(crate) const SURFACES: [(&str, &[&str]); 9] = [
     ("plane", &["corner", "edge_1", "edge_2"]),
     ("box", &["lower", "upper", "open"]),
     ("cylinder", &["base", "axis", "radius", "length"]),
     ("cone", &["base", "axis", "radii", "length"]),
     ("sphere", &["centre", "radius"]),
+    ("line", &["start", "end"]),
+    ("ring", &["centre", "radius"]),
+    ("rectangle", &["lower", "upper", "open"]),
     ("points", &["points"]),
 ];
 
 pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFill, SceneError> {
-    let given = [
-        ("corner", file.corner.is_some()),
-        ("edge_1", file.edge_1.is_some()),
-        ("edge_2", file.edge_2.is_some()),
-        ("lower", file.lower.is_some()),
-        ("upper", file.upper.is_some()),
-        ("open", file.open.is_some()),
-        ("base", file.base.is_some()),
-        ("axis", file.axis.is_some()),
-        ("length", file.length.is_some()),
-        ("radii", file.radii.is_some()),
-        ("radius", file.radius.is_some()),
-        ("centre", file.centre.is_some()),
-        ("points", file.points.is_some()),
-    ];
+    let given = keys_of(&file);
     let (word, keys) = Keys::of_kind(&SURFACES, "surface", &file.surface, at, &given)?;
     let shape = match word {
         "plane" => Surface::Plane {
@@ -121,9 +112,42 @@ pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFi
             centre: vector(keys.need(file.centre, "centre")?),
             radius: keys.need(file.radius, "radius")?,
         },
+        "line" => {
+            Surface::Line { ends: [vector(keys.need(file.start, "start")?), vector(keys.need(file.end, "end")?)] }
+        }
+        "ring" => Surface::Ring {
+            centre: vector(keys.need(file.centre, "centre")?),
+            radius: keys.need(file.radius, "radius")?,
+        },
+        "rectangle" => Surface::Rectangle {
+            lower: vector(keys.need(file.lower, "lower")?),
+            upper: vector(keys.need(file.upper, "upper")?),
+            open: parse_sides(&file.open.unwrap_or_default(), at)?,
+        },
         _ => Surface::Points(keys.need(file.points, "points")?.into_iter().map(vector).collect()),
     };
     Ok(SurfaceFill { name: file.name, species: file.species, shape, spacing: file.spacing })
+}
+
+/// The keys of shapes, and which of them a surface has.
+fn keys_of(file: &MeshFile) -> [(&'static str, bool); 15] {
+    [
+        ("corner", file.corner.is_some()),
+        ("edge_1", file.edge_1.is_some()),
+        ("edge_2", file.edge_2.is_some()),
+        ("lower", file.lower.is_some()),
+        ("upper", file.upper.is_some()),
+        ("open", file.open.is_some()),
+        ("base", file.base.is_some()),
+        ("axis", file.axis.is_some()),
+        ("length", file.length.is_some()),
+        ("radii", file.radii.is_some()),
+        ("radius", file.radius.is_some()),
+        ("centre", file.centre.is_some()),
+        ("start", file.start.is_some()),
+        ("end", file.end.is_some()),
+        ("points", file.points.is_some()),
+    ]
 }
 
 fn parse_sides(words: &[String], at: &ConfigPath) -> Result<Vec<BoxSide>, SceneError> {

@@ -107,6 +107,7 @@ pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {
         diffusion: file.diffusion.0,
         transport: file.transport.0,
         free_paths: file.free_paths.0,
+        speeds: file.speeds.0,
         chains: file.chains.0,
         bond_order: file.bond_order.0,
         profiles: file.profile,

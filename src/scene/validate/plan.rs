@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::model::MeasurementPlan;
-use crate::model::measurement_plan::{MOST_BINS, MOST_CELLS};
+use crate::model::measurement_plan::{MOST_BINS, MOST_CELLS, MOST_WINDOWS};
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, Thermostat};
@@ -98,6 +98,7 @@ impl SceneBuilder {
                 return refuse(at.key("flow").index(index).key("axis"), "\"x\" in a sheared box", expected);
             }
         }
+        check_speeds(&self.measure, species, &at.key("speeds"))?;
         let mut names: HashMap<&str, ConfigPath> = HashMap::new();
         let profiles =
             self.measure.profiles.iter().enumerate().map(|(index, it)| ("profile", index, &it.name, &it.species));
@@ -115,12 +116,8 @@ impl SceneBuilder {
             if let Some(first) = names.insert(name, at.clone()) {
                 return Err(SceneError::new(at.key("name"), SceneErrorKind::Duplicate { name: name.clone(), first }));
             }
-            if let Some(word) = of
-                && !species.iter().any(|species| species.name == *word)
-            {
-                let known = species.iter().map(|species| species.name.as_str()).collect::<Vec<_>>();
-                let kind = SceneErrorKind::unknown_word("species", word, known);
-                return Err(SceneError::new(at.key("species"), kind));
+            if let Some(word) = of {
+                known_species(word, species, &at.key("species"))?;
             }
         }
         for (index, profile) in self.measure.profiles.iter().enumerate() {
@@ -168,6 +165,28 @@ fn check_box(
     }
 }
 
+/// The species with a name.
+fn known_species<'s>(name: &str, species: &'s [Species], at: &ConfigPath) -> Result<&'s Species, SceneError> {
+    species.iter().find(|species| species.name == name).ok_or_else(|| {
+        let known = species.iter().map(|species| species.name.as_str()).collect::<Vec<_>>();
+        SceneError::new(at.clone(), SceneErrorKind::unknown_word("species", name, known))
+    })
+}
+
+/// Windows that there can be, of a species that has speeds.
+fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
+    let Some(plan) = &plan.speeds else { return Ok(()) };
+    if let Some(count) = plan.windows.filter(|count| !(1..=MOST_WINDOWS).contains(count)) {
+        return refuse(at.key("windows"), count, format!("1 to {MOST_WINDOWS}"));
+    }
+    let Some(name) = &plan.species else { return Ok(()) };
+    let at = at.key("species");
+    if known_species(name, species, &at)?.is_static() {
+        return refuse(at, format!("`{name}`, which is static"), "a species that moves");
+    }
+    Ok(())
+}
+
 fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
     let mut positives: Vec<(Option<f64>, ConfigPath)> = Vec::new();
     let mut bins: Vec<(Option<u64>, ConfigPath)> = Vec::new();
@@ -192,6 +211,9 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
     }
     if let Some(it) = &plan.free_paths {
         note("free_paths", &[], it.bins);
+    }
+    if let Some(it) = &plan.speeds {
+        note("speeds", &[("window", it.window), ("largest", it.largest), ("interval", it.interval)], it.bins);
     }
     if let Some(it) = &plan.chains {
         note("chains", &[("interval", it.interval)], it.bins);

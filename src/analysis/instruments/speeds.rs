@@ -1,0 +1,262 @@
+//! The distribution of speeds, in windows of time.
+
+mod report;
+
+use super::budgeted_times::BudgetedTimes;
+use super::instrument::{Instrument, Setup};
+use super::quantity::Measured;
+use super::system::{Sample, SystemDescription};
+use crate::Vector;
+use crate::analysis::statistics::{BlockAverage, CurveAverage};
+use crate::base::numbers::{index, trunc_to_usize};
+use crate::model::measurement_plan as plan;
+use crate::model::measurement_plan::{BINS, MOST_BINS, MOST_WINDOWS, WINDOWS};
+use serde::{Deserialize, Serialize};
+
+/// With more species than this, all particles that move have one distribution.
+const MOST_SPECIES: usize = 8;
+
+/// Where a histogram ends unless the scene says so, in thermal speeds `sqrt(T / m)` of its lightest particles. Of Maxwell's distribution 1e-12 is beyond.
+const END: f64 = 8.0;
+
+/// Operations of one sample, for each particle.
+const WORK: f64 = 20.0;
+
+/// Histograms of speeds in windows of time, one for each species.
+///
+/// `p(v) = n / (N w)` with the number `n` of particles in a bin of width `w` out of all `N`, so that the integral over all bins is one. Speeds
+/// are relative to the centre of mass along axes where its velocity is conserved, and to what streams in a sheared box. Windows are of equal
+/// length from the start of the measurement on; the last one lasts to its end.
+///
+/// The bins of each species end at 8 `sqrt(T / m)` of the first sample in which anything moves. When a particle is faster, neighbouring bins are
+/// joined, so that no speed is beyond the last bin. With an end that is given, faster ones are in no bin, but count among all.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Speeds {
+    start: f64,
+    /// Duration that is expected, and length of a window `[time]`.
+    duration: f64,
+    length: f64,
+    most_windows: usize,
+    interval: Option<f64>,
+    times: BudgetedTimes,
+    bins: usize,
+    /// End of all histograms, if it is given `[length / time]`.
+    end: Option<f64>,
+    classes: Vec<Class>,
+    /// Those that have begun and have samples.
+    windows: Vec<Window>,
+}
+
+/// Particles with a histogram of their own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Class {
+    name: String,
+    /// Species, and how many particles of each move.
+    species: Vec<(u32, usize)>,
+    /// Width of a bin; 0 as long as nothing moves `[length / time]`.
+    width: f64,
+}
+
+/// What is seen in a stretch of time.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Window {
+    number: usize,
+    /// Time of its last sample.
+    last: f64,
+    temperature: BlockAverage,
+    /// By class, the part of its particles in each bin.
+    histograms: Vec<CurveAverage>,
+}
+
+impl Class {
+    fn count(&self) -> usize {
+        self.species.iter().map(|(_, count)| count).sum()
+    }
+}
+
+impl Speeds {
+    pub fn new(plan: &plan::Speeds, setup: &Setup<'_>) -> Self {
+        let bins = index(plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS));
+        let most_windows = plan.windows.unwrap_or(WINDOWS).clamp(1, MOST_WINDOWS);
+        let width = plan.largest.map_or(0.0, |largest| largest / bins as f64);
+        let mut speeds = Self {
+            start: setup.sample.time,
+            duration: setup.duration,
+            length: plan.window.unwrap_or(setup.duration / most_windows as f64),
+            most_windows: index(most_windows),
+            interval: plan.interval,
+            times: BudgetedTimes::new(setup, plan.interval, WORK * setup.system.moving.len() as f64),
+            bins,
+            end: plan.largest,
+            classes: classes(plan, width, setup.system),
+            windows: Vec::new(),
+        };
+        speeds.look(&setup.sample, setup.system);
+        speeds
+    }
+
+    /// The number of the window at a time. Samples come early by roundings.
+    fn window_at(&self, time: f64) -> usize {
+        let passed = (time - self.start) / self.length;
+        trunc_to_usize((passed + 1e-9).max(0.0)).min(self.most_windows - 1)
+    }
+
+    fn look(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        let number = self.window_at(sample.time);
+        if self.windows.last().is_none_or(|window| window.number < number) {
+            self.open(number, sample, system);
+        }
+        let velocities = peculiar_velocities(sample, system);
+        let temperature = temperature(&velocities, system);
+        let mut speeds: Vec<Vec<f64>> = self.classes.iter().map(|class| Vec::with_capacity(class.count())).collect();
+        let table = self.table(system);
+        for &id in &system.moving {
+            if let Some(class) = table[system.species[id as usize] as usize] {
+                speeds[class].push(velocities[id as usize].norm());
+            }
+        }
+        for (class, speeds) in speeds.iter().enumerate() {
+            self.fit(class, speeds, temperature, system);
+            self.count(class, speeds);
+        }
+        if let Some(window) = self.windows.last_mut() {
+            window.last = sample.time;
+            window.temperature.add(temperature, 1.0);
+        }
+    }
+
+    /// Begins a window, with samples as close as it needs.
+    fn open(&mut self, number: usize, sample: &Sample<'_>, system: &SystemDescription) {
+        let is_last = number + 1 == self.most_windows;
+        let rest = self.start + self.duration - sample.time;
+        let duration = if is_last { rest.max(self.length) } else { self.length };
+        if self.interval.is_none() {
+            let setup = Setup { system, sample: *sample, duration };
+            self.times = BudgetedTimes::new(&setup, None, WORK * system.moving.len() as f64);
+        }
+        self.windows.push(Window {
+            number,
+            last: sample.time,
+            temperature: BlockAverage::new(1.0),
+            histograms: vec![CurveAverage::new(self.bins); self.classes.len()],
+        });
+    }
+
+    /// The class of each species.
+    fn table(&self, system: &SystemDescription) -> Vec<Option<usize>> {
+        let mut table = vec![None; system.species_names.len()];
+        for (number, class) in self.classes.iter().enumerate() {
+            class.species.iter().for_each(|&(species, _)| table[species as usize] = Some(number));
+        }
+        table
+    }
+
+    /// Makes the bins wide enough for the fastest.
+    fn fit(&mut self, class: usize, speeds: &[f64], temperature: f64, system: &SystemDescription) {
+        if self.end.is_some() {
+            return;
+        }
+        let fastest = speeds.iter().copied().filter(|speed| speed.is_finite()).fold(0.0, f64::max);
+        if self.classes[class].width == 0.0 {
+            let lightest = lightest(&self.classes[class], system);
+            let width = END * (temperature / lightest).sqrt() / self.bins as f64;
+            self.classes[class].width = if width.is_normal() { width } else { 0.0 };
+        }
+        if self.classes[class].width == 0.0 {
+            return;
+        }
+        while trunc_to_usize(fastest / self.classes[class].width) >= self.bins {
+            self.classes[class].width *= 2.0;
+            for window in &mut self.windows {
+                window.histograms[class] = window.histograms[class].joined_in_pairs();
+            }
+        }
+    }
+
+    /// Adds the speeds of a class to the window that is open.
+    fn count(&mut self, class: usize, speeds: &[f64]) {
+        let width = self.classes[class].width;
+        let all = speeds.len().max(1) as f64;
+        let mut numbers = vec![0_u64; self.bins];
+        for speed in speeds {
+            // What is at rest is in the first bin, however wide that will be.
+            let bin = if *speed == 0.0 { 0 } else { trunc_to_usize(speed / width) };
+            if let Some(number) = numbers.get_mut(bin) {
+                *number += 1;
+            }
+        }
+        if let Some(window) = self.windows.last_mut() {
+            window.histograms[class].add_all(numbers.iter().map(|&number| number as f64 / all));
+        }
+    }
+}
+
+impl Instrument for Speeds {
+    fn next_sample(&self) -> f64 {
+        self.times.next()
+    }
+
+    fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if self.times.is_due(sample.time) {
+            self.look(sample, system);
+        }
+    }
+
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
+        self.report_curves(system, measured);
+    }
+}
+
+/// The species that are asked for and have particles that move, each by itself unless they are many.
+fn classes(plan: &plan::Speeds, width: f64, system: &SystemDescription) -> Vec<Class> {
+    let mut counts = vec![0_usize; system.species_names.len()];
+    system.moving.iter().for_each(|&id| counts[system.species[id as usize] as usize] += 1);
+    let is_asked_for = |name: &String| plan.species.as_ref().is_none_or(|species| species == name);
+    let present: Vec<(u32, usize)> = (0..)
+        .zip(counts)
+        .filter(|&(species, count)| count > 0 && is_asked_for(&system.species_names[species as usize]))
+        .collect();
+    if present.len() > MOST_SPECIES {
+        return vec![Class { name: "all".to_owned(), species: present, width }];
+    }
+    let one = |(species, count)| Class {
+        name: system.species_names[species as usize].clone(),
+        species: vec![(species, count)],
+        width,
+    };
+    present.into_iter().map(one).collect()
+}
+
+/// The mass of a species, that of any of its particles.
+fn mass_of(species: u32, system: &SystemDescription) -> f64 {
+    let first = system.species.iter().position(|other| *other == species);
+    first.map_or(f64::INFINITY, |id| system.masses[id])
+}
+
+fn lightest(class: &Class, system: &SystemDescription) -> f64 {
+    class.species.iter().map(|(species, _)| mass_of(*species, system)).fold(f64::INFINITY, f64::min)
+}
+
+/// Velocities relative to what streams and to the centre of mass, as far as its velocity is conserved. Alone, a particle keeps its own.
+fn peculiar_velocities(sample: &Sample<'_>, system: &SystemDescription) -> Vec<Vector> {
+    let both = sample.velocities.iter().zip(sample.positions);
+    let mut velocities: Vec<Vector> =
+        both.map(|(velocity, position)| velocity - system.streaming_velocity(position)).collect();
+    if system.moving.len() > 1 {
+        let common = system.common_velocity(&velocities);
+        velocities.iter_mut().for_each(|velocity| *velocity -= common);
+    }
+    velocities
+}
+
+/// Twice the kinetic energy by the number of degrees of freedom, of which each conserved component of the momentum takes one.
+fn temperature(velocities: &[Vector], system: &SystemDescription) -> f64 {
+    let moving = system.moving.iter().map(|&id| id as usize);
+    let twice_kinetic: f64 = moving.map(|id| system.masses[id] * velocities[id].norm_squared()).sum();
+    let count = system.moving.len();
+    let taken = if count > 1 { system.axes().filter(|&axis| system.conserved_axes[axis]).count() } else { 0 };
+    twice_kinetic / (system.space.dimensions() * count - taken).max(1) as f64
+}
+
+#[cfg(test)]
+mod tests;

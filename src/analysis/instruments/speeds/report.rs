@@ -1,0 +1,137 @@
+//! Curves of speeds: a series for each window, and Maxwell's distribution beside them.
+
+use super::super::quantity::{Curve, Measured, Published, Series, Variable, free_name};
+use super::super::system::SystemDescription;
+use super::{Class, Speeds, Window, mass_of};
+use crate::analysis::published::maxwell_speed_below;
+use crate::base::numbers::trunc_to_usize;
+use crate::base::text::digits;
+
+/// A curve is drawn at least up to so many thermal speeds.
+const DRAWN: f64 = 4.0;
+
+impl Speeds {
+    pub(super) fn report_curves(&self, system: &SystemDescription, measured: &mut Measured) {
+        for (number, class) in self.classes.iter().enumerate() {
+            if class.width <= 0.0 {
+                continue;
+            }
+            let wanted = if self.classes.len() == 1 { "speeds".to_owned() } else { format!("speeds_{}", class.name) };
+            let name = free_name(&wanted, measured.curves.iter().map(|curve| curve.name.as_str()));
+            let of = if self.classes.len() == 1 { String::new() } else { format!(" of {}", class.name) };
+            let (rows, width) = (self.rows(number, system), class.width);
+            let centres = (0..rows).map(|bin| (bin as f64 + 0.5) * width).collect();
+            measured.curves.push(Curve {
+                name,
+                title: format!("Distribution of speeds{of}"),
+                method: self.method(class, system),
+                variables: vec![Variable { name: "v".to_owned(), unit: "length / time".to_owned(), values: centres }],
+                series: (0..self.windows.len()).map(|window| self.series(window, number, rows)).collect(),
+                is_logarithmic: [false; 2],
+                published: self.maxwell(class, rows, system).into_iter().collect(),
+            });
+        }
+    }
+
+    /// The bins up to the last one that is not empty, and those where Maxwell's distribution can be seen.
+    fn rows(&self, class: usize, system: &SystemDescription) -> usize {
+        if self.end.is_some() {
+            return self.bins;
+        }
+        let is_filled = |bin: usize| self.windows.iter().any(|window| window.histograms[class].mean(bin) > Some(0.0));
+        let last = (0..self.bins).rev().find(|&bin| is_filled(bin)).unwrap_or(0);
+        let parts = self.parts(&self.classes[class], system);
+        let variance = parts.iter().map(|(_, variance)| *variance).fold(0.0, f64::max);
+        let drawn = trunc_to_usize(DRAWN * variance.sqrt() / self.classes[class].width);
+        last.max(drawn).saturating_add(1).min(self.bins)
+    }
+
+    fn series(&self, window: usize, class: usize, rows: usize) -> Series {
+        let Window { number, last, histograms, .. } = &self.windows[window];
+        let begin = self.start + *number as f64 * self.length;
+        let is_over = window + 1 < self.windows.len();
+        let end = if is_over { self.start + (*number + 1) as f64 * self.length } else { *last };
+        let estimates: Vec<_> = (0..rows)
+            .map(|bin| histograms[class].estimate(bin).map(|estimate| estimate.over(self.classes[class].width)))
+            .collect();
+        Series {
+            name: format!("p(v) from {} to {}", digits(begin), digits(end)),
+            unit: "time / length".to_owned(),
+            values: estimates.iter().map(|estimate| estimate.map(|estimate| estimate.mean)).collect(),
+            standard_errors: estimates.iter().map(|estimate| estimate.and_then(|it| it.standard_error)).collect(),
+        }
+    }
+
+    /// For each species of a class, its share and the variance of a component of its velocities in equilibrium: `T / m`, less what a conserved
+    /// momentum leaves out, with the temperature of the last window. Empty where nothing moves.
+    fn parts(&self, class: &Class, system: &SystemDescription) -> Vec<(f64, f64)> {
+        let temperature = self.windows.last().and_then(|window| window.temperature.mean()).unwrap_or(0.0);
+        if !(temperature > 0.0 && temperature.is_finite()) {
+            return Vec::new();
+        }
+        let (all, dimensions) = (class.count() as f64, system.space.dimensions() as f64);
+        let part = |&(species, count): &(u32, usize)| {
+            let mass = mass_of(species, system);
+            let free = if system.moving.len() > 1 {
+                system.axes().map(|axis| system.free_part(mass, axis)).sum::<f64>() / dimensions
+            } else {
+                1.0
+            };
+            (count as f64 / all, temperature / mass * free)
+        };
+        class.species.iter().map(part).collect()
+    }
+
+    /// Maxwell's distribution, as means over the bins.
+    fn maxwell(&self, class: &Class, rows: usize, system: &SystemDescription) -> Option<Published> {
+        let parts = self.parts(class, system);
+        if parts.is_empty() {
+            return None;
+        }
+        let dimensions = system.space.dimensions();
+        let below = |speed: f64| {
+            let each = parts.iter().map(|(share, variance)| share * maxwell_speed_below(speed, *variance, dimensions));
+            each.sum::<f64>()
+        };
+        let ends: Vec<f64> = (0..=rows).map(|bin| below(bin as f64 * class.width)).collect();
+        let temperature = self.windows.last().and_then(|window| window.temperature.mean())?;
+        Some(Published {
+            label: format!("Maxwell at T = {}", digits(temperature)),
+            source: source(dimensions).to_owned(),
+            x: (0..rows).map(|bin| (bin as f64 + 0.5) * class.width).collect(),
+            y: ends.windows(2).map(|pair| (pair[1] - pair[0]) / class.width).collect(),
+        })
+    }
+
+    fn method(&self, class: &Class, system: &SystemDescription) -> String {
+        let frame = if system.shear_rate != 0.0 {
+            "relative to what streams where each particle is"
+        } else if system.moving.len() > 1 && system.conserved_axes.contains(&true) {
+            "relative to the centre of mass, as far as its velocity is conserved"
+        } else {
+            "of the particles that move"
+        };
+        let beyond = if self.end.is_some() { ", faster ones included" } else { "" };
+        format!(
+            "p(v) = n / (N w): particles in a bin of w = {} over all {} of them{beyond} and the width, averaged over the samples of each \
+             window of time; speeds {frame}. Maxwell's distribution is that of the temperature of all particles in the last window, and of \
+             a momentum that is as far conserved as it is here: <v_x^2> = (1 - m / M) T / m, with the mass M of all that moves",
+            digits(class.width),
+            class.count()
+        )
+    }
+}
+
+fn source(dimensions: usize) -> &'static str {
+    match dimensions {
+        1 => {
+            "p(v) = sqrt(2 m / (pi T)) exp(-m v^2 / 2 T) on a line; J. C. Maxwell, Phil. Mag. 19, 19 (1860), doi:10.1080/14786446008642818."
+        }
+        2 => {
+            "p(v) = (m v / T) exp(-m v^2 / 2 T) in a plane; J. C. Maxwell, Phil. Mag. 19, 19 (1860), doi:10.1080/14786446008642818."
+        }
+        _ => {
+            "p(v) = sqrt(2 / pi) (m / T)^(3/2) v^2 exp(-m v^2 / 2 T); J. C. Maxwell, Phil. Mag. 19, 19 (1860), doi:10.1080/14786446008642818."
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! Two dimensions: lines, rings and rectangles of static disks hold what is inside, and speeds are Maxwell's on the way of a whole run.
+
+use std::ops::ControlFlow;
+
+use carom::Vector;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Space};
+use carom::model::{Limit, MeasurementPlan, RunPlan, measurement_plan as plan};
+use carom::run;
+use carom::scene::{Arrangement, BoxSide, Fill, SceneBuilder, Surface, SurfaceFill};
+
+/// A plane of x and z without sides.
+fn plane() -> Space {
+    let boundary = [Boundary::OPEN, Boundary::Flat, Boundary::OPEN];
+    Space { lower: Vector::zeros(), size: Vector::new(20.0, 0.0, 20.0), boundary }
+}
+
+fn at(x: f64, z: f64) -> Vector {
+    Vector::new(x, 0.0, z)
+}
+
+fn surface(shape: Surface, spacing: Option<f64>) -> SurfaceFill {
+    SurfaceFill { name: None, species: "wall".to_owned(), shape, spacing }
+}
+
+/// Small and large disks in the middle of static ones.
+fn held(surfaces: Vec<SurfaceFill>) -> SceneBuilder {
+    let hard = |distance: f64| Potential::hard_sphere(distance).unwrap();
+    let fill = |species| Fill::new(Arrangement::Random, species).region(at(7.5, 7.5), at(12.5, 12.5));
+    let scene = SceneBuilder::new("held")
+        .space(plane())
+        .species("small", 0.7, 0.6)
+        .species("large", 3.0, 1.1)
+        .static_species("wall", 0.9)
+        .interaction("small", "small", hard(0.6), 1.0)
+        .interaction("small", "large", hard(0.85), 1.0)
+        .interaction("large", "large", hard(1.1), 1.0)
+        .interaction("small", "wall", hard(0.75), 1.0)
+        .interaction("large", "wall", hard(1.0), 1.0)
+        .add_fill(fill("small").count(12))
+        .add_fill(fill("large").count(6))
+        .speed(1.3);
+    surfaces.into_iter().fold(scene, SceneBuilder::static_surface)
+}
+
+/// Whether all that moves is inside of a shape after many contacts.
+fn stays(scene: &SceneBuilder, is_inside: impl Fn(&Vector) -> bool) -> bool {
+    let scene = scene.build().unwrap();
+    let moving: Vec<bool> =
+        scene.particles().iter().map(|p| !scene.species()[p.species.0 as usize].is_static()).collect();
+    let mut simulation = Simulation::without_plan(scene);
+    simulation.advance(Until::events(40_000)).unwrap();
+    let snapshot = simulation.snapshot();
+    snapshot.positions.iter().zip(moving).all(|(position, is_moving)| !is_moving || is_inside(position))
+}
+
+#[test]
+fn rings_rectangles_and_lines_hold_what_is_inside() {
+    let centre = at(10.0, 10.0);
+    let ring = held(vec![surface(Surface::Ring { centre, radius: 5.0 }, None)]);
+    assert_eq!(ring.build().unwrap().leaks(), []);
+    assert!(stays(&ring, |position| (position - centre).norm() < 5.0));
+    let (lower, upper) = (at(5.0, 6.0), at(15.0, 14.0));
+    let is_inside = |p: &Vector| (5.0..15.0).contains(&p.x) && (6.0..14.0).contains(&p.z);
+    let rectangle = Surface::Rectangle { lower, upper, open: Vec::new() };
+    assert!(stays(&held(vec![surface(rectangle, None)]), is_inside));
+    // A cup with a lid of its own, which begins and ends at its rims.
+    let top = BoxSide { axis: 2, is_upper: true };
+    let cup = surface(Surface::Rectangle { lower, upper, open: vec![top] }, None);
+    let lid = surface(Surface::Line { ends: [at(5.0, 14.0), at(15.0, 14.0)] }, None);
+    let closed = held(vec![cup.clone(), lid]);
+    assert_eq!(closed.build().unwrap().gaps(), []);
+    assert!(stays(&closed, is_inside));
+    // Without the lid they fly away.
+    assert!(!stays(&held(vec![cup]), is_inside));
+}
+
+#[test]
+fn a_spacing_and_a_joint_that_leak_are_reported_and_leak() {
+    let centre = at(10.0, 10.0);
+    // Between two disks 1.6 apart: 0.8 on either side, more than the 0.75 of the small ones, less than the 1 of the large ones.
+    let ring = |spacing| held(vec![surface(Surface::Ring { centre, radius: 5.0 }, Some(spacing))]);
+    let leaks = ring(1.6).build().unwrap().leaks();
+    assert_eq!(leaks.iter().map(|leak| leak.species.as_str()).collect::<Vec<_>>(), ["small"]);
+    assert!(!stays(&ring(1.6), |position| (position - centre).norm() < 5.0));
+    assert_eq!(ring(1.49).build().unwrap().leaks(), []);
+    // Two lines whose ends are 2 and 1.4 apart.
+    let gaps = |apart: f64| {
+        let lines = [[at(2.0, 3.0), at(8.0, 3.0)], [at(8.0 + apart, 3.0), at(18.0, 3.0)]];
+        held(lines.map(|ends| surface(Surface::Line { ends }, None)).to_vec()).build().unwrap().gaps()
+    };
+    assert_eq!(gaps(1.4), []);
+    let wide = gaps(1.9);
+    assert!(!wide.is_empty() && wide.iter().all(|gap| gap.species == "small"), "{wide:?}");
+}
+
+#[test]
+fn a_run_from_equal_speeds_keeps_its_energy_and_ends_with_maxwells_distribution() {
+    let boundary = [Boundary::Periodic, Boundary::Flat, Boundary::Periodic];
+    let measure = plan::Speeds { windows: Some(2), window: Some(20.0), bins: Some(60), ..plan::Speeds::default() };
+    let scene = SceneBuilder::new("maxwell")
+        .space(Space { boundary, ..plane() })
+        .species("disk", 0.7, 1.0)
+        .interaction("disk", "disk", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "disk").count(151))
+        .speed(1.3)
+        .measure(MeasurementPlan { speeds: Some(measure), ..MeasurementPlan::default() })
+        .run(RunPlan { limit: Limit::time(300.0), ..RunPlan::default() })
+        .build()
+        .unwrap();
+    let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    let temperature = finished.observables.iter().find(|(name, _)| *name == "temperature").unwrap().1.mean;
+    // N m v^2 / (D (N - 1)): nothing was subtracted.
+    assert!((temperature / (151.0 * 0.7 * 1.69 / 300.0) - 1.0).abs() < 1e-12, "{temperature}");
+    let curve = finished.measured.curve("speeds").unwrap();
+    let (last, width) = (&curve.series[1], 2.0 * curve.variables[0].values[0]);
+    assert_eq!(last.name, "p(v) from 20 to 300");
+    let sum: f64 = last.values.iter().flatten().sum();
+    assert!((sum * width - 1.0).abs() < 1e-12, "{sum}");
+    let bins = last.values.iter().zip(&last.standard_errors).zip(&curve.published[0].y);
+    let terms: Vec<f64> = bins
+        .filter(|(_, expected)| **expected * width > 0.004)
+        .map(|((value, error), expected)| ((value.unwrap() - expected) / error.unwrap()).powi(2))
+        .collect();
+    let chi = terms.iter().sum::<f64>() / terms.len() as f64;
+    assert!(terms.len() > 15 && (0.4..2.0).contains(&chi), "{chi} of {}", terms.len());
+}
