@@ -195,9 +195,10 @@ impl RunState {
 
     /// Where a simulation is at the end of its stage but for the rounding of times: when that is, and what is left.
     pub(super) fn rest_of_stage(&self, simulation: &Simulation) -> Option<(f64, f64)> {
+        let duration = self.stage.limit.time?;
         let (end, _) = self.stage.end();
         let left = end - simulation.time();
-        (left <= NEAR * (end - self.stage.time)).then_some((end, left))
+        (left <= NEAR * duration).then_some((end, left))
     }
 
     /// Whether its measurement has come to its limit, or to where nothing will happen any more.

@@ -306,3 +306,6 @@ fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
     ];
     differences.into_iter().filter(|(_, differs)| *differs).map(|(what, _)| what).collect()
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,107 @@
+//! Scenes that start from simulations, without the files of a run.
+
+use super::*;
+use crate::engine::{Reason, Until};
+
+const SPECIES: &str = "[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n[[species]]\nname = \"wall\"\nstatic = true\ndiameter = 1.0\n";
+const FILL: &str =
+    "[[fill]]\nspecies = \"A\"\narrangement = \"fcc\"\ncount = 108\npacking_fraction = 0.2\ntemperature = 1.5\n";
+const RUN: &str = "run.until_time = 1.0\n";
+
+fn wells(depth: f64, lambda: f64) -> String {
+    let well = format!("potential = \"square-well\"\nlambda = {lambda}\nwell_depth = {depth}\n");
+    let hard = "[[interaction]]\nspecies = [\"A\", \"wall\"]\npotential = \"hard-sphere\"\n";
+    format!("{SPECIES}[[interaction]]\nspecies = [\"A\", \"A\"]\n{well}{hard}")
+}
+
+/// A fluid with wells after so many events.
+fn simulation(events: u64) -> Simulation {
+    let scene = Scene::from_toml(format!("{RUN}{}{FILL}", wells(1.0, 1.5)), "first.toml").unwrap();
+    let mut simulation = Simulation::without_plan(scene);
+    assert_eq!(simulation.advance(Until::events(events)), Ok(Reason::Events));
+    simulation
+}
+
+fn next(text: &str, simulation: &Simulation) -> Result<Scene, SceneError> {
+    let text = format!("start.from = \"run\"\n{RUN}{text}");
+    Scene::from_toml_and_run(text, Path::new("next.toml"), &[], &|path| {
+        let checkpoint = InputFile::of_checkpoint(&path.join("checkpoint"), 7);
+        Ok(LastRun { simulation: simulation.clone(), checkpoint })
+    })
+}
+
+#[test]
+fn pairs_keep_their_states_where_only_energies_are_others() {
+    // Each time another pair is at a step, on one side of it or the other as far as its coordinates tell.
+    for events in 1_000..1_040 {
+        let before = simulation(events);
+        let deeper = Simulation::without_plan(next(&wells(2.5, 1.5), &before).unwrap());
+        assert_eq!(deeper.captured_pairs(), before.captured_pairs(), "{events}");
+        let (one, other) = (deeper.snapshot(), before.snapshot());
+        assert_eq!(
+            (&one.positions, &one.velocities, &one.images),
+            (&other.positions, &other.velocities, &other.images)
+        );
+        assert_eq!((one.time, deeper.energy().potential), (other.time, 2.5 * before.energy().potential), "{events}");
+        assert_eq!(deeper.event_counts().physical(), 0);
+    }
+}
+
+#[test]
+fn distances_decide_where_the_steps_are_others() {
+    let before = simulation(2_000);
+    let wider = Simulation::without_plan(next(&wells(1.0, 1.9), &before).unwrap());
+    assert!(wider.captured_pairs().len() > before.captured_pairs().len());
+    assert!(next(&wells(1.0, 1.5), &before).unwrap().predecessor().unwrap().differences().is_empty());
+}
+
+#[test]
+fn the_same_dynamics_goes_on_and_counts_from_zero() {
+    let mut before = simulation(2_000);
+    let scene = next("", &before).unwrap();
+    assert_eq!(scene.inputs()[0].checksum, "crc32:00000007");
+    let mut after = Simulation::without_plan(scene);
+    assert_eq!(after.event_counts().physical(), 0);
+    before.advance(Until::events(30_000)).unwrap();
+    after.advance(Until::events(28_000)).unwrap();
+    assert_eq!((after.snapshot(), after.captured_pairs()), (before.snapshot(), before.captured_pairs()));
+    assert_eq!(after.scene().predecessor().unwrap().differences(), [""; 0]);
+}
+
+#[test]
+fn images_end_where_an_axis_is_no_longer_periodic() {
+    let before = simulation(5_000);
+    assert!(before.snapshot().images.iter().any(|image| image[0] != 0));
+    let open = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap()).snapshot();
+    for (open, before) in open.images.iter().zip(&before.snapshot().images) {
+        assert_eq!(*open, [0, before[1], before[2]]);
+    }
+    // What has flown out of an open side comes in at the other one when that is periodic again.
+    let mut flown = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
+    flown.advance(Until::time(before.time() + 5.0)).unwrap();
+    let space = before.scene().space();
+    let is_out = |x: f64| !(space.lower.x..space.upper().x).contains(&x);
+    assert!(flown.snapshot().positions.iter().any(|position| is_out(position.x)));
+    // They may meet there what stayed in.
+    let scene = next("allow_invalid_start = true\nspace.y = \"periodic\"", &flown).unwrap();
+    assert!(scene.particles().iter().all(|particle| !is_out(particle.position.x)));
+}
+
+#[test]
+fn what_no_longer_fits_is_refused_by_its_name() {
+    let before = simulation(1_000);
+    let error = |text: &str| next(text, &before).unwrap_err().to_string();
+    let renamed = wells(1.0, 1.5).replace("\"A\"", "\"B\"");
+    assert!(error(&renamed).contains("start.from is a run with 108 particles of species `A`"), "{}", error(&renamed));
+    assert!(error("space.z = \"flat\"").starts_with("space.z is flat, expected not flat, as in the run"));
+    assert!(error("space.lower = [1.0, 0.0, 0.0]").starts_with("space.lower[0] is 1, expected 0, as in the run"));
+    assert!(error("space.x = \"walls\"").contains("wall of x"));
+    let large = wells(1.0, 1.5).replacen("diameter = 1.0", "diameter = 1.2", 1);
+    assert!(error(&large).contains("overlap at the start"), "{}", error(&large));
+    let still = wells(1.0, 1.5)
+        .replacen("mass = 1.0", "static = true", 1)
+        .replace("static = true\ndiameter = 1.0\n[[interaction]]", "mass = 1.0\ndiameter = 1.0\n[[interaction]]");
+    assert!(error(&still).contains("static"), "{}", error(&still));
+    let refused = Scene::from_toml(format!("start.from = \"run\"\n{RUN}"), "next.toml").unwrap_err();
+    assert!(matches!(refused.kind(), SceneErrorKind::NeedsRun { .. }), "{refused}");
+}
