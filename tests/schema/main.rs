@@ -217,6 +217,7 @@ fn the_reader_knows_the_same_words() {
         ("space.z.upper", "'?'"),
         ("interaction.0.potential", "'?'"),
         ("fill.0.arrangement", "'?'"),
+        ("fill.1.region.shape", "'?'"),
         ("mesh.0.surface", "'?'"),
         ("mesh.0.open", "['?']"),
         ("run.thermostat.kind", "'?'"),
