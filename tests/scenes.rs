@@ -47,6 +47,30 @@ fn the_pendulum_is_straight_and_its_links_are_of_the_same_slack() {
     assert_eq!(scene.interactions()[scene.bonds()[9].interaction.0 as usize].potential.core(), Some(1.5));
 }
 
+#[test]
+fn the_disks_of_maxwell_start_with_one_speed_and_no_momentum() {
+    let scene = Scene::from_file("configs/maxwell.toml").unwrap();
+    let velocities = || scene.particles().iter().map(|particle| particle.velocity);
+    assert!(velocities().all(|velocity| (velocity.norm() - 1.0).abs() < 4.0 * f64::EPSILON && velocity.z == 0.0));
+    // Sums of two thousand terms of size one.
+    assert!(velocities().sum::<carom::Vector>().norm() < 1e-12);
+}
+
+#[test]
+fn the_balls_of_the_cradle_hang_all_but_touching_and_the_first_is_held_up() {
+    let scene = Scene::from_file("configs/cradle.toml").unwrap();
+    let position = |id: usize| scene.particles()[id].position;
+    for id in 1..4 {
+        let gap = (position(id + 1) - position(id)).norm() - 1.0;
+        assert!(gap > 0.0 && gap < 0.01, "{gap}");
+    }
+    assert!(position(0).z > position(1).z + 1.0);
+    for bond in scene.bonds() {
+        let [ball, pivot] = bond.pair.map(|id| position(id.0 as usize));
+        assert!((1.0 - (ball - pivot).norm() / 6.0).abs() < 1e-4);
+    }
+}
+
 const FLUID: &str = r#"
 [space]
 size = [12.0, 12.0, 12.0]

@@ -105,7 +105,19 @@ fn it_accepts_every_scene_of_configs_and_of_carom_new() {
         let path = entry.unwrap().path();
         texts.push((path.display().to_string(), std::fs::read_to_string(path).unwrap()));
     }
-    for kind in ["fluid", "well", "lennard-jones", "hopper", "pendulum", "polymer", "granular", "ball"] {
+    for kind in [
+        "fluid",
+        "well",
+        "lennard-jones",
+        "hopper",
+        "pendulum",
+        "polymer",
+        "granular",
+        "ball",
+        "maxwell",
+        "brownian",
+        "cradle",
+    ] {
         texts.push((format!("carom new {kind}"), program(&["new", kind])));
     }
     assert!(texts.len() >= 18);
