@@ -9,7 +9,7 @@ use crate::base::numbers::trunc_to_usize;
 use crate::model::Region;
 use crate::model::space::{Boundary, Space};
 
-pub(crate) use inside::sites_inside;
+pub(crate) use inside::{sites_around, sites_inside};
 
 /// A crystal lattice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

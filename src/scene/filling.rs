@@ -16,6 +16,9 @@ use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Fill, Group, Lattice};
 
+/// Most sites of a lattice around a region of which the region has a small part: those of a thin cylinder across the box, seconds and a gigabyte.
+const MOST_SITES: f64 = 2e7;
+
 /// A fill whose numbers are known.
 pub(crate) struct Filling {
     /// Species and how many of each.
@@ -92,6 +95,11 @@ impl Filling {
         }
         let count = self.shares.iter().map(|(_, count)| count).sum();
         let contact = contacts.map(|contacts| self.longest_contact(contacts, species.len()));
+        let around = lattice::sites_around(&self.region, space, count);
+        if around > MOST_SITES.max(count as f64 * 10.0) {
+            let value = format!("a lattice in a region that fills {:.0e} of the box around it", count as f64 / around);
+            return Err(SceneError::new(at.key("arrangement"), SceneErrorKind::value(value, "`random`")));
+        }
         let sites = Sites { count, diameter: self.largest(species), contact };
         match &self.region {
             FillRegion::Box(region) => lattice::sites(lattice, space, region, sites),

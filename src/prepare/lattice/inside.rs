@@ -9,8 +9,13 @@ use crate::prepare::region::FillRegion;
 /// By how much the number of sites in the box around a region grows from one attempt to the next.
 const STEP: f64 = 1.02;
 
-/// More sites than this for each particle are not made, whatever the part of its box that a region fills.
-const MOST_SITES: f64 = 1e4;
+/// More sites than this for each one that the volume of the region asks for are not made: by then some are inside of any region that has room.
+const MOST_SITES: f64 = 20.0;
+
+/// How many sites a lattice over the box around a region has if `count` are inside, by the volumes of both.
+pub(crate) fn sites_around(region: &FillRegion, space: &Space, count: usize) -> f64 {
+    count as f64 * FillRegion::Box(region.bounds(space)).volume(space) / region.volume(space)
+}
 
 /// The sites of a lattice over the box around a region that are inside of it, each with its particle. The widest lattice with enough of them.
 ///
@@ -24,8 +29,9 @@ pub(crate) fn sites_inside(
 ) -> Result<Vec<Vector>, TooTight> {
     let Sites { count, diameter, contact } = sites;
     let bounds = region.bounds(space);
-    let most = MOST_SITES * count as f64;
-    let mut total = count as f64;
+    let wanted = sites_around(region, space, count);
+    let most = MOST_SITES * wanted + 1e4;
+    let mut total = (0.5 * wanted).max(count as f64);
     loop {
         let mut fit = Fit::new(lattice, space, &bounds, diameter, trunc_to_usize(total.ceil()));
         let is_tight = contact.is_some_and(|contact| fit.spacing < contact * (1.0 - 1e-12));
