@@ -308,3 +308,62 @@ fn species_that_have_no_particles_take_no_memory() {
     // A cradle around the box.
     assert_eq!(pairs, [[0, 1], [1, 2], [0, 2]]);
 }
+
+/// A fill of a region in a periodic box, 20 long, whose axis z may be flat.
+fn filled(region: &str, arrangement: &str, amount: &str, is_flat: bool) -> Result<Scene, carom::scene::SceneError> {
+    let space = if is_flat { "size = [20.0, 20.0, 0.0]\nz = \"flat\"" } else { "size = [20.0, 20.0, 20.0]" };
+    let text = format!(
+        "[space]\n{space}\n[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 0.8\n[[interaction]]\nspecies = [\"A\", \"A\"]\n\
+         potential = \"hard-sphere\"\n[[fill]]\nspecies = \"A\"\narrangement = \"{arrangement}\"\n{amount}\nregion = {{ {region} }}\n\
+         [run]\nuntil_time = 1.0\n"
+    );
+    Scene::from_toml(text, "scene.toml")
+}
+
+#[test]
+fn a_fill_of_a_cylinder_a_cone_or_a_sphere_has_the_density_of_its_volume_and_is_inside() {
+    use std::f64::consts::PI;
+
+    let sphere = "shape = \"sphere\", centre = [10.0, 10.0, 10.0], radius = 6.0";
+    let tube = "shape = \"cylinder\", base = [6.0, 7.0, 5.0], axis = [0.0, 3.0, 4.0], radius = 3.0, length = 10.0";
+    let funnel =
+        "shape = \"cone\", base = [10.0, 10.0, 2.0], axis = [0.0, 0.0, 2.0], radii = [2.0, 7.0], length = 12.0";
+    let flat = |region: &str| region.replace("10.0], radius", "0.0], radius");
+    let strip = "shape = \"cylinder\", base = [5.0, 5.0, 0.0], axis = [4.0, 3.0, 0.0], radius = 2.0, length = 10.0";
+    let (in_space, in_plane) = (0.8_f64.powi(3) * PI / 6.0, 0.8_f64.powi(2) * PI / 4.0);
+    for (region, is_flat, volume) in [
+        (sphere, false, 4.0 / 3.0 * PI * 216.0),
+        (tube, false, PI * 90.0),
+        (funnel, false, PI * 4.0 * (4.0 + 14.0 + 49.0)),
+        (&flat(sphere), true, PI * 36.0),
+        (strip, true, 40.0),
+    ] {
+        let lattice = if is_flat { "hexagonal" } else { "fcc" };
+        for arrangement in ["random", lattice] {
+            let scene = filled(region, arrangement, "packing_fraction = 0.2", is_flat).unwrap();
+            let expected = (0.2 * volume / if is_flat { in_plane } else { in_space }).round();
+            assert_eq!(scene.particles().len() as f64, expected, "{region} {arrangement}");
+            for particle in scene.particles() {
+                let p = particle.position;
+                let is_inside = if region == tube {
+                    let axis = carom::Vector::new(0.0, 0.6, 0.8);
+                    let from = p - carom::Vector::new(6.0, 7.0, 5.0);
+                    let along = from.dot(&axis);
+                    (0.4 - 1e-9..9.6 + 1e-9).contains(&along) && (from - axis * along).norm() < 2.6 + 1e-9
+                } else if region == funnel {
+                    (2.4 - 1e-9..13.6 + 1e-9).contains(&p.z)
+                        && (p.xy().add_scalar(-10.0)).norm() < 2.0 + 5.0 * (p.z - 2.0) / 12.0
+                } else if region == strip {
+                    let across = -0.6 * (p.x - 5.0) + 0.8 * (p.y - 5.0);
+                    across.abs() < 1.6 + 1e-9
+                } else {
+                    (p - carom::Vector::new(10.0, 10.0, if is_flat { 0.0 } else { 10.0 })).norm() < 5.6 + 1e-9
+                };
+                assert!(is_inside, "{region} {arrangement}: {p}");
+            }
+            assert_eq!(filled(region, arrangement, "count = 7", is_flat).unwrap().particles().len(), 7);
+        }
+    }
+    assert!(filled(sphere, "fcc", "packing_fraction = 0.7", false).unwrap_err().to_string().contains("0.8"));
+    assert!(filled(sphere, "random", "packing_fraction = 0.5", false).unwrap_err().to_string().contains("no room"));
+}
