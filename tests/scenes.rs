@@ -365,5 +365,7 @@ fn a_fill_of_a_cylinder_a_cone_or_a_sphere_has_the_density_of_its_volume_and_is_
         }
     }
     assert!(filled(sphere, "fcc", "packing_fraction = 0.7", false).unwrap_err().to_string().contains("0.8"));
-    assert!(filled(sphere, "random", "packing_fraction = 0.5", false).unwrap_err().to_string().contains("found no place"));
+    assert!(
+        filled(sphere, "random", "packing_fraction = 0.5", false).unwrap_err().to_string().contains("found no place")
+    );
 }
