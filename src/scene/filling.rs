@@ -33,7 +33,7 @@ impl Filling {
         let filling = Self { shares: whole_numbers(&shares, count), region: region(fill, space, at)? };
         let largest = filling.largest(species);
         if !filling.region.has_room(0.5 * largest) {
-            let kind = SceneErrorKind::value("too small", format!("room for a particle of diameter {largest}"));
+            let kind = SceneErrorKind::RegionTooSmall { diameter: largest };
             return Err(SceneError::new(at.key("region"), kind));
         }
         Ok(filling)
