@@ -22,6 +22,7 @@ mod limits;
 pub(crate) mod names;
 mod parse;
 mod record;
+mod region;
 mod schema;
 mod source;
 mod surface;
@@ -30,6 +31,7 @@ mod validate;
 
 use std::path::Path;
 
+pub use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::BoxSide;
 pub use crate::prepare::surface::leak::{Gap, Leak};
 pub use builder::SceneBuilder;

@@ -134,7 +134,8 @@ impl Recipe {
         let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(self.count);
         fill.composition = vec![("A".into(), 0.6), ("B".into(), 0.4)];
         fill.temperature = Some(1.0);
-        fill.region = Some(carom::model::Region { lower: at(0.1, 0.1, 2.6), upper: at(7.9, 7.9, 7.9) });
+        let region = carom::model::Region { lower: at(0.1, 0.1, 2.6), upper: at(7.9, 7.9, 7.9) };
+        fill.region = Some(region.into());
         builder.add_fill(fill).build().ok()
     }
 }

@@ -47,6 +47,30 @@ fn the_pendulum_is_straight_and_its_links_are_of_the_same_slack() {
     assert_eq!(scene.interactions()[scene.bonds()[9].interaction.0 as usize].potential.core(), Some(1.5));
 }
 
+#[test]
+fn the_disks_of_maxwell_start_with_one_speed_and_no_momentum() {
+    let scene = Scene::from_file("configs/maxwell.toml").unwrap();
+    let velocities = || scene.particles().iter().map(|particle| particle.velocity);
+    assert!(velocities().all(|velocity| (velocity.norm() - 1.0).abs() < 4.0 * f64::EPSILON && velocity.z == 0.0));
+    // Sums of two thousand terms of size one.
+    assert!(velocities().sum::<carom::Vector>().norm() < 1e-12);
+}
+
+#[test]
+fn the_balls_of_the_cradle_hang_all_but_touching_and_the_first_is_held_up() {
+    let scene = Scene::from_file("configs/cradle.toml").unwrap();
+    let position = |id: usize| scene.particles()[id].position;
+    for id in 1..4 {
+        let gap = (position(id + 1) - position(id)).norm() - 1.0;
+        assert!(gap > 0.0 && gap < 0.01, "{gap}");
+    }
+    assert!(position(0).z > position(1).z + 1.0);
+    for bond in scene.bonds() {
+        let [ball, pivot] = bond.pair.map(|id| position(id.0 as usize));
+        assert!((1.0 - (ball - pivot).norm() / 6.0).abs() < 1e-4);
+    }
+}
+
 const FLUID: &str = r#"
 [space]
 size = [12.0, 12.0, 12.0]
@@ -283,4 +307,65 @@ fn species_that_have_no_particles_take_no_memory() {
     pairs.iter_mut().for_each(|pair| pair.sort_unstable());
     // A cradle around the box.
     assert_eq!(pairs, [[0, 1], [1, 2], [0, 2]]);
+}
+
+/// A fill of a region in a periodic box, 20 long, whose axis z may be flat.
+fn filled(region: &str, arrangement: &str, amount: &str, is_flat: bool) -> Result<Scene, carom::scene::SceneError> {
+    let space = if is_flat { "size = [20.0, 20.0, 0.0]\nz = \"flat\"" } else { "size = [20.0, 20.0, 20.0]" };
+    let text = format!(
+        "[space]\n{space}\n[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 0.8\n[[interaction]]\nspecies = [\"A\", \"A\"]\n\
+         potential = \"hard-sphere\"\n[[fill]]\nspecies = \"A\"\narrangement = \"{arrangement}\"\n{amount}\nregion = {{ {region} }}\n\
+         [run]\nuntil_time = 1.0\n"
+    );
+    Scene::from_toml(text, "scene.toml")
+}
+
+#[test]
+fn a_fill_of_a_cylinder_a_cone_or_a_sphere_has_the_density_of_its_volume_and_is_inside() {
+    use std::f64::consts::PI;
+
+    let sphere = "shape = \"sphere\", centre = [10.0, 10.0, 10.0], radius = 6.0";
+    let tube = "shape = \"cylinder\", base = [6.0, 7.0, 5.0], axis = [0.0, 3.0, 4.0], radius = 3.0, length = 10.0";
+    let funnel =
+        "shape = \"cone\", base = [10.0, 10.0, 2.0], axis = [0.0, 0.0, 2.0], radii = [2.0, 7.0], length = 12.0";
+    let flat = |region: &str| region.replace("10.0], radius", "0.0], radius");
+    let strip = "shape = \"cylinder\", base = [5.0, 5.0, 0.0], axis = [4.0, 3.0, 0.0], radius = 2.0, length = 10.0";
+    let (in_space, in_plane) = (0.8_f64.powi(3) * PI / 6.0, 0.8_f64.powi(2) * PI / 4.0);
+    for (region, is_flat, volume) in [
+        (sphere, false, 4.0 / 3.0 * PI * 216.0),
+        (tube, false, PI * 90.0),
+        (funnel, false, PI * 4.0 * (4.0 + 14.0 + 49.0)),
+        (&flat(sphere), true, PI * 36.0),
+        (strip, true, 40.0),
+    ] {
+        let lattice = if is_flat { "hexagonal" } else { "fcc" };
+        for arrangement in ["random", lattice] {
+            let scene = filled(region, arrangement, "packing_fraction = 0.2", is_flat).unwrap();
+            let expected = (0.2 * volume / if is_flat { in_plane } else { in_space }).round();
+            assert_eq!(scene.particles().len() as f64, expected, "{region} {arrangement}");
+            for particle in scene.particles() {
+                let p = particle.position;
+                let is_inside = if region == tube {
+                    let axis = carom::Vector::new(0.0, 0.6, 0.8);
+                    let from = p - carom::Vector::new(6.0, 7.0, 5.0);
+                    let along = from.dot(&axis);
+                    (0.4 - 1e-9..9.6 + 1e-9).contains(&along) && (from - axis * along).norm() < 2.6 + 1e-9
+                } else if region == funnel {
+                    (2.4 - 1e-9..13.6 + 1e-9).contains(&p.z)
+                        && (p.xy().add_scalar(-10.0)).norm() < 2.0 + 5.0 * (p.z - 2.0) / 12.0
+                } else if region == strip {
+                    let across = -0.6 * (p.x - 5.0) + 0.8 * (p.y - 5.0);
+                    across.abs() < 1.6 + 1e-9
+                } else {
+                    (p - carom::Vector::new(10.0, 10.0, if is_flat { 0.0 } else { 10.0 })).norm() < 5.6 + 1e-9
+                };
+                assert!(is_inside, "{region} {arrangement}: {p}");
+            }
+            assert_eq!(filled(region, arrangement, "count = 7", is_flat).unwrap().particles().len(), 7);
+        }
+    }
+    assert!(filled(sphere, "fcc", "packing_fraction = 0.7", false).unwrap_err().to_string().contains("0.8"));
+    assert!(
+        filled(sphere, "random", "packing_fraction = 0.5", false).unwrap_err().to_string().contains("found no place")
+    );
 }

@@ -1,11 +1,15 @@
 //! Regular starts: the lattice that fits a region best, stretched to fill it.
 
+mod inside;
+
 use thiserror::Error;
 
 use crate::Vector;
 use crate::base::numbers::trunc_to_usize;
 use crate::model::Region;
 use crate::model::space::{Boundary, Space};
+
+pub(crate) use inside::{sites_around, sites_inside};
 
 /// A crystal lattice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -233,10 +237,15 @@ impl Fit {
         least.sqrt()
     }
 
+    /// Number of sites.
+    fn all(&self) -> usize {
+        self.cells.iter().product::<usize>() * self.lattice.basis().len()
+    }
+
     /// The positions, one per particle; sites in excess stay empty, evenly spread.
     fn sites(&self) -> Vec<Vector> {
         let basis = self.lattice.basis();
-        let sites = self.cells.iter().product::<usize>() * basis.len();
+        let sites = self.all();
         let edges: Vec<f64> = self.axes.iter().zip(&self.cells).map(|(axis, &cells)| axis.edge(cells)).collect();
         (0..self.count)
             .map(|particle| {
@@ -269,20 +278,10 @@ pub(crate) fn root(volume: f64, dimensions: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::space::minimum_image;
+    use crate::prepare::lattice::inside::least_distance;
 
     fn fit(lattice: Lattice, space: &Space, count: usize) -> Fit {
         Fit::new(lattice, space, &Region { lower: space.lower, upper: space.upper() }, 1.0, count)
-    }
-
-    fn least_distance(sites: &[Vector], space: &Space) -> f64 {
-        let mut least = f64::INFINITY;
-        for (i, a) in sites.iter().enumerate() {
-            for b in &sites[..i] {
-                least = least.min(minimum_image(a - b, &space.periods()).norm());
-            }
-        }
-        least
     }
 
     #[test]

@@ -12,7 +12,8 @@ use self::occupancy::{Contacts, Occupancy};
 use crate::Vector;
 use crate::model::random::{Purpose, Random};
 use crate::model::scene::own_volume;
-use crate::model::{PotentialError, Region, Space, Species, SpeciesId};
+use crate::model::{PotentialError, Space, Species, SpeciesId};
+use crate::prepare::region::FillRegion;
 
 /// Random insertion found no place for one more.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -45,7 +46,7 @@ pub(crate) struct RandomFill<'a> {
     pub species: &'a [Species],
     pub contacts: &'a Contacts,
     pub space: &'a Space,
-    pub region: Region,
+    pub region: FillRegion,
     /// Whether the whole box is theirs, without other particles.
     pub has_box: bool,
     pub seed: u64,
@@ -92,7 +93,7 @@ impl RandomFill<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Particle;
+    use crate::model::{Particle, Region};
     use crate::prepare::packing::occupancy::first_overlap;
 
     /// Spheres of diameter 1 at random in a periodic cube that they fill to a packing fraction.
@@ -107,7 +108,7 @@ mod tests {
             species: &species,
             contacts: &contacts,
             space: &space,
-            region: Region { lower: space.lower, upper: space.upper() },
+            region: FillRegion::Box(Region { lower: space.lower, upper: space.upper() }),
             has_box,
             seed: 3,
             group: 0,

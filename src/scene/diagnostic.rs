@@ -88,6 +88,9 @@ pub enum SceneErrorKind {
         "{count} particles do not fit on this lattice: its sites would be {spacing} apart where {contact} is needed"
     )]
     LatticeTooTight { count: usize, spacing: f64, contact: f64 },
+    /// A region that is smaller than a particle.
+    #[error("the region has no room for a particle of diameter {diameter}: expected a larger one")]
+    RegionTooSmall { diameter: f64 },
     /// A region without room for more.
     #[error("only {placed} of {count} fitted: {attempts} random attempts found no place for the next one")]
     NoRoom { placed: usize, count: usize, attempts: usize },

@@ -14,7 +14,7 @@ pub(crate) use diameter::{DiameterFile, DistributionFile};
 pub(crate) use drive::{GrowthFile, StageFile, ThermostatFile};
 pub(crate) use interaction::InteractionFile;
 pub(crate) use measure::MeasureFile;
-pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile};
+pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
 pub(crate) use space::{AxisFile, SpaceFile};
 
 use schemars::JsonSchema;

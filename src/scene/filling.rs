@@ -2,31 +2,41 @@
 
 use crate::Vector;
 use crate::base::numbers::{index, trunc_to_u64};
-use crate::model::Region;
-use crate::model::space::{Boundary, Space};
+use crate::model::space::Space;
 use crate::model::{Species, SpeciesId};
-use crate::prepare::composition::{edges, largest_packing_fraction, mean_volume, realised, volume, whole_numbers};
+use crate::prepare::composition::{edges, largest_packing_fraction, mean_volume, realised, whole_numbers};
 use crate::prepare::lattice::{self, Sites};
 use crate::prepare::packing::occupancy::Contacts;
+use crate::prepare::region::FillRegion;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::species_named;
-use crate::scene::limits::{AXES, affordable, finite_vector, positive};
+use crate::scene::limits::{affordable, positive};
+use crate::scene::region::region;
 use crate::scene::unvalidated::{Amount, Fill, Group, Lattice};
+
+/// Most sites of a lattice around a region of which the region has a small part: those of a thin cylinder across the box, seconds and a gigabyte.
+const MOST_SITES: f64 = 2e7;
 
 /// A fill whose numbers are known.
 pub(crate) struct Filling {
     /// Species and how many of each.
     shares: Vec<(SpeciesId, usize)>,
-    pub region: Region,
+    pub region: FillRegion,
 }
 
 impl Filling {
     pub(crate) fn new(fill: &Fill, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Self, SceneError> {
         let count = index(Self::count(fill, species, space, at)?);
         let shares = shares(fill, species, at)?;
-        Ok(Self { shares: whole_numbers(&shares, count), region: region(fill, space, at)? })
+        let filling = Self { shares: whole_numbers(&shares, count), region: region(fill, space, at)? };
+        let largest = filling.largest(species);
+        if !filling.region.has_room(0.5 * largest) {
+            let kind = SceneErrorKind::RegionTooSmall { diameter: largest };
+            return Err(SceneError::new(at.key("region"), kind));
+        }
+        Ok(filling)
     }
 
     /// Number of particles.
@@ -37,7 +47,7 @@ impl Filling {
             (Some(0), _) => return Err(SceneError::new(at.key("count"), SceneErrorKind::value(0, "at least 1"))),
             (Some(count), _) => count,
             (None, Some(amount)) => {
-                let volume = volume(&region, space);
+                let volume = region.volume(space);
                 let count = (volume / volume_per_particle(amount, &shares, species, space, at)?).round();
                 if count < 1.0 {
                     let kind =
@@ -84,10 +94,23 @@ impl Filling {
             return Err(SceneError::new(at.key("arrangement"), SceneErrorKind::value(value, expected)));
         }
         let count = self.shares.iter().map(|(_, count)| count).sum();
-        let largest = self.species().map(|kind| species[kind.0 as usize].diameter).fold(0.0, f64::max);
         let contact = contacts.map(|contacts| self.longest_contact(contacts, species.len()));
-        lattice::sites(lattice, space, &self.region, Sites { count, diameter: largest, contact })
-            .map_err(|too_tight| SceneError::new(at.clone(), too_tight))
+        let around = lattice::sites_around(&self.region, space, count);
+        if around > MOST_SITES.max(count as f64 * 10.0) {
+            let value = format!("a lattice in a region that fills {:.0e} of the box around it", count as f64 / around);
+            return Err(SceneError::new(at.key("arrangement"), SceneErrorKind::value(value, "`random`")));
+        }
+        let sites = Sites { count, diameter: self.largest(species), contact };
+        match &self.region {
+            FillRegion::Box(region) => lattice::sites(lattice, space, region, sites),
+            region => lattice::sites_inside(lattice, space, region, sites),
+        }
+        .map_err(|too_tight| SceneError::new(at.clone(), too_tight))
+    }
+
+    /// Diameter of the largest particle `[length]`.
+    fn largest(&self, species: &[Species]) -> f64 {
+        self.species().map(|kind| species[kind.0 as usize].diameter).fold(0.0, f64::max)
     }
 
     /// The longest contact distance of two species of the fill `[length]`.
@@ -117,28 +140,6 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
         return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "species", why }));
     }
     Ok(shares)
-}
-
-fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<Region, SceneError> {
-    let whole = Region { lower: space.lower, upper: space.upper() };
-    let Some(region) = fill.region else { return Ok(whole) };
-    let at = at.key("region");
-    finite_vector(&region.lower, &at.key("lower"))?;
-    finite_vector(&region.upper, &at.key("upper"))?;
-    for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {
-        if region.lower[k] >= region.upper[k] {
-            let kind = SceneErrorKind::value(region.upper[k], format!("more than the lower end, {}", region.lower[k]));
-            return Err(SceneError::new(at.key("upper").index(k), kind));
-        }
-        let is_bounded = space.boundary[k] != Boundary::OPEN;
-        for (key, value) in [("lower", region.lower[k]), ("upper", region.upper[k])] {
-            if is_bounded && !(whole.lower[k]..=whole.upper[k]).contains(&value) {
-                let expected = format!("{} from {} to {} as the box", AXES[k], whole.lower[k], whole.upper[k]);
-                return Err(SceneError::new(at.key(key).index(k), SceneErrorKind::value(value, expected)));
-            }
-        }
-    }
-    Ok(region)
 }
 
 fn key_of(amount: Amount) -> &'static str {

@@ -9,6 +9,7 @@ use crate::model::Species;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
 pub use crate::prepare::lattice::Lattice;
+use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::Surface;
 use crate::scene::config_path::ConfigPath;
 
@@ -50,7 +51,7 @@ pub struct Fill {
     /// How dense; follows from `count` if it is not given.
     pub amount: Option<Amount>,
     /// Where; the whole box if it is not given. The particles stay inside of it with their surfaces, too.
-    pub region: Option<Region>,
+    pub region: Option<FillRegion>,
     /// Temperature of their Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
     pub temperature: Option<f64>,
     /// Equal speed of all, in random directions, instead of Maxwell velocities `[length / time]`.
@@ -89,10 +90,16 @@ impl Fill {
         self
     }
 
-    /// Inside of a region.
+    /// Inside of a box.
     #[must_use]
-    pub fn region(mut self, lower: Vector, upper: Vector) -> Self {
-        self.region = Some(Region { lower, upper });
+    pub fn region(self, lower: Vector, upper: Vector) -> Self {
+        self.inside(FillRegion::Box(Region { lower, upper }))
+    }
+
+    /// Inside of a region: a box, a cylinder, a cone or a sphere.
+    #[must_use]
+    pub fn inside(mut self, region: FillRegion) -> Self {
+        self.region = Some(region);
         self
     }
 }

@@ -53,6 +53,7 @@ pressure_tensor = true
 radial_distribution = true
 diffusion = true
 free_paths = true
+speeds = true
 bond_order = true
 "#;
 
@@ -83,6 +84,7 @@ radial_distribution = true
 structure_factor = true
 diffusion = true
 free_paths = true
+speeds = true
 bond_order = true
 [[measure.profile]]
 name = "layers"

@@ -105,7 +105,19 @@ fn it_accepts_every_scene_of_configs_and_of_carom_new() {
         let path = entry.unwrap().path();
         texts.push((path.display().to_string(), std::fs::read_to_string(path).unwrap()));
     }
-    for kind in ["fluid", "well", "lennard-jones", "hopper", "pendulum", "polymer", "granular", "ball"] {
+    for kind in [
+        "fluid",
+        "well",
+        "lennard-jones",
+        "hopper",
+        "pendulum",
+        "polymer",
+        "granular",
+        "ball",
+        "maxwell",
+        "brownian",
+        "cradle",
+    ] {
         texts.push((format!("carom new {kind}"), program(&["new", kind])));
     }
     assert!(texts.len() >= 18);
@@ -217,6 +229,7 @@ fn the_reader_knows_the_same_words() {
         ("space.z.upper", "'?'"),
         ("interaction.0.potential", "'?'"),
         ("fill.0.arrangement", "'?'"),
+        ("fill.1.region.shape", "'?'"),
         ("mesh.0.surface", "'?'"),
         ("mesh.0.open", "['?']"),
         ("run.thermostat.kind", "'?'"),

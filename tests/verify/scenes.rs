@@ -25,11 +25,14 @@ pub fn assert_proven(name: &str, certificate: &Certificate, events: u64) {
 fn every_scene_of_configs_is_proven() {
     for (name, events) in [
         ("bouncing_ball", 500),
+        ("brownian", 1000),
+        ("cradle", 1000),
         ("elastic_spheres_1d", 1000),
         ("equation_of_state", 1000),
         ("granular_cooling", 1000),
         ("hard_sphere_fluid", 1000),
         ("hopper", 1000),
+        ("maxwell", 1000),
         ("pendulum", 1000),
         ("polymer", 1000),
         ("square_well_fluid", 1000),

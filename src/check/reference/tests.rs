@@ -88,8 +88,7 @@ impl Recipe {
         let mut fill = Fill::new(Lattice::SimpleCubic, "A").count(24);
         fill.composition = vec![("A".into(), 0.5), ("B".into(), 0.5)];
         fill.temperature = Some(1.0);
-        fill.region =
-            Some(crate::model::Region { lower: Vector::new(0.1, 0.1, 2.6), upper: Vector::new(7.9, 7.9, 7.9) });
+        let fill = fill.region(Vector::new(0.1, 0.1, 2.6), Vector::new(7.9, 7.9, 7.9));
         builder.add_fill(fill).build().unwrap()
     }
 }

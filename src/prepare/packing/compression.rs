@@ -16,6 +16,7 @@ use crate::model::{
 use crate::prepare::packing::insertion::insert;
 use crate::prepare::packing::occupancy::{Contacts, Occupancy};
 use crate::prepare::packing::{PackingError, RandomFill};
+use crate::prepare::region::FillRegion;
 use crate::prepare::velocity::maxwell;
 
 /// Fractions of a line, a plane and space at which the spheres start to grow: half of where random insertion jams.
@@ -128,7 +129,7 @@ impl Compression<'_> {
     /// A scene of hard spheres that are smaller by a factor, with a temperature of 1.
     fn loose(&self) -> Result<(Scene, f64), PackingError> {
         let mut random = Random::new(self.fill.seed, Purpose::Growth, self.fill.group);
-        let region = Region { lower: self.fill.space.lower, upper: self.fill.space.upper() };
+        let region = FillRegion::Box(Region { lower: self.fill.space.lower, upper: self.fill.space.upper() });
         let share = self.of_dimensions(LOOSE) / self.core_fraction();
         let largest = libm::pow(share, 1.0 / self.fill.space.dimensions() as f64).min(FRAC_1_SQRT_2);
         let mut tried = None;

@@ -6,12 +6,13 @@ use crate::model::random::Random;
 use crate::model::space::{Boundary, Space};
 use crate::prepare::packing::NoRoom;
 use crate::prepare::packing::occupancy::Occupancy;
+use crate::prepare::region::FillRegion;
 
 /// Random attempts to place one particle before it is given up. At 90 % of the density where random insertion jams in
 /// three dimensions, a place is found once in some 10^4 attempts.
 const ATTEMPTS: usize = 200_000;
 
-/// A place drawn evenly from a region, with the surface of the particle inside of it.
+/// A place drawn evenly from a box, with the surface of the particle inside of it.
 pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Random) -> Vector {
     Vector::from_fn(|k, _| {
         if space.boundary[k] == Boundary::Flat {
@@ -32,7 +33,7 @@ pub(crate) fn draw(region: &Region, space: &Space, radius: f64, random: &mut Ran
 /// [`NoRoom`] if one finds no place.
 pub(crate) fn insert(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
-    region: &Region,
+    region: &FillRegion,
     space: &Space,
     occupancy: &mut Occupancy<'_>,
     random: &mut Random,
@@ -41,7 +42,7 @@ pub(crate) fn insert(
     let mut positions = Vec::with_capacity(count);
     for (radius, species) in sizes {
         let free = (0..ATTEMPTS)
-            .map(|_| draw(region, space, radius, random))
+            .map(|_| region.draw(space, radius, random))
             .find(|position| occupancy.overlap(position, species, |_| true).is_none());
         let Some(position) = free else {
             return Err(NoRoom { placed: positions.len(), count, attempts: ATTEMPTS });

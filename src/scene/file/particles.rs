@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::prepare::surface::BoxSide;
 use crate::scene::names::WORDS;
-use crate::scene::parse::particles::{ARRANGEMENTS, SURFACES};
+use crate::scene::parse::particles::{ARRANGEMENTS, REGIONS, SURFACES};
 use crate::scene::schema::{keys_by_kind, words};
 
 /// `[[particle]]`: one particle.
@@ -103,14 +103,33 @@ pub(crate) struct FillFile {
     pub velocity: Option<[f64; 3]>,
 }
 
-/// A box, aligned with the axes.
+/// The inside of a box that is aligned with the axes, of a cylinder, a cone or a sphere.
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("allOf" = keys_by_kind("shape", &REGIONS)))]
 pub(crate) struct RegionFile {
-    /// Lower corner `[length]`.
-    pub lower: [f64; 3],
-    /// Upper corner `[length]`.
-    pub upper: [f64; 3],
+    /// The shape; it decides which of the other keys there are.
+    #[schemars(extend("enum" = words(&REGIONS), "default" = "box"))]
+    pub shape: Option<String>,
+    /// Lower corner of a box `[length]`.
+    pub lower: Option<[f64; 3]>,
+    /// Upper corner of a box `[length]`.
+    pub upper: Option<[f64; 3]>,
+    /// Centre of the first end of a cylinder or cone `[length]`.
+    pub base: Option<[f64; 3]>,
+    /// Direction from the first end to the second, of any length.
+    pub axis: Option<[f64; 3]>,
+    /// Distance of the ends `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub length: Option<f64>,
+    /// Radii of the two ends of a cone `[length]`.
+    #[schemars(inner(range(min = 0)))]
+    pub radii: Option<[f64; 2]>,
+    /// Radius of a cylinder or sphere `[length]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: Option<f64>,
+    /// Centre of a sphere `[length]`.
+    pub centre: Option<[f64; 3]>,
 }
 
 /// `[[mesh]]`: a surface made of static particles.

@@ -2,10 +2,11 @@
 
 use super::{Keys, missing, variant, vector};
 use crate::model::Region;
+use crate::prepare::region::FillRegion;
 use crate::prepare::surface::{BoxSide, Surface};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::file::{ChainFile, FillFile, MeshFile};
+use crate::scene::file::{ChainFile, FillFile, MeshFile, RegionFile};
 use crate::scene::unvalidated::{Amount, Arrangement, Chain, Fill, Lattice, SurfaceFill};
 
 pub(super) fn parse_chain(file: ChainFile, at: &ConfigPath) -> Result<Chain, SceneError> {
@@ -65,10 +66,52 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
         arrangement,
         count: file.count,
         amount,
-        region: file.region.map(|region| Region { lower: vector(region.lower), upper: vector(region.upper) }),
+        region: file.region.map(|region| parse_region(region, &at.key("region"))).transpose()?,
         temperature: file.temperature,
         speed: file.speed,
         velocity: vector(file.velocity.unwrap_or_default()),
+    })
+}
+
+/// The shapes of regions, and the keys that each one takes.
+pub(crate) const REGIONS: [(&str, &[&str]); 4] = [
+    ("box", &["lower", "upper"]),
+    ("cylinder", &["base", "axis", "radius", "length"]),
+    ("cone", &["base", "axis", "radii", "length"]),
+    ("sphere", &["centre", "radius"]),
+];
+
+fn parse_region(file: RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneError> {
+    let given = [
+        ("lower", file.lower.is_some()),
+        ("upper", file.upper.is_some()),
+        ("base", file.base.is_some()),
+        ("axis", file.axis.is_some()),
+        ("length", file.length.is_some()),
+        ("radii", file.radii.is_some()),
+        ("radius", file.radius.is_some()),
+        ("centre", file.centre.is_some()),
+    ];
+    let (word, keys) = Keys::of_kind(&REGIONS, "shape", file.shape.as_deref().unwrap_or("box"), at, &given)?;
+    Ok(match word {
+        "box" => FillRegion::Box(Region {
+            lower: vector(keys.need(file.lower, "lower")?),
+            upper: vector(keys.need(file.upper, "upper")?),
+        }),
+        "sphere" => FillRegion::Sphere {
+            centre: vector(keys.need(file.centre, "centre")?),
+            radius: keys.need(file.radius, "radius")?,
+        },
+        _ => FillRegion::Cone {
+            base: vector(keys.need(file.base, "base")?),
+            axis: vector(keys.need(file.axis, "axis")?),
+            radii: if word == "cone" {
+                keys.need(file.radii, "radii")?
+            } else {
+                [keys.need(file.radius, "radius")?; 2]
+            },
+            length: keys.need(file.length, "length")?,
+        },
     })
 }
 

@@ -1,0 +1,274 @@
+//! Regions that a fill takes: boxes, and the insides of cylinders, cones and spheres.
+
+use std::f64::consts::PI;
+
+use crate::Vector;
+use crate::model::Region;
+use crate::model::random::Random;
+use crate::model::space::{Boundary, Space};
+use crate::prepare::composition;
+use crate::prepare::packing::insertion;
+
+/// Part of a length by which a site may be outside by rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A region to fill. In two dimensions a cylinder is a strip, a cone a trapezium and a sphere a disk.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum FillRegion {
+    /// A box, aligned with the axes.
+    Box(Region),
+    /// The inside of a cone's frustum: of a cylinder if the radii are equal.
+    Cone {
+        /// Centre of the first end `[length]`.
+        base: Vector,
+        /// Direction from the first end to the second, of any length.
+        axis: Vector,
+        /// Radii of the ends `[length]`.
+        radii: [f64; 2],
+        /// Distance of the ends along the axis `[length]`.
+        length: f64,
+    },
+    /// The inside of a sphere.
+    Sphere {
+        /// Its centre `[length]`.
+        centre: Vector,
+        /// Its radius `[length]`.
+        radius: f64,
+    },
+}
+
+impl From<Region> for FillRegion {
+    fn from(region: Region) -> Self {
+        Self::Box(region)
+    }
+}
+
+/// Volume of a ball in 0 to 3 dimensions.
+fn ball(radius: f64, dimensions: usize) -> f64 {
+    match dimensions {
+        0 => 1.0,
+        1 => 2.0 * radius,
+        2 => PI * radius * radius,
+        _ => 4.0 / 3.0 * PI * radius * radius * radius,
+    }
+}
+
+impl FillRegion {
+    /// Its volume, area or length `[length^D]`.
+    pub(crate) fn volume(&self, space: &Space) -> f64 {
+        let dimensions = space.dimensions();
+        match self {
+            Self::Box(region) => composition::volume(region, space),
+            Self::Sphere { radius, .. } => ball(*radius, dimensions),
+            Self::Cone { radii: [a, b], length, .. } => match dimensions {
+                3 => PI / 3.0 * length * (a * a + a * b + b * b),
+                2 => length * (a + b),
+                _ => *length,
+            },
+        }
+    }
+
+    /// The smallest box around it.
+    pub(crate) fn bounds(&self, space: &Space) -> Region {
+        let around = |k: usize, low: f64, high: f64| match space.boundary[k] {
+            Boundary::Flat => [space.lower[k]; 2],
+            _ => [low, high],
+        };
+        let ends: [[f64; 2]; 3] = match self {
+            Self::Box(region) => return *region,
+            Self::Sphere { centre, radius } => [0, 1, 2].map(|k| around(k, centre[k] - radius, centre[k] + radius)),
+            Self::Cone { base, axis, radii, length } => {
+                let axis = axis.normalize();
+                [0, 1, 2].map(|k| {
+                    // How far a disk of radius 1 across the axis reaches.
+                    let reach = (1.0 - axis[k] * axis[k]).max(0.0).sqrt();
+                    let places = [base[k], base[k] + length * axis[k]];
+                    let low = (places[0] - radii[0] * reach).min(places[1] - radii[1] * reach);
+                    around(k, low, (places[0] + radii[0] * reach).max(places[1] + radii[1] * reach))
+                })
+            }
+        };
+        Region { lower: Vector::from(ends.map(|end| end[0])), upper: Vector::from(ends.map(|end| end[1])) }
+    }
+
+    /// Whether a particle is inside of it with its surface.
+    pub(crate) fn holds(&self, position: &Vector, particle: f64) -> bool {
+        match self {
+            Self::Box(region) => (0..3).all(|k| (region.lower[k]..=region.upper[k]).contains(&position[k])),
+            Self::Sphere { centre, radius } => {
+                (position - centre).norm() <= (radius - particle) + ROUNDING * (radius + particle)
+            }
+            Self::Cone { base, axis, length, .. } => {
+                let axis = axis.normalize();
+                let from = position - base;
+                let along = from.dot(&axis);
+                let rounding = ROUNDING * (length + particle);
+                (particle - rounding..=length - particle + rounding).contains(&along)
+                    && (from - axis * along).norm() <= self.room_at(along, particle) + rounding
+            }
+        }
+    }
+
+    /// How far from the axis of a cone the centre of a particle can be that touches its surface `[length]`.
+    fn room_at(&self, along: f64, particle: f64) -> f64 {
+        let Self::Cone { radii: [a, b], length, .. } = self else { return 0.0 };
+        a + (b - a) * along / length - particle * libm::hypot(1.0, (b - a) / length)
+    }
+
+    /// The stretch of the axis of a cone on which centres of particles can be.
+    fn stretch(&self, particle: f64) -> Option<[f64; 2]> {
+        let Self::Cone { radii: [a, b], length, .. } = self else { return None };
+        let ends = [particle, length - particle];
+        let room = ends.map(|end| self.room_at(end, particle));
+        // Where the surface is as far away as the particle's; nothing is cut off where both ends are wide enough.
+        let slope = (b - a) / length;
+        let apex = ends[0] - room[0] / slope;
+        let [low, high] = [if room[0] < 0.0 { apex } else { ends[0] }, if room[1] < 0.0 { apex } else { ends[1] }];
+        (ends[0] <= ends[1] && room[0].max(room[1]) >= 0.0).then_some([low, high])
+    }
+
+    /// Whether there is a place for a particle.
+    pub(crate) fn has_room(&self, particle: f64) -> bool {
+        match self {
+            Self::Box(_) => true,
+            Self::Sphere { radius, .. } => particle <= *radius,
+            Self::Cone { .. } => self.stretch(particle).is_some(),
+        }
+    }
+
+    /// A place drawn evenly, with the surface of the particle inside; one that it has room for, [`Self::has_room`].
+    pub(crate) fn draw(&self, space: &Space, particle: f64, random: &mut Random) -> Vector {
+        match self {
+            Self::Box(region) => insertion::draw(region, space, particle, random),
+            Self::Sphere { centre, radius } => {
+                let uniform = random.uniform();
+                let part = match space.dimensions() {
+                    3 => libm::cbrt(uniform),
+                    2 => uniform.sqrt(),
+                    _ => uniform,
+                };
+                centre + random.direction(space) * ((radius - particle).max(0.0) * part)
+            }
+            Self::Cone { base, axis, .. } => {
+                let axis = axis.normalize();
+                let [low, high] = self.stretch(particle).unwrap_or_default();
+                let widest = self.room_at(low, particle).max(self.room_at(high, particle)).max(0.0);
+                loop {
+                    let along = low + (high - low) * random.uniform();
+                    let across = disk(&axis, space, random) * widest;
+                    // A third is accepted, at least: so much of a cylinder a cone is.
+                    if across.norm() <= self.room_at(along, particle).max(0.0) || widest == 0.0 {
+                        return base + axis * along + across;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A place in the disk of radius 1 at right angles to an axis; in two dimensions a line.
+fn disk(axis: &Vector, space: &Space, random: &mut Random) -> Vector {
+    let reach = if space.dimensions() == 3 { random.uniform().sqrt() } else { random.uniform() };
+    loop {
+        let direction = random.direction(space);
+        let across = direction - axis * axis.dot(&direction);
+        // Nearly along the axis there would be only rounding.
+        if across.norm_squared() > 1e-12 {
+            return across.normalize() * reach;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::random::Purpose;
+
+    /// A space in which the axes from `dimensions` on are flat.
+    fn space(dimensions: usize) -> Space {
+        let mut space = Space::periodic_cube(20.0);
+        for k in dimensions..3 {
+            (space.boundary[k], space.size[k]) = (Boundary::Flat, 0.0);
+        }
+        space
+    }
+
+    /// Shapes around the middle of a space, with an oblique axis in it.
+    fn shapes(dimensions: usize) -> [FillRegion; 4] {
+        let in_plane = |x, y, z| Vector::new(x, y, if dimensions == 3 { z } else { 0.0 });
+        let (base, axis) = (in_plane(8.0, 9.0, 7.0), in_plane(1.0, 2.0, 3.0));
+        [
+            FillRegion::Sphere { centre: in_plane(10.0, 10.0, 10.0), radius: 3.0 },
+            FillRegion::Cone { base, axis, radii: [2.0, 2.0], length: 5.0 },
+            FillRegion::Cone { base, axis, radii: [1.0, 3.0], length: 4.0 },
+            FillRegion::Cone { base, axis, radii: [3.0, 0.0], length: 6.0 },
+        ]
+    }
+
+    #[test]
+    fn the_volume_is_the_part_of_the_box_around_it_that_is_inside() {
+        for dimensions in [2, 3] {
+            let space = space(dimensions);
+            for shape in shapes(dimensions) {
+                let bounds = FillRegion::Box(shape.bounds(&space));
+                let mut random = Random::new(3, Purpose::Placement, 0);
+                let count = 40_000;
+                let inside = (0..count).filter(|_| shape.holds(&bounds.draw(&space, 0.0, &mut random), 0.0)).count();
+                let part = shape.volume(&space) / bounds.volume(&space);
+                let error = (part * (1.0 - part) / f64::from(count)).sqrt();
+                let measured = inside as f64 / f64::from(count);
+                assert!((measured - part).abs() < 4.0 * error, "{shape:?}: {measured} for {part}");
+            }
+        }
+    }
+
+    #[test]
+    fn places_are_inside_with_the_surface_reach_every_side_and_are_even() {
+        for dimensions in [2, 3] {
+            let space = space(dimensions);
+            for shape in shapes(dimensions) {
+                let mut random = Random::new(3, Purpose::Placement, 0);
+                let (particle, count) = (0.4, 4000);
+                let mut even = 0.0;
+                let middle = {
+                    let Region { lower, upper } = shape.bounds(&space);
+                    0.5 * (lower + upper)
+                };
+                for _ in 0..count {
+                    let place = shape.draw(&space, particle, &mut random);
+                    assert!(shape.holds(&place, particle), "{shape:?}: {place}");
+                    even += place.x;
+                }
+                // The mean of x is that of points of the box around it that are inside.
+                let bounds = FillRegion::Box(shape.bounds(&space));
+                let (mut sum, mut inside) = (0.0, 0.0);
+                while inside < f64::from(count) {
+                    let place = bounds.draw(&space, 0.0, &mut random);
+                    if shape.holds(&place, particle) {
+                        sum += place.x;
+                        inside += 1.0;
+                    }
+                }
+                let (even, expected) = (even / f64::from(count), sum / inside);
+                // A deviation of at most 3 in each of two means of 4000.
+                assert!(
+                    (even - expected).abs() < 4.0 * 3.0 * (2.0 / inside).sqrt(),
+                    "{shape:?}: {even} {expected} {middle}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_particle_has_room_where_it_touches_and_no_farther() {
+        let sphere = FillRegion::Sphere { centre: Vector::zeros(), radius: 2.0 };
+        assert!(sphere.has_room(2.0) && !sphere.has_room(2.0_f64.next_up()));
+        let cone = |radii, length| FillRegion::Cone { base: Vector::zeros(), axis: Vector::z(), radii, length };
+        assert!(cone([1.0, 1.0], 5.0).has_room(1.0) && !cone([1.0, 1.0], 5.0).has_room(1.01));
+        assert!(cone([3.0, 3.0], 1.0).has_room(0.5) && !cone([3.0, 3.0], 1.0).has_room(0.51));
+        // The inscribed circle of a triangle of base 6 and height 4: area 12 by half of the perimeter, 8.
+        assert!(cone([3.0, 0.0], 4.0).has_room(1.499) && !cone([3.0, 0.0], 4.0).has_room(1.501));
+        assert!(cone([0.0, 3.0], 4.0).has_room(1.499) && !cone([0.0, 3.0], 4.0).has_room(1.501));
+    }
+}

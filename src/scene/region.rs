@@ -1,0 +1,99 @@
+//! What a scene says of the region of a fill: shapes with an extent, inside of the box.
+
+use crate::Vector;
+use crate::model::Region;
+use crate::model::space::{Boundary, Space};
+use crate::prepare::region::FillRegion;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::limits::{AXES, finite_vector, not_negative, on_flat_axes, positive};
+use crate::scene::unvalidated::Fill;
+
+/// The region of a fill, the whole box if it has none.
+pub(crate) fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<FillRegion, SceneError> {
+    let Some(region) = fill.region else {
+        return Ok(FillRegion::Box(Region { lower: space.lower, upper: space.upper() }));
+    };
+    let at = at.key("region");
+    match &region {
+        FillRegion::Box(region) => check_box(region, space, &at)?,
+        FillRegion::Cone { .. } | FillRegion::Sphere { .. } => {
+            check_shape(&region, space, &at)?;
+            check_inside(&region, space, &at)?;
+        }
+    }
+    Ok(region)
+}
+
+fn check_box(region: &Region, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    finite_vector(&region.lower, &at.key("lower"))?;
+    finite_vector(&region.upper, &at.key("upper"))?;
+    for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {
+        if region.lower[k] >= region.upper[k] {
+            let kind = SceneErrorKind::value(region.upper[k], format!("more than the lower end, {}", region.lower[k]));
+            return Err(SceneError::new(at.key("upper").index(k), kind));
+        }
+        for (key, value) in [("lower", region.lower[k]), ("upper", region.upper[k])] {
+            if is_outside(value, k, space, 0.0) {
+                let kind = SceneErrorKind::value(value, expected(k, space));
+                return Err(SceneError::new(at.key(key).index(k), kind));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether a coordinate is outside of the box, on an axis that has sides.
+fn is_outside(value: f64, axis: usize, space: &Space, rounding: f64) -> bool {
+    let (lower, upper) = (space.lower[axis] - rounding, space.upper()[axis] + rounding);
+    space.boundary[axis] != Boundary::OPEN && !(lower..=upper).contains(&value)
+}
+
+fn expected(axis: usize, space: &Space) -> String {
+    format!("{} from {} to {} as the box", AXES[axis], space.lower[axis], space.upper()[axis])
+}
+
+/// Refuses shapes without extent, numbers that are none, and shapes on a line.
+fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    if space.dimensions() < 2 {
+        let kind = SceneErrorKind::value("a shape in one dimension", "`box`: a line has stretches only");
+        return Err(SceneError::new(at.key("shape"), kind));
+    }
+    match region {
+        FillRegion::Cone { base, axis, radii, length } => {
+            on_flat_axes(base, &space.lower, space, &at.key("base"))?;
+            on_flat_axes(axis, &Vector::zeros(), space, &at.key("axis"))?;
+            positive(axis.norm(), at.key("axis"))?;
+            if radii[0] == radii[1] {
+                positive(radii[0], at.key("radius"))?;
+            }
+            for (k, radius) in radii.iter().enumerate() {
+                not_negative(*radius, at.key("radii").index(k))?;
+            }
+            positive(*length, at.key("length"))?;
+        }
+        FillRegion::Sphere { centre, radius } => {
+            on_flat_axes(centre, &space.lower, space, &at.key("centre"))?;
+            positive(*radius, at.key("radius"))?;
+        }
+        FillRegion::Box(_) => {}
+    }
+    Ok(())
+}
+
+/// Refuses shapes that reach beyond the sides of the box.
+fn check_inside(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    let bounds = region.bounds(space);
+    for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {
+        // An end at a side may be beyond it by the rounding of a direction.
+        let rounding = 1e-12 * (bounds.upper[k] - bounds.lower[k] + bounds.lower[k].abs());
+        for value in [bounds.lower[k], bounds.upper[k]] {
+            if is_outside(value, k, space, rounding) {
+                let kind =
+                    SceneErrorKind::value(format!("one that reaches to {} = {value}", AXES[k]), expected(k, space));
+                return Err(SceneError::new(at.clone(), kind));
+            }
+        }
+    }
+    Ok(())
+}
