@@ -231,7 +231,7 @@ fn what_a_scene_changes_is_applied_to_the_exact_state() {
 fn gravity_walls_and_gates_are_what_the_scene_says() {
     let place = Place::with(&format!("{RAIN}{GRAINS}{}", run_until("1.0")));
     run(&place, &["scene.toml", "--out", "runs/a"]);
-    started(&place, "up", &format!("[dynamics]\ngravity = [0.0, 0.0, 1.0]\n{}", run_until("0.5")));
+    started(&place, "up", &format!("[dynamics]\ngravity = [0.0, 0.0, 1.0]\n{}", run_until("4.0")));
     run(&place, &["up.toml", "--from", "runs/a", "--out", "runs/up"]);
     let heights = column(&place, "runs/up", "potential");
     assert!(heights[0] < 0.0 && heights.last().unwrap() < &heights[0], "they fall upwards");
