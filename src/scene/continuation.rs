@@ -113,7 +113,12 @@ impl SceneBuilder {
         let wrapped = particles.iter().map(|it| Particle { position: space.wrapped(it.position), ..*it }).collect();
         let located = bonds.iter().map(|bond| (*bond, at_start())).collect();
         let groups = Groups::of_run(wrapped, located, surfaces(run, &particles, &species)?, at_start());
-        let is_kept = kept(run, &species, &interactions, &bonds);
+        // Pairs that are captured across a side that opens are far apart, and pairs across one that becomes periodic may be near.
+        let is_kept = if has_same_periods(&space, &run.space) {
+            kept(run, &species, &interactions, &bonds)
+        } else {
+            vec![false; interactions.len()]
+        };
         if !inherits {
             interactions.check_complete(&groups.counts(species.len()))?;
         }
@@ -273,6 +278,12 @@ fn kept(run: &Scene, species: &[Species], interactions: &Interactions<'_>, bonds
         compare(now.interaction, Some(before.interaction));
     }
     is_kept
+}
+
+/// Whether the same axes are periodic.
+fn has_same_periods(one: &Space, other: &Space) -> bool {
+    let periodic = |space: &Space| space.boundary.map(|boundary| boundary == Boundary::Periodic);
+    periodic(one) == periodic(other)
 }
 
 /// Whether no particle comes nearer to a wall than in the run.

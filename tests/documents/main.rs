@@ -117,7 +117,8 @@ fn every_option_is_one_of_a_command() {
         let output = Command::new(env!("CARGO_BIN_EXE_carom")).args(["help", command]).output().unwrap();
         String::from_utf8(output.stdout).unwrap()
     };
-    let commands = ["run", "check", "verify", "validate", "render", "movie", "convert", "report", "new", "schema"];
+    let commands =
+        ["run", "sweep", "check", "verify", "validate", "render", "movie", "convert", "report", "new", "schema"];
     let helps: String = commands.iter().map(|command| help(command)).collect();
     let options: BTreeSet<&str> = helps.split_whitespace().filter(|word| word.starts_with("--")).collect();
     assert!(options.len() > 15, "{options:?}");

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::engine::{Reason, Until};
+use crate::model::space::minimum_image;
 
 const SPECIES: &str = "[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n[[species]]\nname = \"wall\"\nstatic = true\ndiameter = 1.0\n";
 const FILL: &str =
@@ -76,6 +77,14 @@ fn images_end_where_an_axis_is_no_longer_periodic() {
     for (open, before) in open.images.iter().zip(&before.snapshot().images) {
         assert_eq!(*open, [0, before[1], before[2]]);
     }
+    // Pairs that held each other across a side that opens are let go: no pair is farther apart than its well is wide.
+    let opened = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
+    let (positions, periods) = (opened.snapshot().positions, opened.scene().space().periods());
+    for (pair, _) in opened.captured_pairs() {
+        let [i, j] = pair.map(|id| positions[id.0 as usize]);
+        assert!(minimum_image(i - j, &periods).norm() < 1.5 * (1.0 + 1e-12), "{pair:?}");
+    }
+    assert!(opened.captured_pairs().len() < before.captured_pairs().len());
     // What has flown out of an open side comes in at the other one when that is periodic again.
     let mut flown = Simulation::without_plan(next("space.x = \"open\"", &before).unwrap());
     flown.advance(Until::time(before.time() + 5.0)).unwrap();

@@ -34,7 +34,7 @@ impl Clock {
         }
         let is_enough = |digits: &usize| {
             let unit = format!("1e-{digits}").parse().unwrap_or(1.0);
-            ((step / unit).round() * unit - step).abs() <= 0.01 * step
+            ((step / unit).round() * unit - step).abs() <= 0.005 * step
         };
         let digits = (0..=MOST_DIGITS).find(is_enough);
         match digits {

@@ -15,7 +15,7 @@ use crate::sweep::{Group, Quantity, Results, Standing, Sweep, SweepFolder};
 const LONG: f64 = 50.0;
 
 /// Of fewer state points, the mean square of the deviations says nothing.
-const FEWEST: usize = 3;
+const FEWEST: usize = 2;
 
 /// What is conserved is the same at all points but for so much of it.
 const SAME: f64 = 1e-9;
