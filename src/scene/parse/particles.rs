@@ -105,14 +105,20 @@ fn parse_region(file: RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneEr
         _ => FillRegion::Cone {
             base: vector(keys.need(file.base, "base")?),
             axis: vector(keys.need(file.axis, "axis")?),
-            radii: if word == "cone" {
-                keys.need(file.radii, "radii")?
-            } else {
-                [keys.need(file.radius, "radius")?; 2]
-            },
+            radii: radii_of_ends(word, &keys, file.radii, file.radius)?,
             length: keys.need(file.length, "length")?,
         },
     })
+}
+
+/// The radii of the two ends of a cone, or of a cylinder.
+fn radii_of_ends(
+    word: &str,
+    keys: &Keys<'_>,
+    radii: Option<[f64; 2]>,
+    radius: Option<f64>,
+) -> Result<[f64; 2], SceneError> {
+    if word == "cone" { keys.need(radii, "radii") } else { Ok([keys.need(radius, "radius")?; 2]) }
 }
 
 /// The surfaces, and the keys that each one takes.
@@ -144,11 +150,7 @@ pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFi
         "cylinder" | "cone" => Surface::Cone {
             base: vector(keys.need(file.base, "base")?),
             axis: vector(keys.need(file.axis, "axis")?),
-            radii: if word == "cone" {
-                keys.need(file.radii, "radii")?
-            } else {
-                [keys.need(file.radius, "radius")?; 2]
-            },
+            radii: radii_of_ends(word, &keys, file.radii, file.radius)?,
             length: keys.need(file.length, "length")?,
         },
         "sphere" => Surface::Sphere {

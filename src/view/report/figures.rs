@@ -211,7 +211,8 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
     Some(figure(&heading, &svg, &legend, &text))
 }
 
-fn capitalised(text: &str) -> String {
+/// A text that begins with a capital letter.
+pub(super) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::figures::{Entry, figure};
+use super::figures::{Entry, capitalised, figure};
 use super::html::{brackets, escape, symbols};
 use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
 use super::results::value;
@@ -220,11 +220,6 @@ fn chi_square(quantity: &Quantity, at: usize, series: &[Series<'_>], label: &str
         })
         .collect();
     (squares.len() >= FEWEST).then(|| (squares.iter().sum::<f64>() / squares.len() as f64, squares.len()))
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 fn table(class: &str, caption: &str, heads: &[String], rows: &[String]) -> String {
