@@ -30,6 +30,7 @@ pub use atomic::Existing;
 pub use error::OutputError;
 pub use folder::{Completed, Folder};
 pub use inputs::refuse_input;
+pub use measurements::{Measurements, StageMeasured};
 pub use occupied::FolderState;
 pub(crate) use owned::note;
 pub use scenes::read_scene;

@@ -23,7 +23,7 @@ pub use momentum::Influence;
 pub use output_plan::{AuditPlan, CountRegion, Format, OutputPlan, Region};
 pub use potential::Potential;
 pub use predecessor::Predecessor;
-pub use run_plan::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+pub use run_plan::{Equilibration, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 pub use scene::{Bond, Interaction, InteractionId, Particle, ParticleId, Scene, SceneParts, Species, SpeciesId};
 pub use space::Space;
 pub use species_pairs::SpeciesPairs;

@@ -1,4 +1,4 @@
-//! A run: its stages with rows at even times, at last a measurement with means and frames.
+//! A run: its stages with rows at even times, of which the last one and others that are measured have means and frames.
 //!
 //! A [`Run`] is put together, executed, and leaves what has [`Finished`].
 
@@ -7,15 +7,20 @@ mod begin;
 pub mod checkpoint;
 mod driver;
 mod forecast;
+mod measured_stage;
 mod progress;
 mod rate;
+mod stage;
 mod state;
 
 pub use begin::{Run, RunError, run};
 pub use driver::MOST_EVENTS_PER_PARTICLE;
 pub use forecast::{Burden, burdens};
-pub use progress::{Progress, Stage};
+pub use measured_stage::MeasuredStage;
+pub use progress::Progress;
 pub use rate::expected_rate;
+pub(crate) use stage::Settings;
+pub use stage::Stage;
 pub use state::RunState;
 
 use std::convert::Infallible;
@@ -26,6 +31,7 @@ use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
 use crate::run::audit::Audit;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Recorder of a run: receives its rows, frames, events and checkpoints. `()` keeps nothing.
@@ -187,14 +193,16 @@ impl Jam {
         compressibility_factor, which says when they are close enough to jamming";
 }
 
-/// Time, events and speed of the measurement of a run.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Time, events and speed of a measurement.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct MeasurementPeriod {
     /// Simulated time at its start `[time]`.
     pub start: f64,
     /// Simulated time that it took `[time]`.
     pub duration: f64,
+    /// Physical events before it, since the start of the simulation.
+    pub events_before: u64,
     /// What happened in it; the deepest overlap is that of the whole run.
     pub event_counts: EventCounts,
     /// How long it took on the clock `[seconds]`.
@@ -203,7 +211,7 @@ pub struct MeasurementPeriod {
 
 /// Result of a run.
 ///
-/// Counts, observables and speed are those of the measurement. The audit spans the equilibration, too.
+/// Counts, observables and speed are those of the last measurement. The audit spans all stages.
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Finished {
@@ -223,6 +231,8 @@ pub struct Finished {
     pub stationarity: Vec<(&'static str, Stationarity)>,
     /// What the instruments of the scene have measured, and those of one's own: [`Measured::number`], [`Measured::curve`].
     pub measured: Measured,
+    /// The measured stages before it, as far as they were begun.
+    pub stages: Vec<MeasuredStage>,
     /// What the run found out about its own correctness.
     pub audit: Audit,
 }

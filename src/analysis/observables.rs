@@ -13,7 +13,7 @@ use crate::Vector;
 use crate::analysis::statistics::{BlockAverage, Estimate, Stationarity};
 use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Simulation};
-use crate::model::Scene;
+use crate::model::{Scene, Thermostat};
 use serde::{Deserialize, Serialize};
 
 /// Thermodynamic observables at one time, and averages since the row before: a row of `thermo.csv`.
@@ -133,6 +133,11 @@ impl Observer {
     #[must_use]
     pub fn applicable(&self) -> &ApplicableObservables {
         &self.applicable
+    }
+
+    /// Measures a stage with a thermostat, which may change the momentum.
+    pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
+        self.applicable.set_thermostat(scene, thermostat);
     }
 
     /// Measures now, and the interval since the last time.

@@ -43,8 +43,8 @@ impl From<&run::Progress> for State {
     fn from(progress: &run::Progress) -> Self {
         let stage = match progress.stage {
             Stage::Preparation(_) => "preparing",
-            Stage::Equilibration => "equilibrating",
-            Stage::Measurement => "measuring",
+            Stage::EquilibrationOf(_) | Stage::Equilibration => "equilibrating",
+            Stage::MeasurementOf(_) | Stage::Measurement => "measuring",
         };
         Self { stage, time: progress.time, events: progress.events, fraction: progress.fraction(), unit: EVENTS }
     }

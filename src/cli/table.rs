@@ -56,10 +56,31 @@ pub fn text(finished: &Finished) -> String {
             lines.pair("", &format!("and {} more in summary.json", all.len() - MOST_RATES));
         }
     }
+    stages(&mut lines, finished);
     lines.title("state of the measurement");
     lines.pair("equilibrated", &Equilibrium::of(&finished.stationarity, scene.space().dimensions()).to_string());
     audit(&mut lines, finished);
     lines.text()
+}
+
+/// The means of the measured stages before the last measurement.
+fn stages(lines: &mut Lines, finished: &Finished) {
+    let dimensions = finished.simulation.scene().space().dimensions();
+    for stage in &finished.stages {
+        let events = stage.measurement.event_counts.physical();
+        lines.title(&format!(
+            "stage {}, a time of {}, {events} events",
+            stage.name,
+            digits(stage.measurement.duration)
+        ));
+        for (name, estimate) in &stage.observables {
+            let unit = OBSERVABLES.iter().find(|(known, _)| known == name).map_or("1", |(_, unit)| unit);
+            let verdict = stage.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
+            let words = describe::observable(name, estimate, verdict, events);
+            lines.pair(&name.replace('_', " "), &format!("{words} [{}]", text::unit(unit, dimensions)));
+        }
+        lines.pair("equilibrated", &Equilibrium::of(&stage.stationarity, dimensions).to_string());
+    }
 }
 
 /// Numbers of events by kind: `12 core, 3 wall`.

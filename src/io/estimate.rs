@@ -19,6 +19,7 @@
 
 use crate::model::Format;
 use crate::model::{Limit, Scene};
+use crate::run::{Settings, Stage};
 
 /// A run that chooses its intervals itself writes at most so many rows and frames, and those of its start and its end.
 const ROWS: f64 = 400.0;
@@ -71,19 +72,18 @@ impl SizeEstimate {
             Some(interval) => duration.map(|time| (time / interval).ceil() + 2.0),
             None => Some(chosen.min(measured.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
         };
-        let (measured_rows, frames) = (count(output.thermo_interval, ROWS), count(output.frame_interval, FRAMES));
+        let measured_rows = count(output.thermo_interval, ROWS);
+        let frames =
+            count(output.frame_interval, FRAMES).zip(earlier_frames(scene, rate)).map(|(last, more)| last + more);
         let earlier_rows = earlier_rows(scene, rate);
         let rows = measured_rows.zip(earlier_rows).map(|(measured, earlier)| measured + earlier);
         let row = (12.0 + output.regions.len() as f64) * DIGITS;
-        let before: Option<f64> = scene
-            .run
-            .stages
-            .iter()
-            .map(|stage| &stage.limit)
-            .chain([&scene.run.equilibration])
-            .map(|limit| if *limit == Limit::default() { Some(0.0) } else { lengths(limit, rate).1 })
-            .sum::<Option<f64>>()
-            .filter(|_| !is_endless(scene));
+        let events_of = |(_, settings): (Stage, Settings)| match settings.limit == Limit::default() {
+            true => (!settings.is_endless()).then_some(0.0),
+            false => lengths(&settings.limit, rate).1,
+        };
+        let before: Option<f64> = earlier(scene).map(events_of).sum();
+        let logged = earlier(scene).filter(|(stage, _)| stage.is_measured()).map(events_of).sum::<Option<f64>>();
         let particles = scene.particles.len() as f64;
         let per_event =
             if output.has_event_log { LOGGED } else { 0.0 } + if output.has_contacts { CONTACT } else { 0.0 };
@@ -92,7 +92,7 @@ impl SizeEstimate {
             measured_rows.map(|rows| rows * row),
             earlier_rows.map(|rows| rows * row),
             frames.map(|frames| frames * frame_bytes(scene)),
-            if per_event > 0.0 { measured.map(|events| events * per_event) } else { Some(0.0) },
+            if per_event > 0.0 { measured.zip(logged).map(|(a, b)| (a + b) * per_event) } else { Some(0.0) },
             Some(particles * CHECKPOINT),
         ];
         Self {
@@ -106,28 +106,34 @@ impl SizeEstimate {
     }
 }
 
-/// Whether only what is measured ends the equilibration.
-fn is_endless(scene: &Scene) -> bool {
-    scene.run.until_stationary && scene.run.equilibration == Limit::default()
+/// The stages before the last measurement.
+fn earlier(scene: &Scene) -> impl Iterator<Item = (Stage, Settings)> + '_ {
+    let all = Stage::all(&scene.run).filter(|stage| *stage != Stage::Measurement);
+    all.map(|stage| (stage, stage.settings(&scene.run)))
 }
 
-/// Rows of the stages before the measurement; `None` where the scene does not determine it.
+/// Rows of those stages; `None` where the scene does not determine it.
 fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
-    if is_endless(scene) {
+    let simulated = earlier(scene).filter(|(_, settings)| settings.has_end());
+    simulated.map(|(_, settings)| at_times(&settings, rate, scene.output.thermo_interval, ROWS)).sum()
+}
+
+/// Frames of those that are measured.
+fn earlier_frames(scene: &Scene, rate: Option<f64>) -> Option<f64> {
+    let measured = earlier(scene).filter(|(stage, _)| stage.is_measured());
+    measured.map(|(_, settings)| at_times(&settings, rate, scene.output.frame_interval, FRAMES)).sum()
+}
+
+/// What a stage before the last measurement writes at even times, given or chosen; `None` where the scene does not determine it.
+fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most: f64) -> Option<f64> {
+    if settings.is_endless() {
         return None;
     }
-    let run = &scene.run;
-    let has_end = |limit: &Limit| *limit != Limit::default();
-    let stages = run.stages.iter().map(|stage| (&stage.limit, true));
-    let all = stages.chain([(&run.equilibration, run.until_stationary || has_end(&run.equilibration))]);
-    let rows = |limit: &Limit| {
-        let (time, events) = lengths(limit, rate);
-        match scene.output.thermo_interval {
-            Some(interval) => time.map(|time| (time / interval).ceil() + 1.0),
-            None => Some(ROWS.min(events.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
-        }
-    };
-    all.filter(|(_, is_simulated)| *is_simulated).map(|(limit, _)| rows(limit)).sum()
+    let (time, events) = lengths(&settings.limit, rate);
+    match interval {
+        Some(interval) => time.map(|time| (time / interval).ceil() + 1.0),
+        None => Some(most.min(events.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
+    }
 }
 
 /// Simulated time and events until a limit, as far as is known: of two limits, the rate decides which one comes first.

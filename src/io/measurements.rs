@@ -1,58 +1,110 @@
-//! What a run has measured, as files: `measurements.json`, and a table for each curve in the folder `measurements`.
+//! What a run has measured, as files: `measurements.json`, and a table for each curve in the folder `measurements`, in a folder in it for those of a stage.
 
 use std::fmt::Write;
 use std::fs;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
 
 use super::error::OutputError;
 use super::number::{Cell, quoted};
 use super::partial::PartialFile;
 use crate::analysis::instruments::{Curve, Measured};
+use crate::run::{Finished, MeasuredStage};
 
 /// Everything in one file.
 pub(super) const FILE: &str = "measurements.json";
 /// The folder of the tables.
 const TABLES: &str = "measurements";
 
-/// Writes the files beside their names; none if nothing was measured.
-pub(super) fn prepare(folder: &Path, measured: &Measured) -> Result<Vec<PartialFile>, OutputError> {
-    if *measured == Measured::default() {
-        return Ok(Vec::new());
-    }
-    let mut all = PartialFile::create(folder.join(FILE))?;
-    let text =
-        serde_json::to_string(measured).map_err(|error| OutputError::write(all.path())(io::Error::other(error)))?;
-    all.write(&(text + "\n"))?;
-    let mut files = vec![all];
-    let tables = tables_of(folder);
-    if !measured.curves.is_empty() {
-        fs::create_dir_all(&tables).map_err(|source| OutputError::Folder { path: tables.clone(), source })?;
-    }
-    for curve in &measured.curves {
-        let mut file = PartialFile::create(tables.join(format!("{}.csv", curve.name)))?;
-        file.write(&table(curve))?;
-        files.push(file);
-    }
-    Ok(files)
+/// Content of `measurements.json`: what the last measurement of a run has measured, and what its measured stages have.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Measurements {
+    /// The last measurement.
+    #[serde(flatten)]
+    pub last: Measured,
+    /// The measured stages before it, if there are any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stages: Vec<StageMeasured>,
 }
 
-/// The files of what was measured, in the folder of a run.
-pub(super) fn names(measured: &Measured) -> Vec<String> {
-    if *measured == Measured::default() {
-        return Vec::new();
+/// What a stage has measured.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct StageMeasured {
+    /// Its name in the scene.
+    pub name: String,
+    /// What was measured in it.
+    #[serde(flatten)]
+    pub measured: Measured,
+}
+
+impl Measurements {
+    /// Those of a run.
+    pub(super) fn of(finished: &Finished) -> Self {
+        let stage =
+            |stage: &MeasuredStage| StageMeasured { name: stage.name.clone(), measured: stage.measured.clone() };
+        let has_any = finished.stages.iter().any(|stage| stage.measured != Measured::default());
+        let stages = if has_any { finished.stages.iter().map(stage).collect() } else { Vec::new() };
+        Self { last: finished.measured.clone(), stages }
     }
-    let tables = measured.curves.iter().map(|curve| format!("{TABLES}/{}.csv", curve.name));
-    [FILE.to_owned()].into_iter().chain(tables).collect()
+
+    /// Reads the file of a run; `None` where there is none, because the run has measured no more than its rows.
+    ///
+    /// # Errors
+    /// If it cannot be read, or is damaged.
+    pub fn read(run: &Path) -> io::Result<Option<Self>> {
+        match fs::read(run.join(FILE)) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(None),
+            bytes => serde_json::from_slice(&bytes?).map(Some).map_err(io::Error::other),
+        }
+    }
+
+    /// All curves, each with the name of its table.
+    fn curves(&self) -> impl Iterator<Item = (String, &Curve)> {
+        let of_stage = |stage: &StageMeasured, curve: &Curve| format!("{TABLES}/{}/{}.csv", stage.name, curve.name);
+        let last = self.last.curves.iter().map(|curve| (format!("{TABLES}/{}.csv", curve.name), curve));
+        let stages = self.stages.iter();
+        last.chain(
+            stages
+                .flat_map(move |stage| stage.measured.curves.iter().map(move |curve| (of_stage(stage, curve), curve))),
+        )
+    }
+
+    /// Writes the files beside their names; none if nothing was measured.
+    pub(super) fn prepare(&self, folder: &Path) -> Result<Vec<PartialFile>, OutputError> {
+        if *self == Self::default() {
+            return Ok(Vec::new());
+        }
+        let mut all = PartialFile::create(folder.join(FILE))?;
+        let text =
+            serde_json::to_string(self).map_err(|error| OutputError::write(all.path())(io::Error::other(error)))?;
+        all.write(&(text + "\n"))?;
+        let mut files = vec![all];
+        for (name, curve) in self.curves() {
+            let path = folder.join(name);
+            if let Some(tables) = path.parent() {
+                fs::create_dir_all(tables).map_err(|source| OutputError::Folder { path: tables.to_owned(), source })?;
+            }
+            let mut file = PartialFile::create(path)?;
+            file.write(&table(curve))?;
+            files.push(file);
+        }
+        Ok(files)
+    }
+
+    /// The names of the files, in the folder of a run.
+    pub(super) fn names(&self) -> Vec<String> {
+        if *self == Self::default() {
+            return Vec::new();
+        }
+        [FILE.to_owned()].into_iter().chain(self.curves().map(|(name, _)| name)).collect()
+    }
 }
 
 /// Whether a name is that of such a table.
 pub(super) fn is_table(name: &str) -> bool {
     name.strip_prefix(TABLES).is_some_and(|rest| rest.starts_with('/'))
-}
-
-fn tables_of(folder: &Path) -> PathBuf {
-    folder.join(TABLES)
 }
 
 /// A curve as a table: its variables, and each quantity with its standard error; empty cells for insufficient data.

@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::engine::Simulation;
 use crate::engine::event::EventCountsBySpecies;
 use crate::model::Scene;
-use crate::run::Finished;
+use crate::run::{Finished, MeasuredStage};
 
 /// Event rate: events of one kind per time of the measurement, between particles of two species or with those of one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -37,6 +38,13 @@ pub fn rates(counts: &EventCountsBySpecies, scene: &Scene, duration: f64) -> Vec
 pub fn rates_of(finished: &Finished) -> Vec<Rate> {
     let (simulation, duration) = (&finished.simulation, finished.measurement.duration);
     rates_among(&simulation.population(), &finished.event_counts_by_species, simulation.scene(), duration)
+}
+
+/// Those of a measured stage of a run.
+#[must_use]
+pub fn rates_of_stage(stage: &MeasuredStage, simulation: &Simulation) -> Vec<Rate> {
+    let duration = stage.measurement.duration;
+    rates_among(&simulation.population(), &stage.event_counts_by_species, simulation.scene(), duration)
 }
 
 fn rates_among(numbers: &[usize], counts: &EventCountsBySpecies, scene: &Scene, duration: f64) -> Vec<Rate> {

@@ -8,14 +8,14 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::folder::SUMMARY;
-use super::rates::{Rate, rates_of};
+use super::rates::{Rate, rates_of, rates_of_stage};
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_system};
-use crate::analysis::statistics::Stationarity;
+use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::Simulation;
 use crate::model::InputFile;
 use crate::model::scene::own_volume;
-use crate::run::Finished;
+use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
 ///
@@ -58,11 +58,30 @@ pub struct Summary {
     #[serde(default)]
     pub equilibrated: Equilibrium,
     pub observables: BTreeMap<String, Observable>,
+    /// The measured stages before, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stages: Vec<StageSummary>,
     /// What theory and other simulations say of what was measured, at its mean temperature.
     #[serde(default)]
     pub published: Vec<PublishedValue>,
     /// By kind and species, only those that took place; empty in files of runs before they were counted.
     #[serde(default)]
+    pub rates: Vec<Rate>,
+    pub speed: Speed,
+}
+
+/// Summary of a measured stage, with the keys that the last measurement of a run has.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(missing_docs, reason = "as in `Summary`")]
+pub struct StageSummary {
+    /// Its name in the scene.
+    pub name: String,
+    pub measured: Period,
+    pub diameter_factor: f64,
+    pub events: Events,
+    pub equilibrated: Equilibrium,
+    pub observables: BTreeMap<String, Observable>,
+    pub published: Vec<PublishedValue>,
     pub rates: Vec<Rate>,
     pub speed: Speed,
 }
@@ -234,19 +253,8 @@ impl Summary {
     /// The numbers of a finished run.
     #[must_use]
     pub fn of(finished: &Finished) -> Self {
-        let (simulation, audit, event_counts) =
-            (&finished.simulation, &finished.audit, &finished.measurement.event_counts);
+        let (simulation, audit) = (&finished.simulation, &finished.audit);
         let scene = simulation.scene();
-        let wall_seconds = finished.measurement.wall_seconds;
-        let per_second = |count: u64| (wall_seconds > 0.0).then(|| count as f64 / wall_seconds);
-        let observable = |(name, estimate): &(&'static str, crate::analysis::statistics::Estimate)| {
-            let stationarity =
-                finished.stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
-            (
-                (*name).to_owned(),
-                Observable { mean: estimate.mean, standard_error: estimate.standard_error, stationarity },
-            )
-        };
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: scene.name.clone(),
@@ -256,10 +264,10 @@ impl Summary {
             particles: simulation.population().iter().sum(),
             time: simulation.time(),
             ending: Some(finished.ending.word().to_owned()),
-            measured: Some(Period { start: finished.measurement.start, duration: finished.measurement.duration }),
+            measured: Some(Period::of(&finished.measurement)),
             system: Some(System::of(finished)),
             diameter_factor: simulation.scale(),
-            events: events(finished),
+            events: events(&finished.measurement),
             energy: Energies {
                 initial: audit.initial_energy,
                 r#final: audit.energy.kinetic + audit.energy.potential,
@@ -281,15 +289,11 @@ impl Summary {
             },
             faults: audit.faults().iter().map(ToString::to_string).collect(),
             equilibrated: Equilibrium::of(&finished.stationarity, scene.space.dimensions()),
-            observables: finished.observables.iter().map(observable).collect(),
-            published: published(finished),
+            observables: observables(&finished.observables, &finished.stationarity),
+            stages: finished.stages.iter().map(|stage| StageSummary::of(stage, simulation)).collect(),
+            published: published(&finished.observables, simulation, scale_of_scene(simulation)),
             rates: rates_of(finished),
-            speed: Speed {
-                wall_seconds,
-                events_per_second: per_second(event_counts.physical()),
-                contacts_per_second: per_second(event_counts.core),
-                peak_memory_bytes: peak_memory_bytes(),
-            },
+            speed: Speed::of(&finished.measurement),
         }
     }
 }
@@ -299,19 +303,66 @@ fn scale_of_scene(simulation: &Simulation) -> f64 {
     simulation.scale() / simulation.grown()
 }
 
-/// What is published about the system, at its mean temperature.
-fn published(finished: &Finished) -> Vec<PublishedValue> {
-    let simulation = &finished.simulation;
-    let temperature = finished.observables.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
-    of_system(simulation.scene(), &simulation.population(), scale_of_scene(simulation), temperature)
+impl StageSummary {
+    fn of(stage: &MeasuredStage, simulation: &Simulation) -> Self {
+        let scale = stage.diameter_factor / simulation.grown();
+        Self {
+            name: stage.name.clone(),
+            measured: Period::of(&stage.measurement),
+            diameter_factor: stage.diameter_factor,
+            events: events(&stage.measurement),
+            equilibrated: Equilibrium::of(&stage.stationarity, simulation.dimensions()),
+            observables: observables(&stage.observables, &stage.stationarity),
+            published: published(&stage.observables, simulation, scale),
+            rates: rates_of_stage(stage, simulation),
+            speed: Speed::of(&stage.measurement),
+        }
+    }
 }
 
-/// The numbers of events of the measurement, by kind.
-fn events(finished: &Finished) -> Events {
-    let event_counts = &finished.measurement.event_counts;
+impl Period {
+    fn of(measurement: &MeasurementPeriod) -> Self {
+        Self { start: measurement.start, duration: measurement.duration }
+    }
+}
+
+impl Speed {
+    fn of(measurement: &MeasurementPeriod) -> Self {
+        let MeasurementPeriod { wall_seconds, event_counts, .. } = measurement;
+        let per_second = |count: u64| (*wall_seconds > 0.0).then(|| count as f64 / wall_seconds);
+        Self {
+            wall_seconds: *wall_seconds,
+            events_per_second: per_second(event_counts.physical()),
+            contacts_per_second: per_second(event_counts.core),
+            peak_memory_bytes: peak_memory_bytes(),
+        }
+    }
+}
+
+/// Means with their errors and verdicts, by name.
+fn observables(
+    estimates: &[(&'static str, Estimate)],
+    stationarity: &[(&'static str, Stationarity)],
+) -> BTreeMap<String, Observable> {
+    let observable = |(name, estimate): &(&'static str, Estimate)| {
+        let stationarity = stationarity.iter().find(|(known, _)| known == name).map(|(_, verdict)| *verdict);
+        ((*name).to_owned(), Observable { mean: estimate.mean, standard_error: estimate.standard_error, stationarity })
+    };
+    estimates.iter().map(observable).collect()
+}
+
+/// What is published about a system with diameters that are larger by a factor than those of its scene, at its mean temperature.
+fn published(estimates: &[(&'static str, Estimate)], simulation: &Simulation, scale: f64) -> Vec<PublishedValue> {
+    let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
+    of_system(simulation.scene(), &simulation.population(), scale, temperature)
+}
+
+/// The numbers of events of a measurement, by kind.
+fn events(measurement: &MeasurementPeriod) -> Events {
+    let event_counts = &measurement.event_counts;
     Events {
         total: event_counts.physical(),
-        before: Some(finished.simulation.event_counts().physical() - event_counts.physical()),
+        before: Some(measurement.events_before),
         core: event_counts.core,
         capture: event_counts.capture,
         release: event_counts.release,

@@ -1,7 +1,8 @@
 //! The table of measurements at even times, `thermo.csv`.
 //!
 //! Columns have a name and a unit in brackets. A column that means nothing for a scene is absent; a cell that cannot be
-//! known, as a rate at the start of a stage, is empty. The last column names the stage: those of the scene, then `equilibration` and `measurement`.
+//! known, as a rate at the start of a stage, is empty. The last column names the stage: those of the scene, where `a equilibration` comes
+//! before the measurement of the stage `a`, then `equilibration` and `measurement`.
 
 use std::fmt::Write;
 
@@ -10,8 +11,7 @@ use super::number::quoted;
 use crate::analysis::observables::{ApplicableObservables, Row};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text;
-use crate::model::Scene;
-use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
+use crate::model::{RunPlan, Scene};
 use crate::run::Stage;
 
 /// Which columns a scene has.
@@ -21,8 +21,8 @@ pub(super) struct Columns {
     /// Whether anything acts from outside.
     is_driven: bool,
     regions: Vec<String>,
-    /// Names of the stages before the equilibration.
-    stages: Vec<String>,
+    /// The stages, which have names.
+    plan: RunPlan,
 }
 
 impl Columns {
@@ -34,8 +34,7 @@ impl Columns {
     /// Those of a run that goes on: its scene may have no particles any more.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
-        let stages = scene.run.stages.iter().map(|stage| quoted(&stage.name)).collect();
-        Self { applicable, is_driven: scene.is_driven(), regions, stages }
+        Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }
     }
 
     /// The first line.
@@ -85,11 +84,7 @@ impl Columns {
             let _ = write!(line, ",{count}");
         }
         line.push(',');
-        line.push_str(match stage {
-            Stage::Preparation(number) => self.stages.get(number as usize).map_or("", String::as_str),
-            Stage::Equilibration => EQUILIBRATION,
-            Stage::Measurement => MEASUREMENT,
-        });
+        line.push_str(&quoted(&stage.name(&self.plan)));
         line.push('\n');
         line
     }

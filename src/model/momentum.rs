@@ -23,9 +23,14 @@ pub enum Influence {
 }
 
 impl Scene {
-    /// What changes the total momentum of the particles that move in the measurement, each with the axes along which it does.
+    /// What changes the total momentum of the particles that move in the last measurement, each with the axes along which it does.
     #[must_use]
     pub fn influences(&self) -> Vec<(Influence, [bool; 3])> {
+        self.influences_with(self.run.thermostat.as_ref())
+    }
+
+    /// The same of a stage with another thermostat.
+    fn influences_with(&self, thermostat: Option<&Thermostat>) -> Vec<(Influence, [bool; 3])> {
         let wall = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
         let walls = |k: usize| match &self.space.boundary[k] {
             Boundary::Bounded { lower, upper } => [wall(lower), wall(upper)],
@@ -36,8 +41,8 @@ impl Scene {
         let is_slid: [bool; 3] =
             std::array::from_fn(|k| !is_walled[k] && (0..3).any(|other| other != k && is_altered(other)));
         let is_thermal = (0..3).any(|k| self.wall_temperatures[k].is_some() && is_walled[k]);
-        let redrawn = match self.run.thermostat {
-            Some(Thermostat::Andersen { axes, .. }) => axes,
+        let redrawn = match thermostat {
+            Some(Thermostat::Andersen { axes, .. }) => *axes,
             _ => [false; 3],
         };
         let all = [
@@ -53,11 +58,16 @@ impl Scene {
         all.into_iter().map(off_flat).filter(|(_, axes)| axes.contains(&true)).collect()
     }
 
-    /// The axes along which nothing from outside changes the total momentum of the particles that move in the measurement, in a
+    /// The axes along which nothing from outside changes the total momentum of the particles that move in the last measurement, in a
     /// sheared box that relative to what streams; never those that are flat.
     #[must_use]
     pub fn conserved_axes(&self) -> [bool; 3] {
-        let influences = self.influences();
+        self.conserved_axes_with(self.run.thermostat.as_ref())
+    }
+
+    /// The same of a stage with another thermostat.
+    pub(crate) fn conserved_axes_with(&self, thermostat: Option<&Thermostat>) -> [bool; 3] {
+        let influences = self.influences_with(thermostat);
         std::array::from_fn(|k| {
             self.space.boundary[k] != Boundary::Flat && influences.iter().all(|(_, changed)| !changed[k])
         })

@@ -47,6 +47,22 @@ pub struct RunPlan {
 }
 
 impl RunPlan {
+    /// The equilibration before the last measurement.
+    #[must_use]
+    pub fn last_equilibration(&self) -> Equilibration {
+        Equilibration { limit: self.equilibration, until_stationary: self.until_stationary }
+    }
+
+    /// The number of the first stream of random numbers of a stage, which is that of the last equilibration for as many as there are.
+    pub(crate) fn first_stream_of(&self, stage: usize) -> usize {
+        self.stages.iter().take(stage).map(StagePlan::streams).sum()
+    }
+
+    /// How many streams of random numbers the stages, the last equilibration and the last measurement have.
+    pub(crate) fn streams(&self) -> usize {
+        self.first_stream_of(self.stages.len()) + EQUILIBRATION_AND_MEASUREMENT
+    }
+
     /// Whether anything acts from outside.
     #[must_use]
     pub fn is_driven(&self) -> bool {
@@ -68,17 +84,45 @@ impl RunPlan {
     }
 }
 
-/// One stage before the measurement.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// One stage before the last measurement.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StagePlan {
     /// Its name in progress and reports.
     pub name: String,
-    /// When it ends at the latest.
+    /// When it ends at the latest; of a measured stage that is the end of its measurement.
     pub limit: Limit,
     /// A thermostat.
     pub thermostat: Option<Thermostat>,
     /// How the diameters grow.
     pub growth: Option<Growth>,
+    /// The equilibration before its measurement; `None` for a stage that is not measured.
+    pub measured: Option<Equilibration>,
+}
+
+/// Equilibration of a measured stage.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Equilibration {
+    /// How long it is at most.
+    pub limit: Limit,
+    /// Whether it ends when no observable drifts.
+    pub until_stationary: bool,
+}
+
+impl Equilibration {
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Streams of random numbers of an equilibration and a measurement, which have one each.
+const EQUILIBRATION_AND_MEASUREMENT: usize = 2;
+
+impl StagePlan {
+    fn streams(&self) -> usize {
+        if self.measured.is_some() { EQUILIBRATION_AND_MEASUREMENT } else { 1 }
+    }
 }
 
 /// What holds the temperature.

@@ -303,9 +303,9 @@ impl Scene {
         self.predecessor.as_ref().map_or(0, |run| run.streams)
     }
 
-    /// The number of the first stream of a scene that starts from the end of this one: each stage has one, and so have equilibration and measurement.
+    /// The number of the first stream of a scene that starts from the end of this one: each stage has one, and so have equilibrations and measurements.
     pub(crate) fn next_stream(&self) -> usize {
-        self.first_stream() + self.run.stages.len() + 2
+        self.first_stream() + self.run.streams()
     }
 
     /// The rest of the predecessor's last state, until a simulation has begun.

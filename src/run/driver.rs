@@ -86,10 +86,19 @@ impl<R: Recorder> Driver<'_, R> {
                 self.enter();
             }
             let stage = self.state.stage.stage;
-            let Some(next) = stage.next(&self.simulation.scene().run) else {
+            let next = stage.next(&self.simulation.scene().run);
+            if stage.is_measured() {
                 let ending = self.measure()?;
-                return self.finish(ending);
-            };
+                match next.filter(|_| !ending.is_early()) {
+                    Some(next) => {
+                        self.end_measured_stage()?;
+                        self.leave(next);
+                        continue;
+                    }
+                    None => return self.finish(ending),
+                }
+            }
+            let Some(next) = next else { return self.finish(Ending::Events) };
             let has_end = self.growth().is_some() || self.state.monitor.is_some();
             if (self.state.stage.limit != Limit::default() || has_end)
                 && let Some(over) = self.prepare()?

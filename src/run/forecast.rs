@@ -1,5 +1,6 @@
 //! What takes long in a run though nothing happens in it: said before it begins.
 
+use super::stage::{Settings, Stage};
 use crate::analysis::published::{contact_value, contact_value_of_disks};
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
@@ -43,9 +44,7 @@ pub fn burdens(scene: &Scene) -> Vec<Burden> {
     }
     let pace = Pace::of(scene);
     let plan = &scene.run;
-    let stages = plan.stages.iter().map(|stage| (stage.limit, stage.thermostat, stage.growth));
-    let rest = [plan.equilibration, plan.limit].map(|limit| (limit, plan.thermostat, None));
-    for (limit, thermostat, growth) in stages.chain(rest) {
+    for Settings { limit, thermostat, growth, .. } in Stage::all(plan).map(|stage| stage.settings(plan)) {
         let by_events = limit.events.map_or(f64::INFINITY, |events| events as f64 / pace.events);
         let grown = growth.map_or(f64::INFINITY, |growth| duration_of(scene, &growth));
         let by_time = limit.time.unwrap_or(f64::INFINITY).min(grown);

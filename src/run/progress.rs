@@ -1,37 +1,7 @@
 //! How far a run has come.
 
-use crate::model::{Limit, RunPlan};
-use serde::{Deserialize, Serialize};
-
-/// Stage of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Stage {
-    /// One of the stages that the scene lists, by its number.
-    Preparation(u32),
-    /// Before measuring.
-    Equilibration,
-    /// While measuring.
-    Measurement,
-}
-
-impl Stage {
-    /// The first one that is planned.
-    pub(super) fn first(plan: &RunPlan) -> Self {
-        if plan.stages.is_empty() { Self::Equilibration } else { Self::Preparation(0) }
-    }
-
-    /// The one after this; none after the measurement.
-    pub(super) fn next(self, plan: &RunPlan) -> Option<Self> {
-        match self {
-            Self::Preparation(number) if (number as usize) + 1 < plan.stages.len() => {
-                Some(Self::Preparation(number + 1))
-            }
-            Self::Preparation(_) => Some(Self::Equilibration),
-            Self::Equilibration => Some(Self::Measurement),
-            Self::Measurement => None,
-        }
-    }
-}
+use super::stage::Stage;
+use crate::model::Limit;
 
 /// Progress of a stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]

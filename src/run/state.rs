@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::driver::{Monitor, PressureCheck};
 use super::forecast;
-use super::progress::Stage;
+use super::measured_stage::MeasuredStage;
+use super::stage::Stage;
 use crate::analysis::instruments::{Instruments, SystemDescription};
 use crate::analysis::observables::{ApplicableObservables, Observer};
 use crate::analysis::sampling_times::SamplingTimes;
@@ -138,6 +139,8 @@ pub struct RunState {
     pub(super) pressure_check: Option<PressureCheck>,
     /// Names of the instruments that the user has registered.
     pub(super) registered: Vec<String>,
+    /// The measured stages that have ended.
+    pub(super) measured_stages: Vec<MeasuredStage>,
 }
 
 /// What a run takes from the start of its scene.
@@ -190,6 +193,7 @@ impl RunState {
             monitor: None,
             pressure_check: None,
             registered: Vec::new(),
+            measured_stages: Vec::new(),
         }
     }
 

@@ -12,7 +12,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
+    Equilibration, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan,
+    Thermostat,
 };
 
 /// Numbers of particles of each species.
@@ -195,13 +196,17 @@ pub fn limit(limit: &Limit) -> String {
 /// How long a run equilibrates.
 #[must_use]
 pub fn equilibration(run: &RunPlan) -> String {
-    match (run.until_stationary, run.equilibration == Limit::default()) {
+    equilibrates(&run.last_equilibration())
+}
+
+fn equilibrates(equilibration: &Equilibration) -> String {
+    match (equilibration.until_stationary, equilibration.limit == Limit::default()) {
         (true, true) => {
             let most = crate::run::MOST_EVENTS_PER_PARTICLE;
             format!("until nothing drifts, and gives up after {most} events per particle")
         }
-        (true, false) => format!("until nothing drifts, at most {}", limit(&run.equilibration)),
-        (false, _) => limit(&run.equilibration),
+        (true, false) => format!("until nothing drifts, at most {}", limit(&equilibration.limit)),
+        (false, _) => limit(&equilibration.limit),
     }
 }
 
@@ -217,8 +222,12 @@ pub fn stage(stage: &StagePlan) -> String {
         parts.push(format!("diameters grow by {} of those at its start per time, up to {until}", digits(growth.rate)));
     }
     parts.extend(stage.thermostat.as_ref().map(thermostat));
+    if let Some(before) = stage.measured.filter(|before| !before.is_empty()) {
+        parts.push(format!("equilibrates {}", equilibrates(&before)));
+    }
     if stage.limit != Limit::default() {
-        parts.push(limit(&stage.limit));
+        let measured = if stage.measured.is_some() { "measured " } else { "" };
+        parts.push(format!("{measured}{}", limit(&stage.limit)));
     }
     format!("{}: {}", stage.name, parts.join("; "))
 }
@@ -333,6 +342,7 @@ mod tests {
             limit: Limit::time(20.0),
             thermostat: Some(bath),
             growth: Some(growth),
+            measured: None,
         };
         let text = stage(&plan);
         for part in [

@@ -25,6 +25,7 @@ mod plot;
 mod recording;
 mod results;
 mod setting;
+mod stages;
 mod sweep;
 mod table;
 #[cfg(test)]
@@ -83,14 +84,17 @@ pub fn write(page: &Page, path: &Path, existing: Existing) -> Result<(), ReportE
 fn document(inputs: &Inputs) -> String {
     let summary = &inputs.summary;
     let name = escape(&summary.scene);
-    let sections = [
+    let mut sections = vec![
         ("trajectory", "Trajectory", motion::section(inputs.recording.as_ref())),
-        ("results", "Results", results::section(inputs)),
-        ("plots", "Plots", figures::section(inputs)),
+        ("results", "Results", results::section(&inputs.last())),
+        ("plots", "Plots", figures::section(&inputs.last())),
         ("trust", "Can it be trusted?", audit::section(summary, inputs.scene.as_ref())),
         ("simulated", "What was simulated", setting::section(inputs)),
         ("scene", "The scene", scene(inputs)),
     ];
+    if let Some(stages) = stages::section(inputs) {
+        sections.insert(1, ("stages", "Measured stages", stages));
+    }
     let engine = escape(&summary.engine);
     let verdict = if summary.faults.is_empty() {
         "<span class=\"verdict sound\">✓ audit sound</span>"

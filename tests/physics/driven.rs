@@ -103,8 +103,13 @@ fn assert_no_overlap(scene: &Scene, snapshot: &Snapshot, shift: f64, diameters: 
 fn growing_spheres_of_two_sizes_reach_their_packing_fraction_without_an_overlap() {
     let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
     let growth = Growth { rate: 0.05, until: GrowthTarget::PackingFraction(0.6) };
-    let stage =
-        StagePlan { name: "compress".into(), limit: Limit::default(), thermostat: Some(scaling), growth: Some(growth) };
+    let stage = StagePlan {
+        name: "compress".into(),
+        limit: Limit::default(),
+        thermostat: Some(scaling),
+        growth: Some(growth),
+        measured: None,
+    };
     let between = |a: f64, b: f64| Potential::hard_sphere(0.5 * (a + b)).unwrap();
     let mixture = Fill {
         composition: vec![("A".into(), 0.5), ("B".into(), 0.5)],
@@ -142,6 +147,7 @@ fn growth_to_a_pressure_ends_near_the_jammed_state() {
         limit: Limit::default(),
         thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
         growth: Some(growth),
+        measured: None,
     };
     let fill = Fill::new(Arrangement::Random, "A").count(500).amount(Amount::PackingFraction(0.2));
     let scene = SceneBuilder::new("jam")
@@ -171,6 +177,7 @@ fn growth_ends_at_the_pressure_that_was_asked_for() {
             limit: Limit::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
             growth: Some(Growth { rate, until: GrowthTarget::CompressibilityFactor(target) }),
+            measured: None,
         };
         let fill = Fill::new(Arrangement::Random, "A").count(count).amount(Amount::PackingFraction(0.3));
         let scene = SceneBuilder::new("pressure")
@@ -265,7 +272,13 @@ fn means_of_a_rescaled_gas_do_not_depend_on_how_often_it_is_looked_at() {
 #[test]
 fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
     let bath = Thermostat::Andersen { temperature: 1.0, rate: 2.0, axes: [true; 3] };
-    let stage = StagePlan { name: "heat".into(), limit: Limit::time(3.0), thermostat: Some(bath), growth: None };
+    let stage = StagePlan {
+        name: "heat".into(),
+        limit: Limit::time(3.0),
+        thermostat: Some(bath),
+        growth: None,
+        measured: None,
+    };
     let run = RunPlan { stages: vec![stage], limit: Limit::time(5.0), ..RunPlan::default() };
     let finished = finish(fluid("moving", 32, 0.3).run(run).build().unwrap());
     let energy = finished.simulation.energy();

@@ -10,5 +10,6 @@ mod names;
 mod place;
 mod replaced;
 mod run;
+mod stages;
 mod start;
 mod sweep;

@@ -41,7 +41,10 @@ grow = { rate = 0.2, compressibility_factor = 14.0 }
 thermostat = { kind = "rescaling", temperature = 1.0, interval = 0.1 }
 [[stage]]
 name = "heat"
-until_time = 1.0
+measure = true
+equilibration = "auto"
+equilibration_events = 30_000
+until_events = 60_000
 thermostat = { kind = "andersen", temperature = 2.0, rate = 5.0 }
 [run]
 thermostat = { kind = "andersen", temperature = 2.0, rate = 0.5 }

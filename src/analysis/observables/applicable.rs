@@ -5,7 +5,7 @@ use crate::engine::Simulation;
 use crate::engine::event::EventCounts;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face, Space};
-use crate::model::{CountRegion, Scene};
+use crate::model::{CountRegion, Scene, Thermostat};
 use serde::{Deserialize, Serialize};
 
 /// The observables that apply to a scene, and the constants of their formulas: degrees of freedom, densities, conserved momenta.
@@ -61,10 +61,6 @@ impl ApplicableObservables {
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
         let has_walls = scene.space.boundary.iter().any(is_walled);
         let is_alone = !is_accelerated && !has_walls && moving == scene.particles.len();
-        let conserved_axes = scene.conserved_axes();
-        let conserved = conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
-        let conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
-        let components = scene.space.dimensions() * moving;
         let has_temperature = !is_accelerated && moving >= 2;
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
         let is_homogeneous = has_temperature && is_alone && scene.space.is_fully_periodic();
@@ -76,12 +72,12 @@ impl ApplicableObservables {
         let has_room = reached.all(|volume| volume > 0.0);
         let is_confined = has_walls && scene.space.is_closed() && has_temperature && !has_static && has_room;
         let walled_axes = std::array::from_fn(|axis| is_confined && scene.space.walls(axis) == 2);
-        Self {
+        let mut applicable = Self {
             moving,
             dimensions: scene.space.dimensions() as f64,
-            degrees_of_freedom: components.saturating_sub(conserved) as f64,
-            conserved_axes,
-            conserves_momentum,
+            degrees_of_freedom: 0.0,
+            conserved_axes: [false; 3],
+            conserves_momentum: false,
             has_temperature,
             has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
             walled_axes,
@@ -100,7 +96,17 @@ impl ApplicableObservables {
             masses: listed.map(mass).collect(),
             periods: scene.space.periods(),
             regions: scene.output.regions.clone(),
-        }
+        };
+        applicable.set_thermostat(scene, scene.run.thermostat.as_ref());
+        applicable
+    }
+
+    /// Counts the components of the velocities that are free in a stage with a thermostat, which may change the momentum.
+    pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
+        self.conserved_axes = scene.conserved_axes_with(thermostat);
+        let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
+        self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
+        self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
     }
 
     /// Pressure `[energy / length^D]` from what was counted in a time, the mean temperature in it, and the integral over it of `sum m v^2 / V` along
@@ -207,7 +213,6 @@ fn pressed_walls(space: &Space) -> [[bool; 2]; 3] {
 mod tests {
     use super::*;
     use crate::engine::Until;
-    use crate::model::Thermostat;
     use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
     fn pair() -> SceneBuilder {

@@ -5,6 +5,7 @@ use super::verifier::Verifier;
 use super::violation::{Fault, Violation};
 use crate::engine::{EngineError, Reason, Simulation, States, Until};
 use crate::model::{Limit, RunPlan, Scene};
+use crate::run::{Settings, Stage};
 use std::ops::ControlFlow;
 
 /// Events between two calls of `watch` on the way to the range.
@@ -135,10 +136,12 @@ fn certify(
 
 /// The stages of a run that are left, the next one last.
 fn stages(plan: &RunPlan) -> Vec<Limit> {
-    let planned = [plan.limit, plan.equilibration].into_iter();
-    let stages: Vec<Limit> = planned.filter(|limit| *limit != Limit::default()).collect();
+    let planned: Vec<Settings> = Stage::all(plan).map(|stage| stage.settings(plan)).filter(Settings::has_end).collect();
     // A scene that does not say how long to run, or whose equilibration ends by what it measures, can be replayed for ever.
-    if stages.is_empty() || plan.until_stationary { vec![Limit::default()] } else { stages }
+    if planned.is_empty() || planned.iter().any(|settings| settings.until_stationary) {
+        return vec![Limit::default()];
+    }
+    planned.iter().rev().map(|settings| settings.limit).collect()
 }
 
 struct Replay {

@@ -8,11 +8,12 @@ use crate::io::atomic::sync_folder;
 use crate::io::convert::{ConvertError, Options, convert};
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
+use crate::io::measurements::{self, Measurements};
 use crate::io::owned::{Owned, Replacement};
 use crate::io::partial::PartialFile;
+use crate::io::replacement;
 use crate::io::scene_copy::SceneCopy;
 use crate::io::summary::Summary;
-use crate::io::{measurements, replacement};
 use crate::run::Finished;
 
 /// The files of a completed run.
@@ -38,12 +39,12 @@ impl Folder {
     /// conversion that fails is no error here.
     pub fn complete(mut self, finished: &Finished, report: &str) -> Result<Completed, OutputError> {
         let Some(mut owned) = self.owned.pop() else { return Err(OutputError::NotFolder(self.path)) };
-        let measured = &finished.measured;
-        owned.claim(&measurements::names(measured))?;
+        let measured = Measurements::of(finished);
+        owned.claim(&measured.names())?;
         let mut report_file = PartialFile::create(self.path.join(REPORT))?;
         report_file.write(report)?;
         let summary_file = summary(&self.path, finished)?;
-        let measurements = measurements::prepare(&self.path, measured)?;
+        let measurements = measured.prepare(&self.path)?;
         let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
         let trajectory = self.path.join(TRAJECTORY);
         let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
@@ -68,7 +69,7 @@ impl Folder {
         sync_folder(&self.path);
         files.push(summary_file.complete()?);
         sync_folder(&self.path);
-        remove_stale(&mut owned, &measurements::names(measured))?;
+        remove_stale(&mut owned, &measured.names())?;
         let is_whole = finished.is_sound() && failures.is_empty();
         let folder = take_places(&self.path, owned, self.owned, is_whole, finished.can_go_on())?;
         let place = |file: PathBuf| file.strip_prefix(&self.path).map_or(file.clone(), |name| folder.join(name));

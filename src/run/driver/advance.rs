@@ -5,7 +5,6 @@ use std::time::{Duration, Instant};
 
 use super::{Driver, STEPS};
 use crate::engine::{EngineError, Reason, Until};
-use crate::run::progress::Stage;
 use crate::run::state::Aim;
 use crate::run::{Ending, Recorder};
 
@@ -127,7 +126,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Advances without a check of anything but events, until the next pause at most.
     fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, R::Error> {
-        let is_measuring = self.state.stage.stage == Stage::Measurement && !self.is_pilot;
+        let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());
         let mut instruments = instruments.zip(self.system.as_ref());

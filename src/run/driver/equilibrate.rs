@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use super::Driver;
 use crate::analysis::observables::{Observer, is_settled};
 use crate::model::Limit;
-use crate::run::progress::Stage;
 use crate::run::{Ending, Recorder};
 
 /// Events per particle between two samples.
@@ -50,7 +49,7 @@ impl Monitor {
 impl<R: Recorder> Driver<'_, R> {
     /// Watches the observables from now on, if the equilibration ends by them.
     pub(super) fn begin_monitor(&mut self) {
-        let is_watched = self.state.stage.stage == Stage::Equilibration && self.simulation.scene().run.until_stationary;
+        let is_watched = self.settings().until_stationary;
         self.state.monitor = is_watched.then(|| {
             let mut observer = self.state.observer.clone();
             observer.begin();

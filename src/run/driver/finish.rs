@@ -1,44 +1,92 @@
-//! The end of a run.
+//! The end of a measured stage, and of a run.
 
 use super::Driver;
 use crate::analysis::instruments::Sample;
-use crate::run::progress::Stage;
-use crate::run::{Ending, Finished, MeasurementPeriod, Recorder};
+use crate::run::stage::Stage;
+use crate::run::{Ending, Finished, MeasuredStage, MeasurementPeriod, Recorder};
 
 impl<R: Recorder> Driver<'_, R> {
+    /// The last row and frame of a measured stage, and its results.
+    pub(super) fn end_measured_stage(&mut self) -> Result<(), R::Error> {
+        let results = self.results()?;
+        self.state.measured_stages.push(results);
+        Ok(())
+    }
+
     /// The last row and frame, and the audit.
     pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, R::Error> {
-        let is_measured = self.state.stage.stage == Stage::Measurement;
-        let wall_seconds =
-            self.state.earlier_seconds + self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
-        if !is_measured {
+        let stage = self.state.stage.stage;
+        if let Stage::MeasurementOf(_) = stage {
+            self.end_measured_stage()?;
+        }
+        if stage != Stage::Measurement {
             self.state.before = *self.simulation.event_counts();
             self.state.counts_before = self.simulation.event_counts_by_species();
+        }
+        if !stage.is_measured() {
             self.keep()?;
         }
-        self.record(true, true)?;
-        let measurement = self.state.measurement.as_mut().filter(|_| is_measured);
-        if let Some((measurement, system)) = measurement.zip(self.system.as_ref()) {
-            let snapshot = self.simulation.snapshot();
-            measurement.instruments.end(&Sample::of(&snapshot), system);
-        }
-        let now = self.simulation.time();
-        let start = if is_measured { self.state.stage.time } else { now };
+        let last = if self.is_last() {
+            self.results()?
+        } else {
+            self.record(true, true)?;
+            self.nothing()
+        };
+        let MeasuredStage { measurement, event_counts_by_species, observables, stationarity, measured, .. } = last;
         Ok(Finished {
-            measurement: MeasurementPeriod {
-                start,
-                duration: now - start,
-                event_counts: self.simulation.event_counts().since(&self.state.before),
-                wall_seconds,
-            },
-            event_counts_by_species: self.simulation.event_counts_by_species().since(&self.state.counts_before),
+            measurement,
+            event_counts_by_species,
             ending,
-            stage: self.state.stage.stage,
-            observables: if is_measured { self.state.observer.estimates() } else { Vec::new() },
-            stationarity: if is_measured { self.state.observer.stationarity() } else { Vec::new() },
-            measured: self.state.measured(self.system.as_ref()),
+            stage,
+            observables,
+            stationarity,
+            measured,
+            stages: self.state.measured_stages,
             audit: self.state.ledger.close(&self.simulation),
             simulation: self.simulation,
         })
+    }
+
+    /// The last row and frame of a measurement, and its results.
+    fn results(&mut self) -> Result<MeasuredStage, R::Error> {
+        self.record(true, true)?;
+        if let Some((measurement, system)) = self.state.measurement.as_mut().zip(self.system.as_ref()) {
+            let snapshot = self.simulation.snapshot();
+            measurement.instruments.end(&Sample::of(&snapshot), system);
+        }
+        let start = self.state.stage.time;
+        let nothing = self.nothing();
+        Ok(MeasuredStage {
+            measurement: MeasurementPeriod {
+                start,
+                duration: self.simulation.time() - start,
+                wall_seconds: self.state.earlier_seconds
+                    + self.started.map_or(0.0, |started| started.elapsed().as_secs_f64()),
+                ..nothing.measurement
+            },
+            observables: self.state.observer.estimates(),
+            stationarity: self.state.observer.stationarity(),
+            measured: self.state.measured(self.system.as_ref()),
+            ..nothing
+        })
+    }
+
+    /// The results of a measurement that has no time.
+    fn nothing(&self) -> MeasuredStage {
+        MeasuredStage {
+            name: self.state.stage.stage.name(&self.simulation.scene().run).into_owned(),
+            measurement: MeasurementPeriod {
+                start: self.simulation.time(),
+                duration: 0.0,
+                events_before: self.state.before.physical(),
+                event_counts: self.simulation.event_counts().since(&self.state.before),
+                wall_seconds: 0.0,
+            },
+            event_counts_by_species: self.simulation.event_counts_by_species().since(&self.state.counts_before),
+            observables: Vec::new(),
+            stationarity: Vec::new(),
+            measured: crate::analysis::instruments::Measured::default(),
+            diameter_factor: self.simulation.scale(),
+        }
     }
 }

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use super::Driver;
 use crate::model::{Growth, GrowthTarget, Limit};
-use crate::run::progress::Stage;
 use crate::run::{Ending, Jam, Recorder};
 
 /// Growth may go this much too far, so that rounding does not leave it short of its target.
@@ -39,10 +38,7 @@ pub(in crate::run) struct PressureCheck {
 impl<R: Recorder> Driver<'_, R> {
     /// The growth of the present stage.
     pub(super) fn growth(&self) -> Option<Growth> {
-        match self.state.stage.stage {
-            Stage::Preparation(number) => self.simulation.scene().run.stages[number as usize].growth,
-            _ => None,
-        }
+        self.settings().growth
     }
 
     pub(super) fn begin_growth(&mut self, growth: &Growth, limit: &mut Limit) {
@@ -179,6 +175,7 @@ mod tests {
             limit: Limit::default(),
             thermostat: Some(Thermostat::Rescaling { temperature: 1.0, interval: 0.1 }),
             growth: Some(Growth { rate: 0.05, until: GrowthTarget::CompressibilityFactor(15.0) }),
+            measured: None,
         };
         let scene = SceneBuilder::new("growing")
             .species("A", 1.0, 1.0)
@@ -221,6 +218,7 @@ mod tests {
             limit: Limit::default(),
             thermostat,
             growth: Some(Growth { rate, until: GrowthTarget::PackingFraction(packing_fraction) }),
+            measured: None,
         };
         let mut space = crate::model::space::Space::periodic_cube(8.0);
         (space.size.z, space.boundary[2]) = (0.0, crate::model::space::Boundary::Flat);

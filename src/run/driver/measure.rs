@@ -7,6 +7,7 @@ use super::pace::{Pace, PaceOfRows};
 use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::model::Limit;
+use crate::run::stage::Stage;
 use crate::run::state::{Measurement, NEAR};
 use crate::run::{Ending, Recorder};
 
@@ -14,7 +15,7 @@ use crate::run::{Ending, Recorder};
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
 impl<R: Recorder> Driver<'_, R> {
-    /// The measurement, from where it is.
+    /// A measurement, from where it is.
     pub(super) fn measure(&mut self) -> Result<Ending, R::Error> {
         if self.state.measurement.is_none() && self.state.pilot.is_none() {
             self.record(true, true)?;
@@ -44,7 +45,9 @@ impl<R: Recorder> Driver<'_, R> {
             None => self.sample_until_end()?,
         };
         // From before the last row and frame, so that the run can be continued as if it had not ended here.
-        self.keep()?;
+        if self.is_last() || ending.is_early() {
+            self.keep()?;
+        }
         if ending == Ending::Time
             && let Some(ending) = self.advance(self.state.stage.end().0, u64::MAX)?
         {
@@ -53,7 +56,12 @@ impl<R: Recorder> Driver<'_, R> {
         Ok(ending)
     }
 
-    /// A stage before the measurement, from where it is; says what ends the run in it.
+    /// Whether the present stage is the last measurement.
+    pub(super) fn is_last(&self) -> bool {
+        self.state.stage.stage == Stage::Measurement
+    }
+
+    /// A stage that is not measured, from where it is; says what ends the run in it.
     pub(super) fn prepare(&mut self) -> Result<Option<Ending>, R::Error> {
         if self.state.rows.is_none() {
             if self.state.pilot.is_none() {
@@ -102,7 +110,9 @@ impl<R: Recorder> Driver<'_, R> {
             let snapshot = self.simulation.snapshot();
             let setup = Setup { system, sample: Sample::of(&snapshot), duration };
             instruments = Instruments::new(&self.simulation.scene().measure, &setup);
-            instruments.begin(&mut self.registry, &setup);
+            if self.is_last() {
+                instruments.begin(&mut self.registry, &setup);
+            }
         }
         self.state.measurement = Some(Measurement { rows, frames, instruments });
     }

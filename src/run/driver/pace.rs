@@ -4,7 +4,6 @@ use super::{Driver, Monitor, NEVER};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::engine::Until;
 use crate::model::Limit;
-use crate::run::progress::Stage;
 use crate::run::state::Pilot;
 use crate::run::{Ending, Recorder};
 
@@ -144,14 +143,14 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Whether the pilot run of a stage of so many events can be its beginning: no instrument has to know how long it will last.
     fn may_be_kept(&self, events: u64) -> bool {
-        let is_measured = self.state.stage.stage == Stage::Measurement;
+        let is_measured = self.state.stage.stage.is_measured();
         events >= MOST_OF_STAGE && !(is_measured && self.system.is_some())
     }
 
     /// Just before the first row or frame at a given interval `[time]`.
     fn first_given(&self) -> f64 {
         let output = &self.simulation.scene().output;
-        let is_measured = self.state.stage.stage == Stage::Measurement;
+        let is_measured = self.state.stage.stage.is_measured();
         let given = [output.thermo_interval, output.frame_interval.filter(|_| is_measured)];
         self.state.stage.time + EARLIER * given.into_iter().flatten().fold(f64::INFINITY, f64::min)
     }

@@ -3,26 +3,27 @@
 use super::Driver;
 use crate::model::{Limit, Thermostat};
 use crate::run::Recorder;
-use crate::run::progress::Stage;
+use crate::run::stage::{Settings, Stage};
 use crate::run::state::Start;
 
 /// Samples of the temperature between two scalings, because it is not linear in time there.
 const TEMPERATURES: f64 = 4.0;
 
 impl<R: Recorder> Driver<'_, R> {
+    /// What acts on the present stage.
+    pub(super) fn settings(&self) -> Settings {
+        self.state.stage.stage.settings(&self.simulation.scene().run)
+    }
+
     /// Sets the present stage up.
     pub(super) fn enter(&mut self) {
-        let plan = &self.simulation.scene().run;
         let stage = self.state.stage.stage;
-        let (mut limit, thermostat, growth, number) = match stage {
-            Stage::Preparation(number) => {
-                let stage = &plan.stages[number as usize];
-                (stage.limit, stage.thermostat, stage.growth, number as usize)
-            }
-            Stage::Equilibration => (plan.equilibration, plan.thermostat, None, plan.stages.len()),
-            Stage::Measurement => (plan.limit, plan.thermostat, None, plan.stages.len() + 1),
-        };
-        let stream = self.simulation.scene().first_stream() + number;
+        let Settings { mut limit, thermostat, growth, stream, .. } = self.settings();
+        let scene = self.simulation.scene();
+        // Of a stage that is not measured, the temperature is that of the components which the last measurement has.
+        let counted = if matches!(stage, Stage::Preparation(_)) { scene.run.thermostat } else { thermostat };
+        self.state.observer.set_thermostat(scene, counted.as_ref());
+        let stream = scene.first_stream() + stream;
         self.simulation.set_thermostat(thermostat.as_ref(), stream);
         self.state.next_temperature = f64::INFINITY;
         self.state.next_scaling = match thermostat {
@@ -53,17 +54,13 @@ impl<R: Recorder> Driver<'_, R> {
         }
         self.state.stage = Start::of(&self.simulation, next, Limit::default());
         self.state.has_begun = false;
-        (self.is_over, self.state.monitor) = (false, None);
+        (self.is_over, self.state.monitor, self.state.measurement) = (false, None, None);
+        (self.started, self.state.earlier_seconds) = (None, 0.0);
     }
 
     /// Scales velocities to the temperature of the thermostat, at a time that the simulation has come to, but for rounding.
     pub(super) fn rescale(&mut self, time: f64) {
-        let plan = &self.simulation.scene().run;
-        let thermostat = match self.state.stage.stage {
-            Stage::Preparation(number) => plan.stages[number as usize].thermostat,
-            _ => plan.thermostat,
-        };
-        let Some(Thermostat::Rescaling { temperature, interval }) = thermostat else { return };
+        let Some(Thermostat::Rescaling { temperature, interval }) = self.settings().thermostat else { return };
         self.end_piece();
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);
@@ -82,15 +79,15 @@ impl<R: Recorder> Driver<'_, R> {
         let start = self.state.stage.time;
         let passed = ((time - start) / interval).floor();
         self.state.next_scaling = (start + (passed + 1.0) * interval).max(time.next_up());
-        let is_measured = self.state.stage.stage == Stage::Measurement;
-        self.state.next_temperature = if is_measured { time + interval / TEMPERATURES } else { f64::INFINITY };
+        self.state.next_temperature =
+            if self.state.stage.stage.is_measured() { time + interval / TEMPERATURES } else { f64::INFINITY };
     }
 
     /// Looks at the temperature between two scalings.
     pub(super) fn sample_temperature(&mut self) {
         let energy = self.simulation.energy();
         self.state.observer.integrate(&self.simulation, &energy);
-        let Some(Thermostat::Rescaling { interval, .. }) = self.simulation.scene().run.thermostat else { return };
+        let Some(Thermostat::Rescaling { interval, .. }) = self.settings().thermostat else { return };
         let step = interval / TEMPERATURES;
         let next = (self.state.next_temperature + step).max(self.simulation.time().next_up());
         self.state.next_temperature = if next < self.state.next_scaling - 0.5 * step { next } else { f64::INFINITY };

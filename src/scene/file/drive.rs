@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::model::space::AXES;
 use crate::scene::names::WORDS;
-use crate::scene::parse::plan::THERMOSTATS;
+use crate::scene::parse::plan::{AUTOMATIC, THERMOSTATS};
 use crate::scene::schema::{keys_by_kind, words};
 
 /// `[[stage]]`: a stretch before the run, until a time, a number of events or the end of growth.
@@ -17,10 +17,22 @@ pub(crate) struct StageFile {
     /// letters, digits, blanks and any of `_ - + . ( )`, beginning with a letter or a digit.
     #[schemars(regex(pattern = WORDS))]
     pub name: String,
-    /// Longest duration of the stage `[time]`.
+    /// Whether the stage is measured: its means, its curves and its frames are kept as those of the run are.
+    #[serde(default)]
+    pub measure: bool,
+    /// `auto` ends the equilibration of a measured stage when no observable drifts.
+    #[schemars(extend("enum" = AUTOMATIC))]
+    pub equilibration: Option<String>,
+    /// Duration simulated before a measured stage is measured `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub equilibration_time: Option<f64>,
+    /// Number of events simulated before a measured stage is measured.
+    #[schemars(range(min = 1))]
+    pub equilibration_events: Option<u64>,
+    /// Longest duration of the stage, of a measured one that of its measurement `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
-    /// Largest number of events of the stage.
+    /// Largest number of events of the stage, of a measured one that of its measurement.
     #[schemars(range(min = 1))]
     pub until_events: Option<u64>,
     /// What holds the temperature during the stage; nothing if not given.

@@ -3,7 +3,7 @@
 use super::{Keys, missing};
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
-use crate::model::{Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+use crate::model::{Equilibration, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
@@ -17,15 +17,13 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
     if run.until_time.is_none() && run.until_events.is_none() {
         return Err(missing(&at, "until_time", "or until_events, or both"));
     }
+    let limit = Limit { time: run.equilibration_time, events: run.equilibration_events };
+    let equilibration = parse_equilibration(run.equilibration.as_deref(), limit, &at)?;
     let stage = |(index, stage)| parse_stage(stage, &ConfigPath::entry("stage", index));
     Ok(RunPlan {
         stages: stages.into_iter().enumerate().map(stage).collect::<Result<_, _>>()?,
-        equilibration: Limit { time: run.equilibration_time, events: run.equilibration_events },
-        until_stationary: run
-            .equilibration
-            .map(|word| parse_automatic(&word, &at.key("equilibration")))
-            .transpose()?
-            .is_some(),
+        equilibration: equilibration.limit,
+        until_stationary: equilibration.until_stationary,
         limit: Limit { time: run.until_time, events: run.until_events },
         thermostat: run.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
     })
@@ -34,11 +32,14 @@ pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<
 /// The word that lets an equilibration end by itself.
 pub(crate) const AUTOMATIC: [&str; 1] = ["auto"];
 
-fn parse_automatic(word: &str, at: &ConfigPath) -> Result<(), SceneError> {
-    if AUTOMATIC.contains(&word) {
-        return Ok(());
+fn parse_equilibration(word: Option<&str>, limit: Limit, at: &ConfigPath) -> Result<Equilibration, SceneError> {
+    match word.filter(|word| !AUTOMATIC.contains(word)) {
+        Some(word) => {
+            let kind = SceneErrorKind::unknown_word("equilibration", word, AUTOMATIC);
+            Err(SceneError::new(at.key("equilibration"), kind))
+        }
+        None => Ok(Equilibration { limit, until_stationary: word.is_some() }),
     }
-    Err(SceneError::new(at.clone(), SceneErrorKind::unknown_word("equilibration", word, AUTOMATIC)))
 }
 
 fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneError> {
@@ -46,8 +47,22 @@ fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneErro
     if limit == Limit::default() && stage.grow.is_none() {
         return Err(missing(at, "until_time", "or until_events, or grow, so that the stage ends"));
     }
+    let before = Limit { time: stage.equilibration_time, events: stage.equilibration_events };
+    let equilibration = parse_equilibration(stage.equilibration.as_deref(), before, at)?;
+    if !stage.measure && !equilibration.is_empty() {
+        let given = [
+            ("equilibration", stage.equilibration.is_some()),
+            ("equilibration_time", before.time.is_some()),
+            ("equilibration_events", before.events.is_some()),
+        ];
+        let key = given.iter().find(|(_, is_given)| *is_given).map_or("measure", |(key, _)| *key);
+        let expected =
+            "only in a stage with measure = true; a stage that is not measured has until_time or until_events";
+        return Err(SceneError::new(at.key(key), SceneErrorKind::value("given", expected)));
+    }
     Ok(StagePlan {
         name: stage.name,
+        measured: stage.measure.then_some(equilibration),
         limit,
         thermostat: stage.thermostat.map(|file| parse_thermostat(file, &at.key("thermostat"))).transpose()?,
         growth: stage.grow.map(|file| parse_growth(&file, &at.key("grow"))).transpose()?,

@@ -6,7 +6,7 @@ use crate::model::MeasurementPlan;
 use crate::model::measurement_plan::{MOST_BINS, MOST_CELLS, MOST_WINDOWS};
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, Thermostat};
+use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, StagePlan, Thermostat};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
@@ -25,6 +25,12 @@ pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) ->
         return refuse(events, 0, "at least 1");
     }
     Ok(())
+}
+
+/// Whether a name of a stage, a profile or a flow can be that of a file on every system.
+fn is_file_name(name: &str) -> bool {
+    let is_good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
+    !name.starts_with('.') && !name.ends_with('.') && name.len() <= 50 && name.chars().all(is_good)
 }
 
 impl SceneBuilder {
@@ -48,6 +54,38 @@ impl SceneBuilder {
             if let Some(growth) = &stage.growth {
                 check_growth(growth, &at.key("grow"))?;
             }
+            self.check_measured_stage(index)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a stage that is measured has an end, a name of its own, which is that of a folder, and nothing that grows.
+    fn check_measured_stage(&self, index: usize) -> Result<(), SceneError> {
+        let stage = &self.run.stages[index];
+        let at = ConfigPath::entry("stage", index);
+        let Some(equilibration) = stage.measured else { return Ok(()) };
+        check_limit(equilibration.limit, at.key("equilibration_time"), at.key("equilibration_events"))?;
+        if stage.growth.is_some() {
+            let expected = "no growth: a stage that is measured has diameters that are constant; let them grow in a stage before it";
+            return refuse(at.key("grow"), "given in a measured stage", expected);
+        }
+        if stage.limit == Limit::default() {
+            let why = "or until_events, so that the stage ends".to_owned();
+            return Err(SceneError::new(at, SceneErrorKind::Missing { key: "until_time", why }));
+        }
+        let name = &stage.name;
+        if !is_file_name(name) {
+            let expected =
+                "letters, digits, `_`, `-` and `.` only, not beginning with a dot: it names the folder of its tables";
+            return refuse(at.key("name"), format!("{name:?} of a measured stage"), expected);
+        }
+        // The name of its equilibration has a blank, which no measured stage has.
+        let is_same = |other: &StagePlan| other.name == *name || other.name == format!("{name} {EQUILIBRATION}");
+        let others = self.run.stages.iter().enumerate().filter(|(other, _)| *other != index);
+        if let Some((other, _)) = others.into_iter().find(|(_, other)| is_same(other)) {
+            let expected =
+                format!("a name that no other stage has: it is that of stage {other}, too, and the stage is measured");
+            return refuse(at.key("name"), format!("{name:?}"), expected);
         }
         Ok(())
     }

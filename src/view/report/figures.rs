@@ -1,7 +1,7 @@
 //! The plots of a page with their captions.
 
 use super::html::{brackets, escape, symbols, unit};
-use super::inputs::Inputs;
+use super::inputs::Results;
 use super::plot::{self, Curves, Level, Line, LineStyle, Map, Point};
 use super::table::Trace;
 use crate::analysis::instruments::{Curve, Series};
@@ -13,9 +13,9 @@ const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dis
 const SAME: f64 = 1e-9;
 
 /// The section of the page.
-pub(super) fn section(inputs: &Inputs) -> String {
-    let curves: Vec<String> = inputs.measured.curves.iter().flat_map(of_curve).collect();
-    let courses = courses(inputs);
+pub(super) fn section(results: &Results<'_>) -> String {
+    let curves: Vec<String> = results.measured.curves.iter().flat_map(|curve| of_curve(curve, results.stage)).collect();
+    let courses = courses(results);
     let mut section = String::new();
     if curves.is_empty() && courses.is_empty() {
         return "<p>There is nothing to plot.</p>\n".to_owned();
@@ -44,8 +44,9 @@ pub(super) fn figure(title: &str, svg: &str, legend: &[Entry], text: &str) -> St
 }
 
 /// The figures of a measured curve: one for all series of a unit, or a map for each.
-fn of_curve(curve: &Curve) -> Vec<String> {
-    let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&curve.name));
+fn of_curve(curve: &Curve, stage: Option<&str>) -> Vec<String> {
+    let folder = stage.map_or_else(String::new, |stage| format!("{stage}/"));
+    let table = format!("The numbers are in <code>measurements/{}.csv</code>.", escape(&(folder + &curve.name)));
     let method = symbols(curve.method.trim());
     let stop = if method.is_empty() || method.ends_with('.') { "" } else { "." };
     let about = format!("{}{stop} {table}", escape(&method));
@@ -145,17 +146,17 @@ fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
 }
 
 /// The columns of `thermo.csv` against time.
-fn courses(inputs: &Inputs) -> Vec<String> {
-    let find = |name: &str| inputs.thermo.iter().find(|trace| trace.name == name);
+fn courses(results: &Results<'_>) -> Vec<String> {
+    let find = |name: &str| results.thermo.iter().find(|trace| trace.name == name);
     let mut figures = Vec::new();
-    let counts: Vec<&Trace> = inputs.thermo.iter().filter(|trace| trace.name.starts_with("in ")).collect();
+    let counts: Vec<&Trace> = results.thermo.iter().filter(|trace| trace.name.starts_with("in ")).collect();
     let is_alone = |trace: &&Trace| {
         trace.name != "events" && !ENERGIES.contains(&trace.name.as_str()) && !trace.name.starts_with("in ")
     };
     let energies: Vec<&Trace> = ENERGIES.iter().filter_map(|name| find(name)).collect();
     figures.extend(course("energy", &energies, None));
-    for trace in inputs.thermo.iter().filter(is_alone) {
-        let observable = inputs.summary.observables.get(&trace.name);
+    for trace in results.thermo.iter().filter(is_alone) {
+        let observable = results.observables.get(&trace.name);
         let level = observable.filter(|observable| observable.mean.is_finite()).map(|observable| Level {
             mean: observable.mean,
             error: observable.standard_error.filter(|error| error.is_finite()).unwrap_or(0.0),
@@ -239,11 +240,11 @@ mod tests {
             is_logarithmic: [false; 2],
             published: Vec::new(),
         };
-        let figures = of_curve(&curve);
+        let figures = of_curve(&curve, None);
         assert_eq!(figures.len(), 2);
         assert!(figures[0].contains("Profile: T_x, T_y") && figures[1].contains("Profile: density"));
         assert!(figures[0].contains("[energy]") && !figures[1].contains("[energy]"), "{figures:?}");
         let alone = Curve { series: vec![series("density", "1 / length^3")], ..curve };
-        assert!(of_curve(&alone)[0].contains("<h4>Profile</h4>"));
+        assert!(of_curve(&alone, None)[0].contains("<h4>Profile</h4>"));
     }
 }

@@ -1,5 +1,6 @@
 //! The files of a run, as far as they are there and sound.
 
+use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::io::{self, BufReader};
 use std::path::Path;
@@ -8,8 +9,13 @@ use super::ReportError;
 use super::recording::{self, Recording};
 use super::table::{self, Trace};
 use crate::analysis::instruments::{Curve, Measured};
-use crate::io::{Folder, Summary, scene_from_text};
+use crate::analysis::observables::Equilibrium;
+use crate::analysis::published::PublishedValue;
+use crate::io::rates::Rate;
+use crate::io::summary::Observable;
+use crate::io::{Folder, Measurements, Summary, scene_from_text};
 use crate::model::Scene;
+use crate::model::run_plan::MEASUREMENT;
 
 /// Everything that a page is made of.
 #[derive(Debug)]
@@ -19,9 +25,67 @@ pub(super) struct Inputs {
     pub scene: Option<Scene>,
     pub thermo: Vec<Trace>,
     pub measured: Measured,
+    /// Of the measured stages, in the order of the summary.
+    pub stages: Vec<StageInputs>,
     pub recording: Option<Recording>,
     /// What is missing or damaged.
     pub notes: Vec<String>,
+}
+
+/// What a measured stage has besides its summary.
+#[derive(Debug)]
+pub(super) struct StageInputs {
+    pub thermo: Vec<Trace>,
+    pub measured: Measured,
+}
+
+/// What is shown of a measurement, the last one of a run or that of a stage.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Results<'a> {
+    /// Name of the stage; `None` for the last measurement.
+    pub stage: Option<&'a str>,
+    pub events: u64,
+    pub equilibrated: &'a Equilibrium,
+    pub observables: &'a BTreeMap<String, Observable>,
+    pub published: &'a [PublishedValue],
+    pub rates: &'a [Rate],
+    pub measured: &'a Measured,
+    pub thermo: &'a [Trace],
+    /// Where the scene is known.
+    pub dimensions: Option<usize>,
+}
+
+impl Inputs {
+    /// Of the last measurement.
+    pub fn last(&self) -> Results<'_> {
+        let summary = &self.summary;
+        Results {
+            stage: None,
+            events: summary.events.total,
+            equilibrated: &summary.equilibrated,
+            observables: &summary.observables,
+            published: &summary.published,
+            rates: &summary.rates,
+            measured: &self.measured,
+            thermo: &self.thermo,
+            dimensions: self.scene.as_ref().map(|scene| scene.space.dimensions()),
+        }
+    }
+
+    /// Of the measured stages before it.
+    pub fn of_stages(&self) -> impl Iterator<Item = Results<'_>> {
+        self.summary.stages.iter().zip(&self.stages).map(|(summary, stage)| Results {
+            stage: Some(&summary.name),
+            events: summary.events.total,
+            equilibrated: &summary.equilibrated,
+            observables: &summary.observables,
+            published: &summary.published,
+            rates: &summary.rates,
+            measured: &stage.measured,
+            thermo: &stage.thermo,
+            ..self.last()
+        })
+    }
 }
 
 /// Reads the folder of a run.
@@ -37,11 +101,18 @@ pub(super) fn read(run: &Path) -> Result<Inputs, ReportError> {
     let summary: Summary = serde_json::from_slice(&text).map_err(|source| ReportError::Summary { path, source })?;
     let mut notes = Vec::new();
     let (scene_text, scene) = scene(run, &mut notes);
-    let measured = measured(run, &mut notes);
-    let thermo = noted("thermo.csv", &mut notes, || {
-        let file = open(&run.join("thermo.csv"))?;
-        table::read(file).map_err(|error| error.to_string())
+    let mut measurements = measurements(run, &mut notes);
+    let thermo = thermo(run, MEASUREMENT, &mut notes);
+    let stages = summary.stages.iter().map(|stage| {
+        let measured = measurements.stages.iter_mut().find(|measured| measured.name == stage.name);
+        StageInputs {
+            // What is wrong with the file was noted above.
+            thermo: thermo.as_ref().and_then(|_| self::thermo(run, &stage.name, &mut Vec::new())).unwrap_or_default(),
+            measured: measured.map(|measured| std::mem::take(&mut measured.measured)).unwrap_or_default(),
+        }
     });
+    let stages = stages.collect();
+    let measured = measurements.last;
     let recording = noted("trajectory.xyz", &mut notes, || {
         let file = open(&run.join("trajectory.xyz"))?;
         recording::read(file, scene.as_ref())
@@ -49,7 +120,7 @@ pub(super) fn read(run: &Path) -> Result<Inputs, ReportError> {
     if let Some(recording) = &recording {
         notes.extend(recording.notes.iter().cloned());
     }
-    Ok(Inputs { summary, scene_text, scene, thermo: thermo.unwrap_or_default(), measured, recording, notes })
+    Ok(Inputs { summary, scene_text, scene, thermo: thermo.unwrap_or_default(), measured, stages, recording, notes })
 }
 
 fn noted<T>(file: &str, notes: &mut Vec<String>, read: impl FnOnce() -> Result<T, String>) -> Option<T> {
@@ -78,25 +149,29 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
     (text, scene)
 }
 
-/// What was measured beyond the rows. Runs that measure no more than those have no such file.
-fn measured(run: &Path, notes: &mut Vec<String>) -> Measured {
-    let text = match fs::read(run.join("measurements.json")) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Measured::default(),
-        text => text,
-    };
-    let mut measured = noted("measurements.json", notes, || {
-        let text = text.map_err(|error| cannot_read(&error))?;
-        serde_json::from_slice::<Measured>(&text).map_err(|error| error.to_string())
+/// The rows of a stage.
+fn thermo(run: &Path, stage: &str, notes: &mut Vec<String>) -> Option<Vec<Trace>> {
+    noted("thermo.csv", notes, || {
+        let file = open(&run.join("thermo.csv"))?;
+        table::read(file, stage).map_err(|error| error.to_string())
     })
-    .unwrap_or_default();
-    measured.curves.retain(|curve| {
-        let is_sound = is_even(curve);
-        if !is_sound {
-            notes.push(format!("measurements.json: the columns of {} do not have the same length", curve.name));
-        }
-        is_sound
-    });
-    measured
+}
+
+/// What was measured beyond the rows. Runs that measure no more than those have no such file.
+fn measurements(run: &Path, notes: &mut Vec<String>) -> Measurements {
+    let read = noted("measurements.json", notes, || Measurements::read(run).map_err(|error| error.to_string()));
+    let mut measurements = read.flatten().unwrap_or_default();
+    let stages = measurements.stages.iter_mut().map(|stage| &mut stage.measured);
+    for measured in [&mut measurements.last].into_iter().chain(stages) {
+        measured.curves.retain(|curve| {
+            let is_sound = is_even(curve);
+            if !is_sound {
+                notes.push(format!("measurements.json: the columns of {} do not have the same length", curve.name));
+            }
+            is_sound
+        });
+    }
+    measurements
 }
 
 /// Whether all columns of a curve have the same length.

@@ -1,7 +1,7 @@
 //! The numbers of a run with their standard errors.
 
 use super::html::{brackets, escape, number, symbols};
-use super::inputs::Inputs;
+use super::inputs::Results;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
 use crate::analysis::statistics::Estimate;
@@ -50,8 +50,8 @@ struct Row<'a> {
 }
 
 /// The section of the page.
-pub(super) fn section(inputs: &Inputs) -> String {
-    let rows = rows(inputs);
+pub(super) fn section(results: &Results<'_>) -> String {
+    let rows = rows(results);
     if rows.is_empty() {
         return "<p>Nothing with a mean was measured in this scene.</p>\n".to_owned();
     }
@@ -65,15 +65,15 @@ pub(super) fn section(inputs: &Inputs) -> String {
          <th scope=\"col\">how it is measured</th></tr></thead>\n<tbody>\n{lines}</tbody>\n</table></div>\n\
          <p class=\"aside\">Reduced units; Boltzmann's constant is 1. Standard errors of the observables come from the \
          spectral density of their series at frequency zero and assume a stationary one.</p>\n{}{}",
-        sources(inputs),
-        rates(inputs)
+        sources(results),
+        rates(results)
     )
 }
 
 /// Where the published values are from.
-fn sources(inputs: &Inputs) -> String {
+fn sources(results: &Results<'_>) -> String {
     let mut known: Vec<(&str, &str)> = Vec::new();
-    for value in &inputs.summary.published {
+    for value in results.published {
         // What follows from an equation has its source.
         if known.iter().all(|(_, source)| *source != value.source) {
             known.push((&value.label, &value.source));
@@ -88,8 +88,8 @@ fn sources(inputs: &Inputs) -> String {
 }
 
 /// Rates of events by kind and species; nothing where there is one only.
-fn rates(inputs: &Inputs) -> String {
-    let rates = told_apart(&inputs.summary.rates);
+fn rates(results: &Results<'_>) -> String {
+    let rates = told_apart(results.rates);
     if rates.is_empty() {
         return String::new();
     }
@@ -113,36 +113,34 @@ fn rates(inputs: &Inputs) -> String {
     )
 }
 
-fn rows(inputs: &Inputs) -> Vec<Row<'_>> {
-    let numbers = &inputs.measured.numbers;
+fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
+    let numbers = &results.measured.numbers;
     // The pressure tensor has the same rate by another name.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_new = |name: &&String| {
         numbers.iter().all(|number| (number.name != **name && number.name != told_as(name)) || number.mean.is_none())
     };
-    let dimensions = inputs.scene.as_ref().map(|scene| scene.space.dimensions());
+    let dimensions = results.dimensions;
     let of_scene = |unit: &str| dimensions.map_or_else(|| unit.to_owned(), |d| text::unit(unit, d));
     // The order of the program first, then what a later version may have added.
     let known = OBSERVABLES.iter().map(|(name, _)| *name);
-    let others = inputs
-        .summary
+    let others = results
         .observables
         .keys()
         .map(String::as_str)
         .filter(|name| OBSERVABLES.iter().all(|(known, _)| known != name));
-    let observables = known.chain(others).filter_map(|name| inputs.summary.observables.get_key_value(name));
+    let observables = known.chain(others).filter_map(|name| results.observables.get_key_value(name));
     let look_up = |table: &'static [(&str, &str); 11], name: &str| {
         table.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| *text)
     };
-    let published =
-        |name: &str| inputs.summary.published.iter().filter(|value| value.quantity == name).collect::<Vec<_>>();
+    let published = |name: &str| results.published.iter().filter(|value| value.quantity == name).collect::<Vec<_>>();
     let rows = observables.filter(|(name, _)| is_new(name)).map(|(name, observable)| Row {
         published: published(name),
         title: name.replace('_', " "),
         unit: of_scene(look_up(&OBSERVABLES, name)),
         mean: Some(observable.mean),
         standard_error: observable.standard_error,
-        words: words(name, observable, inputs.summary.events.total),
+        words: words(name, observable, results.events),
         method: look_up(&METHODS, name),
     });
     let measured = numbers.iter().map(|number| Row {

@@ -1,10 +1,8 @@
-//! The rows of `thermo.csv` in the measurement, thinned while they are read so that any number of them fits in a plot.
+//! The rows of `thermo.csv` in one stage, thinned while they are read so that any number of them fits in a plot.
 
 use std::io::{self, BufRead};
 
 use thiserror::Error;
-
-use crate::model::run_plan::MEASUREMENT;
 
 /// Neighbouring points of a trace are merged pairwise when there are this many: some two for each pixel of a plot.
 const MOST_SPANS: usize = 1024;
@@ -93,8 +91,8 @@ impl Trace {
     }
 }
 
-/// Reads a table with named columns; the traces are all columns but the first.
-pub(super) fn read(mut input: impl BufRead) -> Result<Vec<Trace>, TableError> {
+/// Reads the rows of a stage from a table with named columns; the traces are all columns but the first.
+pub(super) fn read(mut input: impl BufRead, stage: &str) -> Result<Vec<Trace>, TableError> {
     let mut line = String::new();
     input.read_line(&mut line)?;
     let heads: Vec<&str> = line.trim_end().split(',').collect();
@@ -115,20 +113,20 @@ pub(super) fn read(mut input: impl BufRead) -> Result<Vec<Trace>, TableError> {
             break;
         }
         if !line.trim().is_empty() {
-            row(line.trim_end(), number, columns, &mut traces)?;
+            row(line.trim_end(), number, columns, stage, &mut traces)?;
         }
     }
     Ok(traces)
 }
 
-fn row(text: &str, line: usize, columns: usize, traces: &mut [Trace]) -> Result<(), TableError> {
+fn row(text: &str, line: usize, columns: usize, stage: &str, traces: &mut [Trace]) -> Result<(), TableError> {
     let has_stage = columns > traces.len() + 1;
     // The name of a stage may contain commas.
     let cells: Vec<&str> = text.splitn(if has_stage { columns } else { usize::MAX }, ',').collect();
     if cells.len() != columns {
         return Err(TableError::Cells { line, expected: columns, found: cells.len() });
     }
-    if has_stage && cells[columns - 1] != MEASUREMENT {
+    if has_stage && cells[columns - 1] != stage {
         return Ok(());
     }
     let wrong = |column: &str, text: &str| TableError::Number {
@@ -151,21 +149,24 @@ fn row(text: &str, line: usize, columns: usize, traces: &mut [Trace]) -> Result<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::run_plan::MEASUREMENT;
 
     #[test]
     fn columns_have_names_units_and_gaps() {
-        let traces = read("time [time],p [energy/length^D],in a [1]\n0,,1\n1,2.5,2\n".as_bytes()).unwrap();
+        let traces = read("time [time],p [energy/length^D],in a [1]\n0,,1\n1,2.5,2\n".as_bytes(), MEASUREMENT).unwrap();
         assert_eq!((traces[0].name.as_str(), traces[0].unit.as_str()), ("p", "energy/length^D"));
         assert_eq!(traces[1].name, "in a");
         assert_eq!(traces[0].points(), [None, Some([1.0, 2.5])]);
     }
 
     #[test]
-    fn only_the_measurement_is_read() {
+    fn only_the_rows_of_a_stage_are_read() {
         let text = "time [time],p [1],stage\n0,1,\"first, warm\"\n1,2,equilibration\n1,,measurement\n2,4,measurement\n";
-        let traces = read(text.as_bytes()).unwrap();
+        let traces = read(text.as_bytes(), MEASUREMENT).unwrap();
         assert_eq!(traces.len(), 1);
         assert_eq!(traces[0].points(), [None, Some([2.0, 4.0])]);
+        let other = read(text.as_bytes(), "equilibration").unwrap();
+        assert_eq!(other[0].points(), [Some([1.0, 2.0])]);
     }
 
     #[test]
@@ -178,10 +179,10 @@ mod tests {
             ("time,b\n1,NaN\n", "line 2: b is `NaN`"),
             ("time,b\ninf,1\n", "line 2: time is `inf`"),
         ] {
-            let error = read(text.as_bytes()).unwrap_err().to_string();
+            let error = read(text.as_bytes(), MEASUREMENT).unwrap_err().to_string();
             assert!(error.contains(expected), "{text:?}: {error}");
         }
-        assert!(matches!(read(&[b't', b'i', b'm', b'e', 0xff][..]), Err(TableError::Read(_))));
+        assert!(matches!(read(&[b't', b'i', b'm', b'e', 0xff][..], MEASUREMENT), Err(TableError::Read(_))));
     }
 
     #[test]

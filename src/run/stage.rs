@@ -1,0 +1,151 @@
+//! The stages of a run, in their order, and what acts on each.
+
+use std::borrow::Cow;
+
+use serde::{Deserialize, Serialize};
+
+use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
+use crate::model::{Growth, Limit, RunPlan, Thermostat};
+
+/// Stage of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Stage {
+    /// One of the stages that the scene lists, by its number, which is not measured.
+    Preparation(u32),
+    /// Before the measurement of one of them.
+    EquilibrationOf(u32),
+    /// While measuring one of them.
+    MeasurementOf(u32),
+    /// Before the last measurement.
+    Equilibration,
+    /// The last measurement.
+    Measurement,
+}
+
+/// What acts on a stage of a run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Settings {
+    pub limit: Limit,
+    pub thermostat: Option<Thermostat>,
+    pub growth: Option<Growth>,
+    /// Whether it ends when no observable drifts.
+    pub until_stationary: bool,
+    /// The number of its stream of random numbers, from the first one of the scene on.
+    pub stream: usize,
+}
+
+impl Settings {
+    /// Whether it is simulated at all.
+    pub fn has_end(&self) -> bool {
+        self.limit != Limit::default() || self.growth.is_some() || self.until_stationary
+    }
+
+    /// Whether only what is measured ends it.
+    pub fn is_endless(&self) -> bool {
+        self.until_stationary && self.limit == Limit::default()
+    }
+}
+
+impl Stage {
+    /// The first one that is planned.
+    pub(super) fn first(plan: &RunPlan) -> Self {
+        Self::listed(plan, 0)
+    }
+
+    /// All that are planned, in their order.
+    pub(crate) fn all(plan: &RunPlan) -> impl Iterator<Item = Self> + '_ {
+        std::iter::successors(Some(Self::first(plan)), |stage| stage.next(plan))
+    }
+
+    /// Where the stage of a number begins; with the last equilibration for as many as there are.
+    fn listed(plan: &RunPlan, number: u32) -> Self {
+        match plan.stages.get(number as usize) {
+            Some(stage) if stage.measured.is_some() => Self::EquilibrationOf(number),
+            Some(_) => Self::Preparation(number),
+            None => Self::Equilibration,
+        }
+    }
+
+    /// The one after this; none after the last measurement.
+    pub(super) fn next(self, plan: &RunPlan) -> Option<Self> {
+        match self {
+            Self::Preparation(number) | Self::MeasurementOf(number) => Some(Self::listed(plan, number + 1)),
+            Self::EquilibrationOf(number) => Some(Self::MeasurementOf(number)),
+            Self::Equilibration => Some(Self::Measurement),
+            Self::Measurement => None,
+        }
+    }
+
+    /// Whether it is measured.
+    #[must_use]
+    pub fn is_measured(self) -> bool {
+        matches!(self, Self::MeasurementOf(_) | Self::Measurement)
+    }
+
+    /// What acts on it in a run.
+    pub(crate) fn settings(self, plan: &RunPlan) -> Settings {
+        let listed = |number: u32| (&plan.stages[number as usize], plan.first_stream_of(number as usize));
+        let plain =
+            |limit, thermostat, stream| Settings { limit, thermostat, growth: None, until_stationary: false, stream };
+        match self {
+            Self::Preparation(number) => {
+                let (stage, stream) = listed(number);
+                Settings { growth: stage.growth, ..plain(stage.limit, stage.thermostat, stream) }
+            }
+            Self::EquilibrationOf(number) => {
+                let (stage, stream) = listed(number);
+                let before = stage.measured.unwrap_or_default();
+                Settings { until_stationary: before.until_stationary, ..plain(before.limit, stage.thermostat, stream) }
+            }
+            Self::MeasurementOf(number) => {
+                let (stage, stream) = listed(number);
+                plain(stage.limit, stage.thermostat, stream + 1)
+            }
+            Self::Equilibration => {
+                let (before, stream) = (plan.last_equilibration(), plan.first_stream_of(plan.stages.len()));
+                Settings { until_stationary: before.until_stationary, ..plain(before.limit, plan.thermostat, stream) }
+            }
+            Self::Measurement => plain(plan.limit, plan.thermostat, plan.first_stream_of(plan.stages.len()) + 1),
+        }
+    }
+
+    /// What tables call it in a run.
+    #[must_use]
+    pub fn name(self, plan: &RunPlan) -> Cow<'_, str> {
+        let listed = |number: u32| plan.stages.get(number as usize).map_or("", |stage| stage.name.as_str());
+        match self {
+            Self::Preparation(number) | Self::MeasurementOf(number) => Cow::Borrowed(listed(number)),
+            Self::EquilibrationOf(number) => Cow::Owned(format!("{} {EQUILIBRATION}", listed(number))),
+            Self::Equilibration => Cow::Borrowed(EQUILIBRATION),
+            Self::Measurement => Cow::Borrowed(MEASUREMENT),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::{Equilibration, StagePlan};
+
+    /// Three stages, of which the second is measured.
+    fn plan() -> RunPlan {
+        let stage = |name: &str, measured| StagePlan { name: name.into(), measured, ..StagePlan::default() };
+        let before = Equilibration { limit: Limit::events(7), until_stationary: false };
+        let second = StagePlan { limit: Limit::time(2.0), ..stage("b", Some(before)) };
+        RunPlan { stages: vec![stage("a", None), second, stage("c", None)], ..RunPlan::default() }
+    }
+
+    #[test]
+    fn a_measured_stage_has_an_equilibration_and_two_streams() {
+        let plan = plan();
+        let stages: Vec<Stage> = Stage::all(&plan).collect();
+        let names: Vec<_> = stages.iter().map(|stage| stage.name(&plan)).collect();
+        assert_eq!(names, ["a", "b equilibration", "b", "c", "equilibration", "measurement"]);
+        let streams: Vec<_> = stages.iter().map(|stage| stage.settings(&plan).stream).collect();
+        assert_eq!((streams, plan.streams()), (vec![0, 1, 2, 3, 4, 5], 6));
+        let measured: Vec<_> = stages.iter().map(|stage| stage.is_measured()).collect();
+        assert_eq!(measured, [false, false, true, false, false, true]);
+        assert_eq!(stages[1].settings(&plan).limit, Limit::events(7));
+        assert_eq!(stages[2].settings(&plan).limit, Limit::time(2.0));
+    }
+}

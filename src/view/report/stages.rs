@@ -1,0 +1,83 @@
+//! The measured stages of a run: their means side by side, and a part for each with its numbers and plots.
+
+use super::html::{brackets, escape};
+use super::inputs::{Inputs, Results};
+use super::results::value;
+use super::{figures, results};
+use crate::analysis::observables::{Answer, OBSERVABLES};
+use crate::base::text;
+
+/// The section of the page; `None` where only the last measurement was measured.
+pub(super) fn section(inputs: &Inputs) -> Option<String> {
+    let stages: Vec<Results<'_>> = inputs.of_stages().collect();
+    if stages.is_empty() {
+        return None;
+    }
+    let parts: String = stages.iter().map(part).collect();
+    let all: Vec<Results<'_>> = stages.into_iter().chain([inputs.last()]).collect();
+    Some(comparison(&all) + &parts)
+}
+
+/// The means of all measurements, a line for each.
+fn comparison(all: &[Results<'_>]) -> String {
+    let is_there = |name: &str| all.iter().any(|results| results.observables.contains_key(name));
+    let columns: Vec<(&str, &str)> = OBSERVABLES.iter().copied().filter(|(name, _)| is_there(name)).collect();
+    let dimensions = all.iter().find_map(|results| results.dimensions);
+    let head = |(name, unit): &(&str, &str)| {
+        let unit = dimensions.map_or_else(|| (*unit).to_owned(), |dimensions| text::unit(unit, dimensions));
+        format!(
+            "<th scope=\"col\" class=\"n\">{}<small>{}</small></th>",
+            escape(&name.replace('_', " ")),
+            escape(brackets(&unit).trim_start())
+        )
+    };
+    let line = |results: &Results<'_>| {
+        let name = results.stage.map_or_else(
+            || "<a href=\"#results\">measurement</a>".to_owned(),
+            |name| format!("<a href=\"#{}\">{}</a>", escape(&anchor(name)), escape(name)),
+        );
+        let cell = |(name, _): &(&str, &str)| {
+            let observable = results.observables.get(*name);
+            let shown = observable.map(|observable| value(Some(observable.mean), observable.standard_error));
+            format!("<td class=\"n\">{}</td>", shown.unwrap_or_default())
+        };
+        let verdict = match results.equilibrated.verdict {
+            Answer::Yes => "<td class=\"sound\">✓ yes</td>",
+            Answer::No => "<td class=\"failed\">✗ no</td>",
+            Answer::Unknown => "<td>unknown</td>",
+        };
+        format!("<tr><th scope=\"row\">{name}</th>{verdict}{}</tr>\n", columns.iter().map(cell).collect::<String>())
+    };
+    format!(
+        "<div class=\"wide\"><table class=\"results\">\n<caption>Means over each measured stage and their standard errors</caption>\n\
+         <thead><tr><th scope=\"col\">stage</th><th scope=\"col\">equilibrated</th>{}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
+        columns.iter().map(head).collect::<String>(),
+        all.iter().map(line).collect::<String>(),
+    )
+}
+
+/// What one stage has measured.
+fn part(stage: &Results<'_>) -> String {
+    let name = stage.stage.unwrap_or_default();
+    let reasons = match stage.equilibrated.verdict {
+        Answer::Yes => String::new(),
+        _ => format!(
+            "<p class=\"aside\">Equilibrated: {} ({}).</p>\n",
+            stage.equilibrated.verdict,
+            escape(&stage.equilibrated.reasons.join("; "))
+        ),
+    };
+    format!(
+        "<details>\n<summary>Stage {}: {} events</summary>\n<div id=\"{}\">{reasons}{}{}</div></details>\n",
+        escape(name),
+        stage.events,
+        escape(&anchor(name)),
+        results::section(stage),
+        figures::section(stage),
+    )
+}
+
+/// Where the part about a stage is.
+fn anchor(stage: &str) -> String {
+    format!("stage-{stage}")
+}

@@ -1,0 +1,193 @@
+//! Stages that are measured.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::place::{Place, code, errors};
+
+const FLUID: &str = r#"
+[[species]]
+name = "A"
+mass = 1.3
+diameter = 1.0
+[[species]]
+name = "B"
+mass = 0.7
+diameter = 0.8
+[[interaction]]
+species = ["A", "A"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 1.0
+[[interaction]]
+species = ["A", "B"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["B", "B"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 60
+packing_fraction = 0.2
+temperature = 1.5
+[[fill]]
+species = "B"
+arrangement = "random"
+count = 40
+temperature = 1.5
+"#;
+
+const MEASURED: &str = "[measure]\nradial_distribution = true\nspeeds = true\nfree_paths = true\npressure_tensor = true\n\
+    [output]\nthermo_interval = 0.03125\nframe_interval = 0.25\n";
+
+const TEMPERATURES: [&str; 5] = ["1.5", "1.25", "1.0", "0.75", "0.5"];
+
+fn run(place: &Place, arguments: &[&str]) {
+    let output = place.carom(&[&["run", "-q"], arguments].concat());
+    assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+}
+
+fn summary(place: &Place, folder: &str) -> Value {
+    serde_json::from_str(&place.read(&format!("{folder}/summary.json"))).unwrap()
+}
+
+/// The rows of a stage, without what is counted from the start of a run on.
+fn rows(place: &Place, folder: &str, stage: &str) -> Vec<Vec<String>> {
+    let text = place.read(&format!("{folder}/thermo.csv"));
+    let heads: Vec<&str> = text.lines().next().unwrap().split(',').collect();
+    let summed = ["events", "energy_and_dissipated", "supplied"];
+    let is_kept = |at: usize| !summed.contains(&heads[at].split(' ').next().unwrap());
+    let cells = |row: &str| {
+        let cells = row.split(',').enumerate().filter(|(at, _)| is_kept(*at) && *at + 1 < heads.len());
+        cells.map(|(_, cell)| cell.to_owned()).collect()
+    };
+    text.lines().skip(1).filter(|row| row.ends_with(&format!(",{stage}"))).map(cells).collect()
+}
+
+/// Whether two documents are the same but for rounding of their numbers.
+fn agree(a: &Value, b: &Value, at: &str) {
+    match (a, b) {
+        (Value::Object(a), Value::Object(b)) => {
+            assert_eq!(a.keys().collect::<Vec<_>>(), b.keys().collect::<Vec<_>>(), "{at}");
+            a.iter().for_each(|(key, value)| agree(value, &b[key], &format!("{at}.{key}")));
+        }
+        (Value::Array(a), Value::Array(b)) => {
+            assert_eq!(a.len(), b.len(), "{at}");
+            a.iter().zip(b).for_each(|(a, b)| agree(a, b, at));
+        }
+        (Value::Number(a), Value::Number(b)) => {
+            let (a, b) = (a.as_f64().unwrap(), b.as_f64().unwrap());
+            assert!((a - b).abs() <= 1e-10 * a.abs().max(b.abs()) + 1e-12, "{at}: {a} and {b}");
+        }
+        _ => assert_eq!(a, b, "{at}"),
+    }
+}
+
+#[test]
+fn an_anneal_that_is_measured_is_the_same_in_stages_and_in_runs() {
+    let rescaling =
+        |temperature: &str| format!("{{ kind = \"rescaling\", temperature = {temperature}, interval = 0.125 }}");
+    let andersen = |temperature: &str| format!("{{ kind = \"andersen\", temperature = {temperature}, rate = 0.5 }}");
+    let baths: [&dyn Fn(&str) -> String; 2] = [&rescaling, &andersen];
+    for (what, bath) in [("rescaling", baths[0]), ("andersen", baths[1])] {
+        let plan = |t: &str| format!("equilibration_time = 0.375\nuntil_time = 0.75\nthermostat = {}\n", bath(t));
+        let stage = |t: &&str| format!("[[stage]]\nname = \"T{t}\"\nmeasure = true\n{}", plan(t));
+        let stages: String = TEMPERATURES[..4].iter().map(stage).collect();
+        let place = Place::with(&format!("{FLUID}{stages}[run]\n{}{MEASURED}", plan("0.5")));
+        run(&place, &["scene.toml", "--out", "runs/whole"]);
+        let whole = summary(&place, "runs/whole");
+        let trajectory = place.read("runs/whole/trajectory.xyz");
+        for (k, t) in TEMPERATURES.iter().enumerate() {
+            let start = if k == 0 { FLUID.to_owned() } else { format!("start.from = \"runs/{}\"\n", k - 1) };
+            fs::write(place.path().join("one.toml"), format!("{start}[run]\n{}{MEASURED}", plan(t))).unwrap();
+            run(&place, &["one.toml", "--out", &format!("runs/{k}")]);
+            let one = summary(&place, &format!("runs/{k}"));
+            let (name, all, tables) = match k {
+                4 => ("measurement".to_owned(), &whole, "runs/whole/measurements".to_owned()),
+                _ => (format!("T{t}"), &whole["stages"][k], format!("runs/whole/measurements/T{t}")),
+            };
+            for key in ["measured", "observables", "equilibrated", "rates", "published"] {
+                agree(&all[key], &one[key], &format!("{what}, {t}, {key}"));
+            }
+            for kind in ["total", "core", "capture", "release", "bounce"] {
+                assert_eq!(all["events"][kind], one["events"][kind], "{what}, {t}");
+            }
+            let rows = [("runs/whole".to_owned(), name.as_str()), (format!("runs/{k}"), "measurement")]
+                .map(|(folder, stage)| rows(&place, &folder, stage));
+            assert_eq!(rows[0].len(), 25, "{what}, {t}");
+            for (a, b) in rows[0].iter().flatten().zip(rows[1].iter().flatten()) {
+                let [a, b] = [a, b].map(|cell| cell.parse::<f64>().unwrap_or(f64::NEG_INFINITY));
+                assert!(a == b || (a - b).abs() < 1e-11 * a.abs(), "{what}, {t}: {a} and {b}");
+            }
+            let curve = "radial_distribution.csv";
+            let table = place.read(&format!("{tables}/{curve}"));
+            assert_eq!(table, place.read(&format!("runs/{k}/measurements/{curve}")), "{what}, {t}");
+            // All frames of the run, to all bits.
+            assert!(trajectory.contains(&place.read(&format!("runs/{k}/trajectory.xyz"))), "{what}, {t}");
+        }
+    }
+}
+
+#[test]
+fn a_momentum_that_a_heat_bath_changes_counts_in_its_own_stage_only() {
+    // Two particles of unequal mass: 6 free components under the heat bath, 3 without it.
+    let scene = r#"
+[space]
+size = [6.0, 6.0, 6.0]
+[[species]]
+name = "A"
+mass = 2.7
+diameter = 1.0
+[[species]]
+name = "B"
+mass = 0.6
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["A", "B"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["B", "B"]
+potential = "hard-sphere"
+[[particle]]
+species = "A"
+position = [1.0, 3.0, 3.0]
+velocity = [1.0, 0.2, 0.0]
+[[particle]]
+species = "B"
+position = [4.0, 3.0, 3.0]
+velocity = [-2.0, 0.0, 0.3]
+[[stage]]
+name = "bath"
+measure = true
+until_time = 20000.0
+thermostat = { kind = "andersen", temperature = 1.5, rate = 1.0 }
+[run]
+until_time = 1.0
+[output]
+frame_interval = 10000.0
+thermo_interval = 10.0
+"#;
+    let place = Place::with(scene);
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    let summary = summary(&place, "runs/a");
+    let of = |value: &Value| value["observables"]["temperature"]["mean"].as_f64().unwrap();
+    let stage = &summary["stages"][0];
+    let error = stage["observables"]["temperature"]["standard_error"].as_f64().unwrap();
+    assert!((of(stage) - 1.5).abs() < 4.0 * error && error < 0.03, "{} +- {error}", of(stage));
+    // 2 K' / 3 of the last frame, K' relative to the common velocity.
+    let frame = place.read("runs/a/trajectory.xyz");
+    let lines: Vec<&str> = frame.lines().collect();
+    let velocity = |line: &str| -> Vec<f64> {
+        let cells: Vec<&str> = line.split_whitespace().collect();
+        cells[4..7].iter().map(|cell| cell.parse().unwrap()).collect()
+    };
+    let [a, b] = [lines[lines.len() - 2], lines[lines.len() - 1]].map(velocity);
+    let squared: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).powi(2)).sum();
+    let expected = 2.7 * 0.6 / 3.3 * squared / 3.0;
+    assert!((of(&summary) - expected).abs() < 1e-9 * expected, "{} and {expected}", of(&summary));
+}
