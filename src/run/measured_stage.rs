@@ -21,7 +21,7 @@ pub struct MeasuredStage {
     #[serde(with = "by_place")]
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each of them was stationary, by name.
-    #[serde(with = "by_place")]
+    #[serde(with = "verdicts")]
     pub stationarity: Vec<(&'static str, Stationarity)>,
     /// What the instruments of the scene have measured in it.
     pub measured: Measured,
@@ -54,5 +54,81 @@ mod by_place {
             name.map(|name| (name, value)).ok_or_else(|| D::Error::custom("there is no such observable"))
         };
         placed.into_iter().map(named).collect()
+    }
+}
+
+/// Verdicts on stationarity by the name of an observable: their tags in files are names, which a checkpoint does not have.
+mod verdicts {
+    use serde::de::Deserializer;
+    use serde::ser::Serializer;
+    use serde::{Deserialize, Serialize};
+
+    use super::by_place;
+    use crate::analysis::statistics::Stationarity;
+
+    #[derive(Clone, Copy, Serialize, Deserialize)]
+    enum Verdict {
+        Stationary,
+        Constant,
+        Drifting(f64),
+        Unknown,
+    }
+
+    pub fn serialize<S: Serializer>(values: &[(&'static str, Stationarity)], serializer: S) -> Result<S::Ok, S::Error> {
+        let verdict = |stationarity| match stationarity {
+            Stationarity::Stationary => Verdict::Stationary,
+            Stationarity::Constant => Verdict::Constant,
+            Stationarity::Drifting(by) => Verdict::Drifting(by),
+            Stationarity::Unknown => Verdict::Unknown,
+        };
+        let verdicts: Vec<_> = values.iter().map(|(name, value)| (*name, verdict(*value))).collect();
+        by_place::serialize(&verdicts, serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Vec<(&'static str, Stationarity)>, D::Error> {
+        let stationarity = |verdict| match verdict {
+            Verdict::Stationary => Stationarity::Stationary,
+            Verdict::Constant => Stationarity::Constant,
+            Verdict::Drifting(by) => Stationarity::Drifting(by),
+            Verdict::Unknown => Stationarity::Unknown,
+        };
+        let verdicts: Vec<(&'static str, Verdict)> = by_place::deserialize(deserializer)?;
+        Ok(verdicts.into_iter().map(|(name, verdict)| (name, stationarity(verdict))).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::event::EventCounts;
+
+    #[test]
+    fn a_checkpoint_keeps_the_results_of_a_stage() {
+        let of = |value| vec![("temperature", value), ("collision_rate", value)];
+        let estimate = Estimate { mean: 1.5, standard_error: Some(0.1) };
+        let stage = |stationarity| MeasuredStage {
+            name: "warm".to_owned(),
+            measurement: MeasurementPeriod {
+                start: 1.0,
+                duration: 2.0,
+                events_before: 3,
+                event_counts: EventCounts::default(),
+                wall_seconds: 4.0,
+            },
+            event_counts_by_species: EventCountsBySpecies::default(),
+            observables: vec![("temperature", estimate), ("collision_rate", estimate)],
+            stationarity: of(stationarity),
+            measured: Measured::default(),
+            diameter_factor: 1.25,
+        };
+        use Stationarity::{Constant, Drifting, Stationary, Unknown};
+        for stationarity in [Stationary, Constant, Drifting(-0.25), Unknown] {
+            let bytes = postcard::to_stdvec(&stage(stationarity)).unwrap();
+            let read: MeasuredStage = postcard::from_bytes(&bytes).unwrap();
+            assert_eq!((read.stationarity, read.diameter_factor), (of(stationarity), 1.25));
+            assert_eq!(read.observables, [("temperature", estimate), ("collision_rate", estimate)]);
+        }
     }
 }
