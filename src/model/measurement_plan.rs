@@ -224,4 +224,12 @@ pub struct Flow {
     /// Between two samples `[time]`, short against the time between two passages of one particle.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
+    /// Whether passages towards larger (`+`) or smaller (`-`) coordinates count as positive; `+` if not given.
+    #[schemars(extend("enum" = DIRECTIONS))]
+    pub direction: Option<String>,
+    /// Start and end of the time over which rates are means, from the start of the measurement on `[time]`; from the first to the last passage if not given.
+    pub window: Option<[f64; 2]>,
 }
+
+/// Directions of a flow along its axis.
+pub const DIRECTIONS: [&str; 2] = ["+", "-"];

@@ -322,6 +322,8 @@ fn what_passes_after_the_last_sample_is_counted() {
         upper: None,
         species: None,
         interval: Some(50.0),
+        direction: None,
+        window: None,
     };
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(3.0))

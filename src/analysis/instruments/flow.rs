@@ -12,15 +12,18 @@ use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
 use crate::model::measurement_plan::Flow as Plan;
 use crate::model::space::Boundary;
-use passages::Passages;
+use passages::{Of, Passages, Row};
 
 /// Samples of a run unless an interval is given.
 const SAMPLES: u32 = 2000;
 
+/// With more species, as of many diameters, none is counted on its own.
+const MOST_SPECIES: usize = 20;
+
 /// A rectangle is looked at no more often than this for one particle between two samples.
 const MOST_CROSSINGS: f64 = 1000.0;
 
-/// Counts passages of a plane between samples, forwards less backwards.
+/// Counts passages of a plane between samples, forwards less backwards, and the mass that passes.
 ///
 /// Where a particle was at two samples decides how often it passed, along a periodic axis with the periods that it travelled: forth and
 /// back between two samples is no passage, so that the sum is exact whatever the interval. Whether it passed inside the rectangle, and when,
@@ -36,7 +39,11 @@ pub(super) struct Flow {
     positions: Vec<Vector>,
     time: f64,
     blocks: BlockTimes,
+    /// What a passage towards larger coordinates counts for.
+    forwards: i64,
     passages: Passages,
+    /// By species, where there are some but not very many.
+    by_species: Vec<(u32, i64)>,
 }
 
 impl Flow {
@@ -55,6 +62,11 @@ impl Flow {
             let unlimited = Vector::repeat(f64::MAX);
             [corner(plan.lower, -unlimited), corner(plan.upper, unlimited)]
         });
+        let mut species: Vec<u32> = ids.iter().map(|&id| system.species[id as usize]).collect();
+        species.sort_unstable();
+        species.dedup();
+        let is_told_apart = (2..=MOST_SPECIES).contains(&species.len());
+        let window = plan.window.map(|window| window.map(|time| sample.time + time));
         Self {
             name: plan.name.clone(),
             axis: axis.unwrap_or(0),
@@ -64,12 +76,14 @@ impl Flow {
             ids,
             time: sample.time,
             blocks: BlockTimes::new(sample.time, plan.interval, duration, SAMPLES),
-            passages: Passages::new(sample.time),
+            forwards: if plan.direction.as_deref() == Some("-") { -1 } else { 1 },
+            passages: Passages::new(sample.time, window),
+            by_species: species.into_iter().filter(|_| is_told_apart).map(|species| (species, 0)).collect(),
         }
     }
 
     /// Counts the passages of one particle on its way between two samples.
-    fn pass(&mut self, from: &Vector, to: &Vector, time: f64, system: &SystemDescription) {
+    fn pass(&mut self, id: u32, [from, to]: [&Vector; 2], time: f64, system: &SystemDescription) {
         let (axis, at) = (self.axis, self.at);
         let period = system.space.periods()[axis];
         // The number of the plane that was last passed going up, and that of its image; a particle in the plane is beyond it.
@@ -87,7 +101,12 @@ impl Flow {
             let part = ((coordinate - from[axis]) / (to[axis] - from[axis])).clamp(0.0, 1.0);
             let when = self.time + part * (time - self.time);
             if self.is_inside(&(from + (to - from) * part), system) {
-                self.passages.count(trunc_to_i64(sign), when);
+                let counted = self.forwards * trunc_to_i64(sign);
+                self.passages.count(counted, system.masses[id as usize], when);
+                let species = system.species[id as usize];
+                if let Some((_, count)) = self.by_species.iter_mut().find(|(known, _)| *known == species) {
+                    *count += counted;
+                }
             }
             crossing += 1.0;
         }
@@ -117,8 +136,8 @@ impl Instrument for Flow {
         if sample.time > self.time {
             let before = std::mem::take(&mut self.positions);
             let now: Vec<Vector> = self.ids.iter().map(|&id| sample.unwrapped(id as usize, &system.space)).collect();
-            for (from, to) in before.iter().zip(&now) {
-                self.pass(from, to, sample.time, system);
+            for (index, way) in before.iter().zip(&now).enumerate() {
+                self.pass(self.ids[index], way.into(), sample.time, system);
             }
             self.positions = now;
             self.time = sample.time;
@@ -132,20 +151,39 @@ impl Instrument for Flow {
         self.sample(sample, system);
     }
 
-    fn report(&self, _: &SystemDescription, measured: &mut Measured) {
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         let name = &self.name;
-        measured.numbers.push(Number {
-            name: format!("flow_{name}_count"),
-            title: format!("Particles that passed {name}"),
-            unit: "1".to_owned(),
-            mean: Some(self.passages.total() as f64),
+        let now = self.passages.now();
+        let total = |key: &str, title: String, unit: &str, value: f64| Number {
+            name: format!("flow_{name}_{key}"),
+            title,
+            unit: unit.to_owned(),
+            mean: Some(value),
             standard_error: Some(0.0),
             method: COUNT.to_owned(),
-        });
-        let title = format!("Rate of particles that pass {name}");
-        let rate = self.passages.rate();
-        measured.numbers.push(Number::estimated(&format!("flow_{name}_rate"), &title, "1 / time", rate, RATE));
+        };
+        measured.numbers.push(total("count", format!("Particles that passed {name}"), "1", now.total as f64));
+        for (species, count) in &self.by_species {
+            let species = &system.species_names[*species as usize];
+            let title = format!("Particles of {species} that passed {name}");
+            measured.numbers.push(total(&format!("count_{species}"), title, "1", *count as f64));
+        }
+        measured.numbers.push(total("mass", format!("Mass that passed {name}"), "mass", now.mass));
+        let method = if self.passages.has_window() { RATE_IN_WINDOW } else { RATE };
+        for (of, key, title, unit) in [
+            (Of::Number, "rate", format!("Rate of particles that pass {name}"), "1 / time"),
+            (Of::Mass, "mass_rate", format!("Rate of mass that passes {name}"), "mass / time"),
+        ] {
+            let rate = self.passages.rate(of);
+            measured.numbers.push(Number::estimated(&format!("flow_{name}_{key}"), &title, unit, rate, method));
+        }
         let rows = self.passages.rows();
+        let series = |name: &str, unit: &str, value: fn(&Row) -> f64| Series {
+            name: name.to_owned(),
+            unit: unit.to_owned(),
+            values: rows.iter().map(|row| Some(value(row))).collect(),
+            standard_errors: vec![None; rows.len()],
+        };
         measured.curves.push(Curve {
             name: format!("flow_{name}"),
             title: format!("Particles that passed {name}"),
@@ -155,22 +193,18 @@ impl Instrument for Flow {
                 unit: "time".to_owned(),
                 values: rows.iter().map(|row| row.time).collect(),
             }],
-            series: vec![Series {
-                name: "N".to_owned(),
-                unit: "1".to_owned(),
-                values: rows.iter().map(|row| Some(row.total as f64)).collect(),
-                standard_errors: vec![None; rows.len()],
-            }],
+            series: vec![series("N", "1", |row| row.total as f64), series("mass", "mass", |row| row.mass)],
             is_logarithmic: [false, false],
             published: Vec::new(),
         });
     }
 }
 
-const COUNT: &str =
-    "Passages towards larger coordinates less those towards smaller ones since the start of the measurement.";
-const RATE: &str = "Passages after the first one by the time from the first to the last one; the error is that of the rates in the stretches \
+const COUNT: &str = "Passages in the direction of the flow less those against it since the start of the measurement.";
+const RATE: &str = "What passed after the first passage by the time from the first to the last one; the error is that of the rates in the stretches \
     of the curve between them.";
+const RATE_IN_WINDOW: &str =
+    "What passed in the window by its length; the error is that of the rates in the stretches of the curve in it.";
 
 #[cfg(test)]
 mod tests;

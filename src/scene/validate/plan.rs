@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use crate::model::MeasurementPlan;
-use crate::model::measurement_plan::{MOST_BINS, MOST_CELLS, MOST_WINDOWS};
+use crate::model::measurement_plan::{DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_WINDOWS};
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, StagePlan, Thermostat};
@@ -178,6 +178,18 @@ impl SceneBuilder {
             }
             finite(flow.at, at.key("at"))?;
             check_box(flow.lower, flow.upper, space, &at)?;
+            if let Some(word) = flow.direction.as_ref().filter(|word| !DIRECTIONS.contains(&word.as_str())) {
+                return Err(SceneError::new(
+                    at.key("direction"),
+                    SceneErrorKind::unknown_word("direction", word, DIRECTIONS),
+                ));
+            }
+            if let Some([from, to]) = flow.window
+                && !(from >= 0.0 && from < to && to.is_finite())
+            {
+                let expected = "start and end of a time after the start of the measurement, such as [2.0, 10.0]";
+                return refuse(at.key("window"), format!("[{from}, {to}]"), expected);
+            }
         }
         Ok(())
     }

@@ -12,6 +12,21 @@ const MOST_ROWS: usize = 1024;
 pub(super) struct Row {
     pub time: f64,
     pub total: i64,
+    pub mass: f64,
+}
+
+/// A part of what has passed.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+struct Share {
+    number: i64,
+    mass: f64,
+}
+
+/// What a rate is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Of {
+    Number,
+    Mass,
 }
 
 /// Counts passages and remembers how the count grew.
@@ -26,22 +41,42 @@ pub(super) struct Passages {
     /// Time of the first and of the last passage, and what the first counted for.
     first: Option<f64>,
     last: f64,
-    first_sign: i64,
+    first_share: Share,
+    /// The time over which rates are means, if it is given, and what has passed in it.
+    window: Option<[f64; 2]>,
+    in_window: Share,
 }
 
 impl Passages {
-    pub fn new(start: f64) -> Self {
-        let now = Row { time: start, total: 0 };
-        Self { rows: vec![now], stride: 1, skipped: 0, now, first: None, last: start, first_sign: 0 }
+    /// From a time on; `window` is the time over which rates are means, instead of that from the first to the last passage.
+    pub fn new(start: f64, window: Option<[f64; 2]>) -> Self {
+        let now = Row { time: start, total: 0, mass: 0.0 };
+        Self {
+            rows: vec![now],
+            stride: 1,
+            skipped: 0,
+            now,
+            first: None,
+            last: start,
+            first_share: Share::default(),
+            window,
+            in_window: Share::default(),
+        }
     }
 
-    /// One passage, not before the last sample. Those between two samples may come in any order.
-    pub fn count(&mut self, sign: i64, time: f64) {
-        self.now.total += sign;
+    /// One passage of a mass, not before the last sample. Those between two samples may come in any order.
+    pub fn count(&mut self, sign: i64, mass: f64, time: f64) {
+        let share = Share { number: sign, mass: sign as f64 * mass };
+        self.now.total += share.number;
+        self.now.mass += share.mass;
         if self.first.is_none_or(|first| time < first) {
-            (self.first, self.first_sign) = (Some(time), sign);
+            (self.first, self.first_share) = (Some(time), share);
         }
         self.last = self.last.max(time);
+        if self.window.is_some_and(|[from, to]| (from..to).contains(&time)) {
+            self.in_window.number += share.number;
+            self.in_window.mass += share.mass;
+        }
     }
 
     /// The end of a sample.
@@ -65,8 +100,14 @@ impl Passages {
         }
     }
 
-    pub fn total(&self) -> i64 {
-        self.now.total
+    /// Whether rates are means over a time that is given.
+    pub fn has_window(&self) -> bool {
+        self.window.is_some()
+    }
+
+    /// What has passed so far.
+    pub fn now(&self) -> Row {
+        self.now
     }
 
     /// The count at times that are even but for the last one.
@@ -78,18 +119,26 @@ impl Passages {
         rows
     }
 
-    /// Passages after the first one by the time that they took; `None` for fewer than two.
-    pub fn rate(&self) -> Option<Estimate> {
-        let first = self.first?;
-        let duration = self.last - first;
-        if duration <= 0.0 {
+    /// What passed in the window by its length, as far as it is over; without a window, what passed after the first passage by the time up to the last one,
+    /// and `None` for fewer than two.
+    pub fn rate(&self, of: Of) -> Option<Estimate> {
+        let amount = |share: &Share| match of {
+            Of::Number => share.number as f64,
+            Of::Mass => share.mass,
+        };
+        let all = Share { number: self.now.total, mass: self.now.mass };
+        let (passed, [from, to]) = match self.window {
+            Some([from, to]) => (amount(&self.in_window), [from, to.min(self.now.time)]),
+            None => (amount(&all) - amount(&self.first_share), [self.first?, self.last]),
+        };
+        if to <= from {
             return None;
         }
-        let during: Vec<&Row> = self.rows.iter().filter(|row| (first..=self.last).contains(&row.time)).collect();
-        let rate = |pair: &[&Row]| (pair[1].total - pair[0].total) as f64 / (pair[1].time - pair[0].time);
+        let during: Vec<&Row> = self.rows.iter().filter(|row| (from..=to).contains(&row.time)).collect();
+        let amount_at = |row: &Row| amount(&Share { number: row.total, mass: row.mass });
+        let rate = |pair: &[&Row]| (amount_at(pair[1]) - amount_at(pair[0])) / (pair[1].time - pair[0].time);
         let rates: Vec<f64> = during.windows(2).map(rate).collect();
-        let mean = (self.now.total - self.first_sign) as f64 / duration;
-        Some(Estimate { mean, standard_error: standard_error(&rates) })
+        Some(Estimate { mean: passed / (to - from), standard_error: standard_error(&rates) })
     }
 }
 
@@ -99,33 +148,54 @@ mod tests {
 
     #[test]
     fn rows_are_bounded_even_and_have_the_whole_count() {
-        let mut passages = Passages::new(0.0);
+        let mut passages = Passages::new(0.0, None);
         for k in 1..=10_000 {
-            passages.count(1, f64::from(k) - 0.5);
+            passages.count(1, 0.5, f64::from(k) - 0.5);
             passages.write(f64::from(k));
             assert!(passages.rows.len() < MOST_ROWS);
         }
         let rows = passages.rows();
-        assert_eq!(rows.last(), Some(&Row { time: 10_000.0, total: 10_000 }));
+        assert_eq!(rows.last(), Some(&Row { time: 10_000.0, total: 10_000, mass: 5_000.0 }));
         assert!(rows.iter().all(|row| row.time == row.total as f64));
         let stride = rows[1].time - rows[0].time;
         assert!(rows[..rows.len() - 1].windows(2).all(|pair| pair[1].time - pair[0].time == stride), "{stride}");
-        let rate = passages.rate().unwrap();
+        let rate = passages.rate(Of::Number).unwrap();
         assert_eq!(rate, Estimate { mean: 1.0, standard_error: Some(0.0) });
     }
 
     #[test]
     fn the_rate_is_that_of_the_time_in_which_it_flows() {
-        let mut passages = Passages::new(0.0);
-        assert_eq!(passages.rate(), None);
+        let mut passages = Passages::new(0.0, None);
+        assert_eq!(passages.rate(Of::Number), None);
         for k in 1..=100 {
             if (20..40).contains(&k) {
-                passages.count(1, f64::from(k));
+                passages.count(1, 1.5, f64::from(k));
             }
             passages.write(f64::from(k));
         }
         // 19 after the first at 20, the last at 39.
-        assert_eq!(passages.rate().unwrap().mean, 1.0);
-        assert_eq!(passages.rate().unwrap().standard_error, Some(0.0));
+        assert_eq!(passages.rate(Of::Number).unwrap().mean, 1.0);
+        assert_eq!(passages.rate(Of::Number).unwrap().standard_error, Some(0.0));
+        assert_eq!(passages.rate(Of::Mass).unwrap().mean, 1.5);
+    }
+
+    #[test]
+    fn the_rate_in_a_window_counts_what_passes_in_it() {
+        let rate = |window, of| {
+            let mut passages = Passages::new(10.0, Some(window));
+            for k in 1..=100 {
+                // One by one from 40 on, two at a time from 60 on.
+                let sign = [0, 1, 2][usize::from(k >= 30) + usize::from(k >= 50)];
+                (0..sign).for_each(|_| passages.count(1, 2.5, 10.0 + f64::from(k) - 0.25));
+                passages.write(10.0 + f64::from(k));
+            }
+            passages.rate(of).map(|rate| rate.mean)
+        };
+        assert_eq!(rate([40.0, 59.0], Of::Number), Some(1.0));
+        assert_eq!(rate([60.0, 80.0], Of::Mass), Some(5.0));
+        assert_eq!(rate([15.0, 30.0], Of::Number), Some(0.0));
+        // It is over at 110.
+        assert_eq!(rate([100.0, 1e9], Of::Number), Some(2.0));
+        assert_eq!(rate([110.0, 120.0], Of::Number), None);
     }
 }

@@ -5,7 +5,17 @@ use crate::model::space::Space;
 use crate::scene::SceneBuilder;
 
 fn plan(axis: &str, at: f64) -> Plan {
-    Plan { name: "gate".into(), axis: axis.into(), at, lower: None, upper: None, species: None, interval: None }
+    Plan {
+        name: "gate".into(),
+        axis: axis.into(),
+        at,
+        lower: None,
+        upper: None,
+        species: None,
+        interval: None,
+        direction: None,
+        window: None,
+    }
 }
 
 /// Two particles that meet no other, in a periodic cube of edge 10: 2 times around along x in 10 time units, 3.5 times back along y.
@@ -13,7 +23,7 @@ fn two() -> (SystemDescription, Simulation) {
     let scene = SceneBuilder::new("two")
         .space(Space::periodic_cube(10.0))
         .species("A", 1.0, 1.0)
-        .species("B", 1.0, 1.0)
+        .species("B", 2.7, 1.0)
         .no_interaction("A", "A")
         .no_interaction("A", "B")
         .no_interaction("B", "B")
@@ -74,10 +84,29 @@ fn a_steady_flow_has_its_rate_and_curve() {
 }
 
 #[test]
+fn species_masses_directions_and_windows_are_told_apart() {
+    let (system, mut simulation) = two();
+    // A passes y = 7 upwards at t = 4; B downwards from 4 at y = -3, -13, -23: t = 2, 4.857, 7.714.
+    let plan = Plan { direction: Some("-".into()), window: Some([3.0, 8.0]), ..plan("y", 7.0) };
+    let mut flow = instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan, setup));
+    measure(&mut simulation, &system, &mut flow, 10.0);
+    let measured = report(&flow, &system);
+    let mean = |name: &str| number(&measured, name).mean.unwrap();
+    assert_eq!(mean("flow_gate_count"), 2.0);
+    assert_eq!((mean("flow_gate_count_A"), mean("flow_gate_count_B")), (-1.0, 3.0));
+    assert!((mean("flow_gate_mass") - (3.0 * 2.7 - 1.0)).abs() < 1e-12);
+    assert_eq!(mean("flow_gate_rate"), (2.0 - 1.0) / 5.0);
+    assert!((mean("flow_gate_mass_rate") - (2.0 * 2.7 - 1.0) / 5.0).abs() < 1e-12);
+    let of_mass = &measured.curves[0].series[1];
+    assert_eq!((of_mass.unit.as_str(), of_mass.values[0]), ("mass", Some(0.0)));
+    assert_eq!(of_mass.values.last(), Some(&Some(mean("flow_gate_mass"))));
+}
+
+#[test]
 fn it_goes_on_from_a_record_bit_by_bit() {
     let (system, mut simulation) = hard_spheres(32, 0.2);
     let mut both = Recorded::new(instrument(&simulation, &system, 10.0, |setup| Flow::new(&plan("x", 1.0), setup)));
     measure(&mut simulation, &system, &mut both, 1.0);
     assert_eq!(both.again, both.instrument);
-    assert!(both.instrument.passages.total() != 0 || both.instrument.passages.rate().is_some());
+    assert!(both.instrument.passages.now().total != 0 || both.instrument.passages.rate(Of::Number).is_some());
 }
