@@ -55,9 +55,10 @@ impl<'a> Scenery<'a> {
         let mut pixels = vec![Colour::zeros(); width * height];
         let rows = parallel::rows_per_band(height);
         parallel::for_each(self.team, pixels.chunks_mut(rows * width).enumerate(), |(band, pixels)| {
-            for (index, pixel) in pixels.iter_mut().enumerate() {
-                let (row, column) = (band * rows + index / width, index % width);
-                for share in 0..SAMPLES * SAMPLES {
+            // Samples of one share ask the same few lights, whose maps stay in the cache.
+            for share in 0..SAMPLES * SAMPLES {
+                for (index, pixel) in pixels.iter_mut().enumerate() {
+                    let (row, column) = (band * rows + index / width, index % width);
                     let (row, column) = (row * SAMPLES + share / SAMPLES, column * SAMPLES + share % SAMPLES);
                     *pixel += self.sample(row, column, share) / (SAMPLES * SAMPLES) as f32;
                 }
