@@ -87,6 +87,26 @@ pub fn unit(unit: &str, dimensions: usize) -> String {
         .replace("length^D", volume)
 }
 
+/// A name as an identifier, which programs take for the name of a column: `g(r) A,B` is `g_r_A_B`. Letters and digits are kept, whatever is between them becomes `_`.
+#[must_use]
+pub fn identifier(name: &str) -> String {
+    let words = name.split(|letter: char| !letter.is_alphanumeric()).filter(|word| !word.is_empty());
+    words.collect::<Vec<_>>().join("_")
+}
+
+/// The names of columns as identifiers, each different from those before it.
+#[must_use]
+pub fn identifiers<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let mut taken: Vec<String> = Vec::new();
+    for name in names {
+        let name = identifier(name);
+        let numbered = (2..).map(|number| format!("{name}_{number}"));
+        let free = std::iter::once(name.clone()).chain(numbered).find(|name| !name.is_empty() && !taken.contains(name));
+        taken.extend(free);
+    }
+    taken
+}
+
 /// The message of an error and those of what caused it.
 #[must_use]
 pub fn with_causes(error: &dyn std::error::Error) -> String {

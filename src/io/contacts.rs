@@ -1,12 +1,20 @@
 //! The table of all events, `contacts.csv`.
 
 use super::number::Cell;
+use super::thermo::Column;
 use crate::engine::event::{Event, EventKind};
 use crate::physics::response::Outcome;
 
 /// The first line.
-pub(super) const HEADER: &str =
-    "time [time],kind,particle,partner,impulse [mass length/time],energy_step [energy],dissipated [energy]\n";
+pub(super) const HEADER: &str = "time,kind,particle,partner,impulse,energy_step,dissipated\n";
+
+/// The units of its columns.
+const UNITS: [&str; 7] = ["time", "", "1", "1", "mass length / time", "energy", "energy"];
+
+/// Its columns.
+pub(super) fn columns() -> Vec<Column> {
+    HEADER.trim_end().split(',').zip(UNITS).map(|(name, unit)| Column::new(name, unit)).collect()
+}
 
 /// A line for an event. The partner of a contact with a wall is the side of the box, `-z` for the lower wall of z.
 pub(super) fn line(event: &Event) -> String {

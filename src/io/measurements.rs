@@ -8,9 +8,10 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::error::OutputError;
-use super::number::{Cell, quoted};
+use super::number::Cell;
 use super::partial::PartialFile;
 use crate::analysis::instruments::{Curve, Measured};
+use crate::base::text;
 use crate::run::{Finished, MeasuredStage};
 
 /// Everything in one file.
@@ -107,14 +108,14 @@ pub(super) fn is_table(name: &str) -> bool {
     name.strip_prefix(TABLES).is_some_and(|rest| rest.starts_with('/'))
 }
 
-/// A curve as a table: its variables, and each quantity with its standard error; empty cells for insufficient data.
+/// A curve as a table: its variables, and each quantity with its standard error; empty cells for insufficient data. The headings are identifiers, the units
+/// are in `measurements.json`.
 fn table(curve: &Curve) -> String {
     let mut text = String::new();
-    let heads = curve.variables.iter().map(|variable| format!("{} [{}]", variable.name, variable.unit));
-    let series = curve.series.iter().flat_map(|series| {
-        [format!("{} [{}]", series.name, series.unit), format!("standard error of {} [{}]", series.name, series.unit)]
-    });
-    let heads: Vec<String> = heads.chain(series).map(|head| quoted(&head)).collect();
+    let heads = curve.variables.iter().map(|variable| variable.name.clone());
+    let series = curve.series.iter().flat_map(|series| [series.name.clone(), format!("{} error", series.name)]);
+    let heads: Vec<String> = heads.chain(series).collect();
+    let heads = text::identifiers(heads.iter().map(String::as_str));
     text.push_str(&heads.join(","));
     text.push('\n');
     let rows = curve.variables.first().map_or(0, |variable| variable.values.len());
@@ -153,7 +154,7 @@ mod tests {
             is_logarithmic: [false; 2],
             published: Vec::new(),
         };
-        let expected = "r [length],\"g(r) A,B [1]\",\"standard error of g(r) A,B [1]\"\n0.5,,\n1.5,2,1e-9\n";
+        let expected = "r,g_r_A_B,g_r_A_B_error\n0.5,,\n1.5,2,1e-9\n";
         assert_eq!(table(&curve), expected);
     }
 }

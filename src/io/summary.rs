@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::folder::SUMMARY;
 use super::rates::{Rate, rates_of, rates_of_stage};
+pub use super::thermo::Column;
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
@@ -64,6 +65,9 @@ pub struct Summary {
     /// What theory and other simulations say of what was measured, at its mean temperature.
     #[serde(default)]
     pub published: Vec<PublishedValue>,
+    /// The columns of the tables of the run with their units, by file; empty where there is no folder, and in files that do not have it.
+    #[serde(default)]
+    pub columns: BTreeMap<String, Vec<Column>>,
     /// By kind and species, only those that took place; empty in files of runs before they were counted.
     #[serde(default)]
     pub rates: Vec<Rate>,
@@ -292,6 +296,7 @@ impl Summary {
             observables: observables(&finished.observables, &finished.stationarity),
             stages: finished.stages.iter().map(|stage| StageSummary::of(stage, simulation)).collect(),
             published: published(&finished.observables, simulation, scale_of_scene(simulation)),
+            columns: BTreeMap::new(),
             rates: rates_of(finished),
             speed: Speed::of(&finished.measurement),
         }

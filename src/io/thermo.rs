@@ -1,18 +1,34 @@
 //! The table of measurements at even times, `thermo.csv`.
 //!
-//! Columns have a name and a unit in brackets. A column that means nothing for a scene is absent; a cell that cannot be
+//! Columns have names that are identifiers; their units are in `summary.json`. A column that means nothing for a scene is absent; a cell that cannot be
 //! known, as a rate at the start of a stage, is empty. The last column names the stage: those of the scene, where `a equilibration` comes
 //! before the measurement of the stage `a`, then `equilibration` and `measurement`.
 
 use std::fmt::Write;
 
-use super::number::Cell;
-use super::number::quoted;
+use serde::{Deserialize, Serialize};
+
+use super::number::{Cell, quoted};
 use crate::analysis::observables::{ApplicableObservables, Row};
 use crate::base::numbers::trunc_to_usize;
 use crate::base::text;
 use crate::model::{RunPlan, Scene};
 use crate::run::Stage;
+
+/// Column of a table: its name and unit.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Column {
+    /// The name, an identifier.
+    pub name: String,
+    /// The unit, in powers of length, time, mass and energy; 1 for numbers, empty for words.
+    pub unit: String,
+}
+
+impl Column {
+    pub(super) fn new(name: &str, unit: &str) -> Self {
+        Self { name: name.to_owned(), unit: unit.to_owned() }
+    }
+}
 
 /// Which columns a scene has.
 #[derive(Debug, Clone)]
@@ -39,26 +55,32 @@ impl Columns {
 
     /// The first line.
     pub fn header(&self) -> String {
-        let mut line = "time [time],events [1]".to_owned();
+        let names: Vec<String> = self.columns().into_iter().map(|column| column.name).collect();
+        names.join(",") + "\n"
+    }
+
+    /// The names of the columns, which are identifiers, and their units.
+    pub fn columns(&self) -> Vec<Column> {
         let applicable = &self.applicable;
-        let pressure = format!(",{}", text::unit("pressure [energy/length^D]", trunc_to_usize(applicable.dimensions)));
-        for (has, column) in [
-            (applicable.has_temperature, ",temperature [energy]"),
-            (true, ",kinetic [energy],potential [energy],energy_and_dissipated [energy]"),
-            (self.is_driven, ",supplied [energy]"),
-            (applicable.has_pressure, pressure.as_str()),
-            (applicable.has_core, ",collision_rate [1/time]"),
-            (applicable.has_height(), ",height [length]"),
+        let pressure = text::unit("energy / length^D", trunc_to_usize(applicable.dimensions));
+        let mut columns = vec![Column::new("time", "time"), Column::new("events", "1")];
+        for (has, name, unit) in [
+            (applicable.has_temperature, "temperature", "energy"),
+            (true, "kinetic", "energy"),
+            (true, "potential", "energy"),
+            (true, "energy_and_dissipated", "energy"),
+            (self.is_driven, "supplied", "energy"),
+            (applicable.has_pressure, "pressure", pressure.as_str()),
+            (applicable.has_core, "collision_rate", "1 / time"),
+            (applicable.has_height(), "height", "length"),
         ] {
-            line.push_str(if has { column } else { "" });
+            columns.extend(has.then(|| Column::new(name, unit)));
         }
-        for region in &self.regions {
-            line.push_str(",in ");
-            line.push_str(region);
-            line.push_str(" [1]");
-        }
-        line.push_str(",stage\n");
-        line
+        let regions: Vec<String> = self.regions.iter().map(|region| format!("in {region}")).collect();
+        let names = text::identifiers(regions.iter().map(String::as_str));
+        columns.extend(names.iter().map(|name| Column::new(name, "1")));
+        columns.push(Column::new("stage", ""));
+        columns
     }
 
     /// A line of measurements.

@@ -258,8 +258,8 @@ def pandas_thermo(path, frames):
     whole = pandas.read_csv(path.parent / "thermo.csv", float_precision="round_trip")
     # The trajectory is that of the measurement.
     table = whole[whole["stage"] == "measurement"]
-    same("first and last time", table["time [time]"].iloc[[0, -1]], [frames[0].time, frames[-1].time])
-    if table["kinetic [energy]"].isna().any() or not table["events [1]"].is_monotonic_increasing:
+    same("first and last time", table["time"].iloc[[0, -1]], [frames[0].time, frames[-1].time])
+    if table["kinetic"].isna().any() or not table["events"].is_monotonic_increasing:
         raise Difference("thermo.csv: expected energies in all rows and numbers of events that rise")
 
 

@@ -3,8 +3,9 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::{Folder, PAGE, REPORT, SUMMARY, SUMMARY_BEFORE, TRAJECTORY};
+use super::{CONTACTS, Folder, PAGE, REPORT, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY};
 use crate::io::atomic::sync_folder;
+use crate::io::contacts;
 use crate::io::convert::{ConvertError, Options, convert};
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
@@ -43,7 +44,9 @@ impl Folder {
         owned.claim(&measured.names())?;
         let mut report_file = PartialFile::create(self.path.join(REPORT))?;
         report_file.write(report)?;
-        let summary_file = summary(&self.path, finished)?;
+        let contacts = self.contacts.as_ref().map(|_| (CONTACTS.to_owned(), contacts::columns()));
+        let columns = [(THERMO.to_owned(), self.columns.columns())].into_iter().chain(contacts).collect();
+        let summary_file = summary(&self.path, &Summary { columns, ..Summary::of(finished) })?;
         let measurements = measured.prepare(&self.path)?;
         let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
         let trajectory = self.path.join(TRAJECTORY);
@@ -80,9 +83,9 @@ impl Folder {
 }
 
 /// The summary, safe on the disk under the name of a file that is not complete.
-fn summary(folder: &Path, finished: &Finished) -> Result<PartialFile, OutputError> {
+fn summary(folder: &Path, summary: &Summary) -> Result<PartialFile, OutputError> {
     let mut file = PartialFile::create(folder.join(SUMMARY))?;
-    let text = serde_json::to_string_pretty(&Summary::of(finished))
+    let text = serde_json::to_string_pretty(summary)
         .map_err(|error| OutputError::write(file.path())(io::Error::other(error)))?;
     file.write(&(text + "\n"))?;
     file.sync()?;

@@ -9,6 +9,9 @@ use crate::analysis::instruments::{Curve, Series};
 /// Columns of `thermo.csv` that share a plot.
 const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dissipated"];
 
+/// What columns with numbers of particles in regions begin with.
+const IN: &str = "in_";
+
 /// What is conserved changes by less than so much of it.
 const SAME: f64 = 1e-9;
 
@@ -149,9 +152,9 @@ fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
 fn courses(results: &Results<'_>) -> Vec<String> {
     let find = |name: &str| results.thermo.iter().find(|trace| trace.name == name);
     let mut figures = Vec::new();
-    let counts: Vec<&Trace> = results.thermo.iter().filter(|trace| trace.name.starts_with("in ")).collect();
+    let counts: Vec<&Trace> = results.thermo.iter().filter(|trace| trace.name.starts_with(IN)).collect();
     let is_alone = |trace: &&Trace| {
-        trace.name != "events" && !ENERGIES.contains(&trace.name.as_str()) && !trace.name.starts_with("in ")
+        trace.name != "events" && !ENERGIES.contains(&trace.name.as_str()) && !trace.name.starts_with(IN)
     };
     let energies: Vec<&Trace> = ENERGIES.iter().filter_map(|name| find(name)).collect();
     figures.extend(course("energy", &energies, None));

@@ -12,7 +12,7 @@ use crate::analysis::instruments::{Curve, Measured};
 use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::PublishedValue;
 use crate::io::rates::Rate;
-use crate::io::summary::Observable;
+use crate::io::summary::{Column, Observable};
 use crate::io::{Folder, Measurements, Summary, scene_from_text};
 use crate::model::Scene;
 use crate::model::run_plan::MEASUREMENT;
@@ -102,12 +102,16 @@ pub(super) fn read(run: &Path) -> Result<Inputs, ReportError> {
     let mut notes = Vec::new();
     let (scene_text, scene) = scene(run, &mut notes);
     let mut measurements = measurements(run, &mut notes);
-    let thermo = thermo(run, MEASUREMENT, &mut notes);
+    let units = summary.columns.get("thermo.csv").map_or(&[][..], Vec::as_slice);
+    let thermo = thermo(run, MEASUREMENT, units, &mut notes);
     let stages = summary.stages.iter().map(|stage| {
         let measured = measurements.stages.iter_mut().find(|measured| measured.name == stage.name);
         StageInputs {
             // What is wrong with the file was noted above.
-            thermo: thermo.as_ref().and_then(|_| self::thermo(run, &stage.name, &mut Vec::new())).unwrap_or_default(),
+            thermo: thermo
+                .as_ref()
+                .and_then(|_| self::thermo(run, &stage.name, units, &mut Vec::new()))
+                .unwrap_or_default(),
             measured: measured.map(|measured| std::mem::take(&mut measured.measured)).unwrap_or_default(),
         }
     });
@@ -150,10 +154,10 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
 }
 
 /// The rows of a stage.
-fn thermo(run: &Path, stage: &str, notes: &mut Vec<String>) -> Option<Vec<Trace>> {
+fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) -> Option<Vec<Trace>> {
     noted("thermo.csv", notes, || {
         let file = open(&run.join("thermo.csv"))?;
-        table::read(file, stage).map_err(|error| error.to_string())
+        table::read(file, stage, units).map_err(|error| error.to_string())
     })
 }
 

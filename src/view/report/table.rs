@@ -4,6 +4,8 @@ use std::io::{self, BufRead};
 
 use thiserror::Error;
 
+use crate::io::summary::Column;
+
 /// Neighbouring points of a trace are merged pairwise when there are this many: some two for each pixel of a plot.
 const MOST_SPANS: usize = 1024;
 
@@ -91,8 +93,8 @@ impl Trace {
     }
 }
 
-/// Reads the rows of a stage from a table with named columns; the traces are all columns but the first.
-pub(super) fn read(mut input: impl BufRead, stage: &str) -> Result<Vec<Trace>, TableError> {
+/// Reads the rows of a stage from a table with named columns, whose units are given or in brackets; the traces are all columns but the first.
+pub(super) fn read(mut input: impl BufRead, stage: &str, units: &[Column]) -> Result<Vec<Trace>, TableError> {
     let mut line = String::new();
     input.read_line(&mut line)?;
     let heads: Vec<&str> = line.trim_end().split(',').collect();
@@ -101,7 +103,7 @@ pub(super) fn read(mut input: impl BufRead, stage: &str) -> Result<Vec<Trace>, T
     }
     let named = |head: &&str| match head.rsplit_once(" [") {
         Some((name, unit)) => Trace::new(name, unit.trim_end_matches(']')),
-        None => Trace::new(head, "1"),
+        None => Trace::new(head, units.iter().find(|column| column.name == **head).map_or("1", |column| &column.unit)),
     };
     let columns = heads.len();
     // The last column, if there is one; its cells are words.
@@ -153,7 +155,8 @@ mod tests {
 
     #[test]
     fn columns_have_names_units_and_gaps() {
-        let traces = read("time [time],p [energy/length^D],in a [1]\n0,,1\n1,2.5,2\n".as_bytes(), MEASUREMENT).unwrap();
+        let traces =
+            read("time [time],p [energy/length^D],in a [1]\n0,,1\n1,2.5,2\n".as_bytes(), MEASUREMENT, &[]).unwrap();
         assert_eq!((traces[0].name.as_str(), traces[0].unit.as_str()), ("p", "energy/length^D"));
         assert_eq!(traces[1].name, "in a");
         assert_eq!(traces[0].points(), [None, Some([1.0, 2.5])]);
@@ -162,10 +165,10 @@ mod tests {
     #[test]
     fn only_the_rows_of_a_stage_are_read() {
         let text = "time [time],p [1],stage\n0,1,\"first, warm\"\n1,2,equilibration\n1,,measurement\n2,4,measurement\n";
-        let traces = read(text.as_bytes(), MEASUREMENT).unwrap();
+        let traces = read(text.as_bytes(), MEASUREMENT, &[]).unwrap();
         assert_eq!(traces.len(), 1);
         assert_eq!(traces[0].points(), [None, Some([2.0, 4.0])]);
-        let other = read(text.as_bytes(), "equilibration").unwrap();
+        let other = read(text.as_bytes(), "equilibration", &[]).unwrap();
         assert_eq!(other[0].points(), [Some([1.0, 2.0])]);
     }
 
@@ -179,10 +182,10 @@ mod tests {
             ("time,b\n1,NaN\n", "line 2: b is `NaN`"),
             ("time,b\ninf,1\n", "line 2: time is `inf`"),
         ] {
-            let error = read(text.as_bytes(), MEASUREMENT).unwrap_err().to_string();
+            let error = read(text.as_bytes(), MEASUREMENT, &[]).unwrap_err().to_string();
             assert!(error.contains(expected), "{text:?}: {error}");
         }
-        assert!(matches!(read(&[b't', b'i', b'm', b'e', 0xff][..], MEASUREMENT), Err(TableError::Read(_))));
+        assert!(matches!(read(&[b't', b'i', b'm', b'e', 0xff][..], MEASUREMENT, &[]), Err(TableError::Read(_))));
     }
 
     #[test]

@@ -288,7 +288,7 @@ fn nothing_from_a_file_becomes_markup() {
     let scene = format!("{SCENE}# {HOSTILE}\n");
     fs::write(run.path().join("scene.toml"), scene).unwrap();
     let thermo =
-        fs::read_to_string(run.path().join("thermo.csv")).unwrap().replace("in half", &format!("in {HOSTILE}"));
+        fs::read_to_string(run.path().join("thermo.csv")).unwrap().replace("in_half", &format!("in_{HOSTILE}"));
     fs::write(run.path().join("thermo.csv"), thermo).unwrap();
     let html = page(run.path()).unwrap().html;
     assert!(!html.contains(HOSTILE) && !html.contains("alert('"));
