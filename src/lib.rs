@@ -151,6 +151,7 @@ pub mod analysis;
 pub mod base;
 pub mod check;
 pub mod engine;
+pub mod exchange;
 pub mod io;
 pub mod model;
 pub mod physics;
