@@ -84,6 +84,9 @@ fn description(scene: &Scene) -> String {
         add(format!("equilibrates {}", describe::equilibration(scene.run())));
     }
     add(format!("measures {}", describe::limit(&scene.run().limit)));
+    if let Some(plan) = scene.exchange() {
+        add(format!("meanwhile {}; `carom exchange` runs it", describe::exchange(plan)));
+    }
     if let Some(thermostat) = &scene.run().thermostat {
         add(format!("meanwhile {}", describe::thermostat(thermostat)));
     }

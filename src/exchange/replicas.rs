@@ -124,6 +124,17 @@ impl Exchange {
         self.replicas[replica].simulation.set_thermostat(Some(&bath(&self.plan, place)), stream);
     }
 
+    /// What the scene plans.
+    #[must_use]
+    pub fn plan(&self) -> &ExchangePlan {
+        &self.plan
+    }
+
+    /// Asks for large pages, after it was read from a checkpoint.
+    pub(super) fn enlarge(&self) {
+        self.replicas.iter().for_each(|replica| replica.simulation.enlarge());
+    }
+
     /// The temperatures `[energy]`.
     #[must_use]
     pub fn temperatures(&self) -> &[f64] {

@@ -12,7 +12,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan, Thermostat,
+    ExchangePlan, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan,
+    Thermostat,
 };
 
 /// Numbers of particles of each species.
@@ -221,6 +222,19 @@ pub fn stage(stage: &StagePlan) -> String {
         parts.push(limit(&stage.limit));
     }
     format!("{}: {}", stage.name, parts.join("; "))
+}
+
+/// Replicas, and when they are swapped.
+#[must_use]
+pub fn exchange(plan: &ExchangePlan) -> String {
+    let temperatures: Vec<String> = plan.temperatures.iter().map(|temperature| digits(*temperature)).collect();
+    format!(
+        "{} replicas at temperatures {}, in heat baths of rate {}, are swapped at intervals of {}",
+        temperatures.len(),
+        temperatures.join(", "),
+        digits(plan.rate),
+        digits(plan.interval)
+    )
 }
 
 /// What holds a temperature.
