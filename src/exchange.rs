@@ -44,3 +44,6 @@ pub use folder::{ExchangeFolder, Opened};
 pub use replicas::{Exchange, ExchangeRow};
 pub use results::{ExchangeResults, Measured, Neighbours, Population, TemperatureResult};
 pub use summary::ExchangeSummary;
+
+#[cfg(test)]
+mod tests;

@@ -70,7 +70,7 @@ impl BlockAverage {
     }
 
     /// An empty series that merges its bins when there are `most_bins`.
-    fn with_most_bins(most_bins: usize, bin_weight: f64) -> Self {
+    pub(crate) fn with_most_bins(most_bins: usize, bin_weight: f64) -> Self {
         Self { most_bins, bin_weight, bins: Vec::new(), open_sum: 0.0, open_weight: 0.0, sum: 0.0, weight: 0.0 }
     }
 

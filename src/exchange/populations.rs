@@ -12,6 +12,9 @@ const MOST_LEVELS: usize = 200;
 const BINS: f64 = 80.0;
 const MOST_BINS: usize = 160;
 
+/// Values that a series has at most for its error: fewer than usual, because there are many series.
+const MOST_VALUES: usize = 128;
+
 /// Energies are the same level where they differ by less than this part of the largest step of the potentials: rounding of their sums.
 const SAME: f64 = 1e-9;
 
@@ -53,7 +56,7 @@ impl Populations {
     pub fn new(scene: &Scene, temperatures: usize) -> Self {
         let energies = scene.interactions.iter().flat_map(|it| it.potential.energies().iter().copied());
         let largest = energies.filter(|energy| energy.is_finite()).map(f64::abs).fold(0.0, f64::max);
-        Self { levels: Vec::new(), width: None, tolerance: SAME * largest, empty: BlockAverage::new(1.0), temperatures }
+        Self { levels: Vec::new(), width: None, tolerance: SAME * largest, empty: BlockAverage::with_most_bins(MOST_VALUES, 1.0), temperatures }
     }
 
     /// Adds a sample of all temperatures.
@@ -144,7 +147,7 @@ mod tests {
     use super::*;
 
     fn populations() -> Populations {
-        Populations { levels: Vec::new(), width: None, tolerance: 1e-9, empty: BlockAverage::new(1.0), temperatures: 2 }
+        Populations { levels: Vec::new(), width: None, tolerance: 1e-9, empty: BlockAverage::with_most_bins(MOST_VALUES, 1.0), temperatures: 2 }
     }
 
     fn means(populations: &Populations, temperature: usize) -> Vec<(f64, f64)> {
