@@ -59,7 +59,8 @@ impl ExchangeCommand {
         let (scene, record, path) = if self.path.is_dir() { self.kept()? } else { self.given()? };
         self.refuse_large(&scene, &path)?;
         match ExchangeFolder::open(&path, scene, &record)? {
-            Opened::UnderWay(folder, exchange) => {
+            Opened::UnderWay(begun) => {
+                let (folder, exchange) = *begun;
                 self.run(folder.checkpoint_every(self.checkpoint_every), exchange, &path)
             }
             _ => end(&ExchangeFolder::read(&path)?, &path, true),

@@ -67,7 +67,8 @@ struct Kept {
 /// #     run = { until_time = 20.0 }";
 /// # let scene = Scene::from_toml(record, "pair.toml")?;
 /// // `scene` is a scene with the table [exchange], `record` its text, `target` the path of the folder.
-/// if let Opened::UnderWay(mut folder, exchange) = ExchangeFolder::open(&target, scene, record)? {
+/// if let Opened::UnderWay(begun) = ExchangeFolder::open(&target, scene, record)? {
+///     let (mut folder, exchange) = *begun;
 ///     let exchange = exchange.execute(2, &mut folder, &mut |_| ControlFlow::Continue(()))?;
 ///     folder.complete(&exchange)?;
 /// }
@@ -94,7 +95,7 @@ pub enum Opened {
     /// An exchange that is complete.
     Complete,
     /// One to be run, from its start or from its last checkpoint.
-    UnderWay(ExchangeFolder, Exchange),
+    UnderWay(Box<(ExchangeFolder, Exchange)>),
 }
 
 impl ExchangeFolder {
@@ -123,7 +124,7 @@ impl ExchangeFolder {
         }
         let (folder, exchange) =
             if path.join(CHECKPOINT).exists() { Self::resume(path, mark)? } else { Self::begin(path, mark, scene)? };
-        Ok(Opened::UnderWay(folder, exchange))
+        Ok(Opened::UnderWay(Box::new((folder, exchange))))
     }
 
     fn begin(path: &Path, mark: File, scene: Scene) -> Result<(Self, Exchange), ExchangeFolderError> {
@@ -231,16 +232,16 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// The replica at each temperature, from 0, by simulated time: every so many-th row of an exchange that is complete.
+    /// The replica at each temperature, from 0, by simulated time: every so many-th of the first rows of an exchange that is complete.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.
-    pub fn read_places(path: &Path, every: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
+    pub fn read_places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
         let path = path.join(ROWS);
         let wrong = |source| ExchangeFolderError::Read { path: path.clone(), source };
         let lines = BufReader::new(File::open(&path).map_err(wrong)?).lines();
         let mut places = Vec::new();
-        for (number, line) in lines.enumerate().skip(1).step_by(every.max(1)) {
+        for (number, line) in lines.enumerate().skip(1).take(rows).step_by(every.max(1)) {
             let line = line.map_err(wrong)?;
             let place = tables::places(&line).ok_or_else(|| {
                 let why =

@@ -56,7 +56,13 @@ impl Populations {
     pub fn new(scene: &Scene, temperatures: usize) -> Self {
         let energies = scene.interactions.iter().flat_map(|it| it.potential.energies().iter().copied());
         let largest = energies.filter(|energy| energy.is_finite()).map(f64::abs).fold(0.0, f64::max);
-        Self { levels: Vec::new(), width: None, tolerance: SAME * largest, empty: BlockAverage::with_most_bins(MOST_VALUES, 1.0), temperatures }
+        Self {
+            levels: Vec::new(),
+            width: None,
+            tolerance: SAME * largest,
+            empty: BlockAverage::with_most_bins(MOST_VALUES, 1.0),
+            temperatures,
+        }
     }
 
     /// Adds a sample of all temperatures.
@@ -147,7 +153,13 @@ mod tests {
     use super::*;
 
     fn populations() -> Populations {
-        Populations { levels: Vec::new(), width: None, tolerance: 1e-9, empty: BlockAverage::with_most_bins(MOST_VALUES, 1.0), temperatures: 2 }
+        Populations {
+            levels: Vec::new(),
+            width: None,
+            tolerance: 1e-9,
+            empty: BlockAverage::with_most_bins(MOST_VALUES, 1.0),
+            temperatures: 2,
+        }
     }
 
     fn means(populations: &Populations, temperature: usize) -> Vec<(f64, f64)> {

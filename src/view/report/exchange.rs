@@ -11,8 +11,12 @@ use crate::analysis::observables::OBSERVABLES;
 use crate::base::text::{digits, plural, unit};
 use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, Measured, TemperatureResult};
 
-/// Rows of which the ways of replicas are drawn.
-const MOST_ROWS: u64 = 400;
+/// Rows of which the ways of replicas are drawn at most, and from how many of all that are chosen: those of some round trips.
+const MOST_ROWS: u64 = 120;
+const ROUND_TRIPS: u64 = 4;
+
+/// Replicas whose ways can still be told apart.
+const MOST_WAYS: usize = 3;
 
 /// Curves in a plot: as many as there are colours.
 const MOST_CURVES: usize = plot::COLOURS;
@@ -23,14 +27,17 @@ const LONG: f64 = 10.0;
 /// What follows from fluctuations has its place beside the observables.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
+/// What an exchange is mostly about; all else follows.
+const FIRST: [&str; 3] = ["temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
+
 /// Makes the page of an exchange that is complete, from its files.
 ///
 /// # Errors
 /// [`ExchangeFolderError::Read`] if one of them is missing or damaged.
 pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     let summary = ExchangeFolder::read(folder)?;
-    let every = usize::try_from(summary.results.attempts.div_ceil(MOST_ROWS)).unwrap_or(usize::MAX);
-    let places = ExchangeFolder::read_places(folder, every)?;
+    let [every, rows] = drawn(&summary).map(|rows| usize::try_from(rows).unwrap_or(usize::MAX));
+    let places = ExchangeFolder::read_places(folder, every, rows)?;
     let scene = std::fs::read_to_string(ExchangeFolder::scene_of(folder)).unwrap_or_default();
     let results = &summary.results;
     let verdict = if results.faults.is_empty() {
@@ -57,6 +64,14 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     Ok(Page { html: shell(&summary.scene, &heading, &super::notes(&notes), &sections), notes })
 }
 
+/// Which rows are drawn: every so many-th, up to which one.
+fn drawn(summary: &ExchangeSummary) -> [u64; 2] {
+    let attempts = summary.results.attempts;
+    let trips = summary.results.round_trips.iter().copied().max().unwrap_or(0);
+    let rows = (attempts / (trips + 1)).saturating_mul(ROUND_TRIPS).clamp(MOST_ROWS.min(attempts), attempts);
+    [rows.div_ceil(MOST_ROWS), rows]
+}
+
 /// Where the page of an exchange is, in its folder.
 #[must_use]
 pub fn exchange_page_in(folder: &Path) -> PathBuf {
@@ -66,8 +81,9 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
 /// What some temperature has a mean of, with its unit.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&'static str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
-    let all = OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).filter(|(name, _)| has(name));
-    all.map(|(name, of)| (name, unit(of, summary.dimensions))).collect()
+    let mut all: Vec<_> = OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).filter(|(name, _)| has(name)).collect();
+    all.sort_by_key(|(name, _)| FIRST.iter().position(|first| first == name).unwrap_or(FIRST.len()));
+    all.into_iter().map(|(name, of)| (name, unit(of, summary.dimensions))).collect()
 }
 
 fn measured(at: &TemperatureResult, name: &str) -> Option<Measured> {
@@ -79,7 +95,9 @@ fn words(name: &str) -> String {
 }
 
 fn table(caption: &str, heads: &[String], rows: &[String]) -> String {
-    let heads: String = heads.iter().map(|head| format!("<th scope=\"col\">{}</th>", escape(head))).collect();
+    let class = |column: usize| if column == 0 { "" } else { " class=\"n\"" };
+    let head = |(column, head): (usize, &String)| format!("<th scope=\"col\"{}>{}</th>", class(column), escape(head));
+    let heads: String = heads.iter().enumerate().map(head).collect();
     format!(
         "<div class=\"wide\"><table class=\"results\">\n<caption>{}</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
         escape(caption),
@@ -132,8 +150,8 @@ fn swaps(summary: &ExchangeSummary) -> String {
         format!("<tr><th scope=\"row\">{}</th><td class=\"n\">{trips}</td></tr>\n", number + 1)
     };
     let of_replicas: Vec<String> = results.round_trips.iter().enumerate().map(trips).collect();
-    table("Neighbouring temperatures", &heads, &rows)
-        + &table("Replicas", &["replica", "round trips"].map(str::to_owned), &of_replicas)
+    table("Swaps between neighbouring temperatures", &heads, &rows)
+        + &table("Round trips of the replicas", &["replica", "round trips"].map(str::to_owned), &of_replicas)
         + "<p class=\"aside\">A round trip leads from the highest temperature to the lowest and back. A low acceptance asks for more temperatures there, few round trips \
            for a longer run. The replica at each temperature, and its potential energy, are in <code>exchange.csv</code>.</p>\n"
 }
@@ -215,8 +233,7 @@ fn populations(summary: &ExchangeSummary) -> Option<String> {
 
 fn ways(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic: bool) -> Option<String> {
     let temperatures = &summary.results.temperatures;
-    let step = temperatures.len().div_ceil(MOST_CURVES);
-    let shown: Vec<usize> = (0..temperatures.len()).step_by(step).collect();
+    let shown: Vec<usize> = (0..temperatures.len()).step_by(temperatures.len().div_ceil(MOST_WAYS)).collect();
     let line = |replica: &usize| Line {
         style: LineStyle::TimeSeries,
         points: places
@@ -230,10 +247,15 @@ fn ways(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic:
     let entry = |(index, replica): (usize, &usize)| (format!("s{index}"), format!("replica {}", replica + 1));
     let legend: Vec<Entry> = shown.iter().enumerate().map(entry).collect();
     let titles = ["time".to_owned(), "temperature [energy]".to_owned()];
-    let every = summary.results.attempts.div_ceil(MOST_ROWS);
-    let thinned = if every > 1 { format!(" Every {every}th row is drawn.") } else { String::new() };
-    let text = format!("Where the replicas are, from <code>exchange.csv</code>.{thinned}");
-    curves("Ways of the replicas", titles, [false, is_logarithmic], shown.iter().map(line).collect(), &legend, &text)
+    let [every, rows] = drawn(summary);
+    let which = match (every > 1, rows < summary.results.attempts) {
+        (true, true) => format!("every {every}th of the first {rows} rows"),
+        (true, false) => format!("every {every}th row"),
+        (false, true) => format!("the first {rows} rows"),
+        (false, false) => "all rows".to_owned(),
+    };
+    let text = format!("Where replicas are, from {which} of <code>exchange.csv</code>.");
+    curves("Ways of replicas", titles, [false, is_logarithmic], shown.iter().map(line).collect(), &legend, &text)
 }
 
 fn scene_section(text: &str) -> String {
