@@ -150,8 +150,8 @@ impl Exchange {
                     recorder.row(&self.row()).map_err(ExchangeError::Recorder)?;
                 }
                 if self.has_frame() {
-                    for place in 0..self.temperatures().len() {
-                        recorder.frame(place, self.simulation_at(place)).map_err(ExchangeError::Recorder)?;
+                    for (place, simulation) in self.simulations().enumerate() {
+                        recorder.frame(place, simulation).map_err(ExchangeError::Recorder)?;
                     }
                 }
             }

@@ -160,7 +160,7 @@ impl ExchangeFolder {
         let folder = Self {
             rows: files.next().ok_or_else(missing)??,
             trajectories: files.collect::<Result<_, _>>()?,
-            frames: Frames::of_simulation(exchange.simulation_at(0)),
+            frames: Frames::of_simulation(exchange.example()),
             path: path.to_owned(),
             _mark: mark,
             interval: INTERVAL,
@@ -188,6 +188,12 @@ impl ExchangeFolder {
     #[must_use]
     pub fn scene_of(path: &Path) -> PathBuf {
         path.join(SCENE)
+    }
+
+    /// The files of an exchange that its page is made from, or that it goes on from, whether they are there or not.
+    #[must_use]
+    pub fn files_of(path: &Path) -> Vec<PathBuf> {
+        [SCENE, ROWS, ENERGIES, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
     }
 
     /// Gives all files their names and writes the results, `summary.json` last.

@@ -141,13 +141,20 @@ impl Exchange {
         &self.plan.temperatures
     }
 
-    /// The simulation of the replica that is at a temperature, by its place in [`Self::temperatures`].
-    ///
-    /// # Panics
-    /// If there is no such place.
+    /// The simulation of the replica that is at a temperature, by its place in [`Self::temperatures`]; `None` if there is no such place.
     #[must_use]
-    pub fn simulation_at(&self, place: usize) -> &Simulation {
-        &self.replicas[self.places[place]].simulation
+    pub fn simulation_at(&self, place: usize) -> Option<&Simulation> {
+        self.places.get(place).map(|number| &self.replicas[*number].simulation)
+    }
+
+    /// The simulations in the order of the temperatures.
+    pub(super) fn simulations(&self) -> impl Iterator<Item = &Simulation> {
+        self.places.iter().map(|number| &self.replicas[*number].simulation)
+    }
+
+    /// Any of them, for what all have in common.
+    pub(super) fn example(&self) -> &Simulation {
+        &self.replicas[0].simulation
     }
 
     /// The scene of the replicas.

@@ -37,7 +37,7 @@ impl ExchangeSummary {
     /// Of an exchange as far as it has come.
     #[must_use]
     pub fn of(exchange: &Exchange) -> Self {
-        let (scene, simulation) = (exchange.scene(), exchange.simulation_at(0));
+        let (scene, simulation) = (exchange.scene(), exchange.example());
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scene: scene.name().to_owned(),

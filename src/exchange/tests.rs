@@ -103,13 +103,13 @@ fn an_exchange_stops_where_it_is_told_to() {
 #[test]
 fn every_replica_has_the_temperature_of_its_place_and_its_own_random_numbers() {
     let exchange = Exchange::new(fluid(1.0, 4)).unwrap();
-    let kinetic = |place: usize| exchange.simulation_at(place).energy().kinetic;
+    let kinetic = |place: usize| exchange.simulation_at(place).unwrap().energy().kinetic;
     // sqrt(2 / 81) of the mean is a standard deviation.
     for (place, temperature) in exchange.temperatures().iter().enumerate() {
         let relative = kinetic(place) / (1.5 * 27.0 * temperature);
         assert!((relative - 1.0).abs() < 4.0 * (2.0_f64 / 81.0).sqrt(), "{place}: {relative}");
     }
-    let velocities = |place: usize| exchange.simulation_at(place).snapshot().velocities;
+    let velocities = |place: usize| exchange.simulation_at(place).unwrap().snapshot().velocities;
     assert!(velocities(0)[0].normalize() != velocities(1)[0].normalize());
     // Swaps scale velocities exactly, and count what that takes.
     let (ended, _) = ran(exchange, 1, usize::MAX);

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::place::{Place, code, contents, errors, line, words};
+use super::place::{FLUID, Place, code, contents, errors, line, words};
 
 /// A chain of four particles with wells between those that are not bonded.
 pub const CHAIN: &str = r#"
@@ -205,6 +205,8 @@ fn what_is_complete_stays_and_what_is_something_else_is_not_touched() {
     refused(&["exchange", "plain.toml"], "plain.toml has no [exchange]");
     refused(&["run", "plain.toml", "--out", "runs/chain-exchange"], "something that is not a run");
     assert!(contents(&folder) == before);
+    assert_eq!(code(&place.carom(&["report", "runs/chain-exchange", "--out", "page.html"])), 0);
+    assert!(place.read("page.html").as_bytes() == before["exchange.html"]);
     let output = place.carom(&["check", "scene.toml"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let expected =
@@ -252,4 +254,54 @@ fn the_scene_of_the_documents_runs() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let summary = place.summary("runs/chain-exchange");
     assert_eq!((summary["temperatures"].as_array().unwrap().len(), &summary["attempts"]), (6, &200.into()));
+}
+
+#[test]
+fn an_exchange_starts_from_the_end_of_a_run() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    place.write(
+        "next.toml",
+        "start.from = \"runs/scene\"\n[exchange]\ntemperatures = [1.0, 2.5]\ninterval = 0.5\nrate = 1.0\n[run]\nuntil_time = 10.0\n",
+    );
+    let output = place.carom(&["exchange", "next.toml", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let (run, summary) = (place.summary("runs/scene"), place.summary("runs/next-exchange"));
+    assert_eq!(summary["start"], run["time"]);
+    // Hard spheres have no energy that could keep them apart.
+    let neighbours = &summary["neighbours"][0];
+    assert_eq!((&neighbours["attempts"], &neighbours["accepted"]), (&20.into(), &20.into()));
+    for (at, temperature) in [1.0, 2.5].into_iter().enumerate() {
+        let observables = &summary["temperatures"][at]["observables"];
+        let number = |name: &str| observables[name]["mean"].as_f64().unwrap();
+        // Of 108 particles at 20 times, as many as independent: 4 sqrt(2 / 324 / 5); Carnahan and Starling have 3.97 at 0.3.
+        assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");
+        assert!((number("compressibility_factor") / 3.97 - 1.0).abs() < 0.1, "{observables}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
+    let place = Place::with(CHAIN);
+    let arguments = exchange(&["--set", "run.until_time=12000", "--jobs", "2"]);
+    let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    // The first checkpoint comes after a second.
+    let checkpoint = place.path().join("runs/chain-exchange/exchange.csv.partial");
+    for _ in 0..600 {
+        if checkpoint.exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert!(line(&output).contains("interrupted; what was simulated is kept"), "{}", line(&output));
+    let output = place.carom(&["exchange", "runs/chain-exchange", "--jobs", "1"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let whole = exchange(&["--set", "run.until_time=12000", "--jobs", "1", "--out", "whole"]);
+    assert_eq!(code(&place.carom(&whole)), 0);
+    assert!(contents(&place.path().join("whole")) == contents(&place.path().join("runs/chain-exchange")));
 }
