@@ -2,6 +2,7 @@
 
 mod check;
 mod convert;
+mod exchange;
 mod failure;
 mod movie;
 mod new;
@@ -36,6 +37,7 @@ Examples:
   carom run fluid.toml --until-events 1e5   shorter
   carom run fluid.toml --set fill.0.packing_fraction=0.3 --out runs/thin
   carom sweep fluid.toml --vary fill.0.packing_fraction=0.1..0.4/4 --vary seed=1..3     in runs/fluid-sweep
+  carom exchange chain.toml                 replicas at several temperatures, in runs/chain-exchange
   carom run next.toml --from runs/fluid     starts from the end of that run
   carom verify runs/fluid                   proves the first events of that run
   carom validate                            measures what is known from theory and other simulations, in a minute
@@ -64,6 +66,8 @@ enum Command {
     Run(run::Run),
     /// Runs a scene for all combinations of values, with tables and a page over all runs
     Sweep(sweep::SweepCommand),
+    /// Runs replicas at several temperatures, which are swapped now and then, with averages at each
+    Exchange(exchange::ExchangeCommand),
     /// Says in words what will be simulated, and finds what is wrong
     Check(check::Check),
     /// Proves that a run, or a range of its events, missed, invented and misplaced no event
@@ -140,6 +144,15 @@ impl Changes {
     }
 }
 
+/// Refuses a scene that asks for replica exchange, where another command would leave that out.
+fn refuse_exchange(scene: &Scene, help: &str) -> Result<(), Failure> {
+    if scene.exchange().is_none() {
+        return Ok(());
+    }
+    let message = format!("the scene {} has [exchange], replicas at several temperatures", scene.name());
+    Err(Failure::bad_input(message, None, Some(help)))
+}
+
 fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
     pairs.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
 }
@@ -168,6 +181,7 @@ pub fn main() -> ExitCode {
     let result = match &cli.command {
         Command::Run(run) => run.execute(),
         Command::Sweep(sweep) => sweep.execute(),
+        Command::Exchange(exchange) => exchange.execute(),
         Command::Check(check) => check.execute(),
         Command::Verify(verify) => verify.execute(),
         Command::Validate(validate) => validate.execute(),

@@ -124,6 +124,7 @@
 //! | How is a scene made, from a file or in code? | [`scene`] | |
 //! | A whole run, its audit, its checkpoint | [`run`], [`run::audit`], [`run::checkpoint`] | |
 //! | The folder of a run, and formats of other programs | [`io`] | |
+//! | Replicas of one scene at several temperatures, which are swapped | [`exchange`] | |
 //! | Many runs of one scene: their folder, their tables | [`sweep`] | |
 //! | The paper, word for word, for checking | [`mod@check::reference`] | Algorithm 1 |
 //! | Is a run right, event by event? | [`mod@check::verify`] | Algorithm 1 |
@@ -151,6 +152,7 @@ pub mod analysis;
 pub mod base;
 pub mod check;
 pub mod engine;
+pub mod exchange;
 pub mod io;
 pub mod model;
 pub mod physics;

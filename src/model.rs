@@ -3,6 +3,7 @@
 //! Nothing here depends on a file or a key that a user typed; [`Scene`] is what all other layers read.
 
 pub mod error;
+pub mod exchange_plan;
 pub mod input_file;
 pub mod measurement_plan;
 pub mod momentum;
@@ -17,6 +18,7 @@ pub mod species_pairs;
 pub mod static_surface;
 
 pub use error::PotentialError;
+pub use exchange_plan::ExchangePlan;
 pub use input_file::InputFile;
 pub use measurement_plan::MeasurementPlan;
 pub use momentum::Influence;

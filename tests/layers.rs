@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// From the bottom up: each uses only those before it.
-const LAYERS: [&str; 14] = [
+const LAYERS: [&str; 15] = [
     "base",
     "physics",
     "model",
@@ -17,6 +17,7 @@ const LAYERS: [&str; 14] = [
     "scene",
     "run",
     "io",
+    "exchange",
     "sweep",
     "check",
     "view",

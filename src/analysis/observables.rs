@@ -221,6 +221,11 @@ impl Observer {
         halves.stationarity()
     }
 
+    /// Forgets where it saw a simulation last, but no mean: the next interval begins with another one, or after a jump.
+    pub(crate) fn interrupt(&mut self) {
+        (self.before, self.piece) = (None, None);
+    }
+
     /// Forgets what was seen: a new stage begins.
     pub(crate) fn begin(&mut self) {
         (self.before, self.piece) = (None, None);

@@ -70,7 +70,7 @@ impl BlockAverage {
     }
 
     /// An empty series that merges its bins when there are `most_bins`.
-    fn with_most_bins(most_bins: usize, bin_weight: f64) -> Self {
+    pub(crate) fn with_most_bins(most_bins: usize, bin_weight: f64) -> Self {
         Self { most_bins, bin_weight, bins: Vec::new(), open_sum: 0.0, open_weight: 0.0, sum: 0.0, weight: 0.0 }
     }
 
@@ -123,6 +123,18 @@ impl BlockAverage {
         Some(Estimate { mean: ratio, standard_error: error.map(|error| error / b.abs()) })
     }
 
+    /// The variance of the values, from the average of their squares at the same times, and its error: that of the mean of `x^2 - 2 <x> x`.
+    /// `None` if either has no values.
+    #[must_use]
+    pub fn variance(&self, squares: &Self) -> Option<Estimate> {
+        let (mean, square) = (self.mean()?, squares.mean()?);
+        let is_together = self.weight == squares.weight && self.bins.len() == squares.bins.len();
+        let residues =
+            || self.bins.iter().zip(&squares.bins).map(|(x, square)| square - 2.0 * mean * x).collect::<Vec<_>>();
+        let standard_error = is_together.then(|| standard_error(&residues())).flatten();
+        Some(Estimate { mean: (square - mean * mean).max(0.0), standard_error })
+    }
+
     /// Whether the series is stationary.
     #[must_use]
     pub fn stationarity(&self) -> Stationarity {
@@ -145,7 +157,7 @@ impl BlockAverage {
     }
 
     /// Adds the values of another series of the same times to those of this one.
-    fn add_series(&mut self, other: &Self) {
+    pub(crate) fn add_series(&mut self, other: &Self) {
         self.sum += other.sum;
         self.open_sum += other.open_sum;
         self.bins.iter_mut().zip(&other.bins).for_each(|(bin, other)| *bin += other);

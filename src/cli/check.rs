@@ -8,6 +8,7 @@ use carom::Vector;
 use carom::analysis::observables::ApplicableObservables;
 use carom::base::text::{digits, plural, size};
 use carom::engine::{EngineChoice, Reason, Simulation, Until};
+use carom::exchange::ExchangeFolder;
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::model::{Limit, Scene, Species};
 use carom::run::{self, Burden};
@@ -30,7 +31,7 @@ impl Check {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
         let per_second = per_second(&scene);
-        let estimate = SizeEstimate::of(&scene, run::expected_rate(&scene));
+        let estimate = of_replicas(&scene, SizeEstimate::of(&scene, run::expected_rate(&scene)));
         let mut warnings = warnings(&scene);
         let mut text = description(&scene);
         text.push_str(&needs(&estimate, per_second));
@@ -84,6 +85,9 @@ fn description(scene: &Scene) -> String {
         add(format!("equilibrates {}", describe::equilibration(scene.run())));
     }
     add(format!("measures {}", describe::limit(&scene.run().limit)));
+    if let Some(plan) = scene.exchange() {
+        add(format!("meanwhile {}; `carom exchange` runs it", describe::exchange(plan)));
+    }
     if let Some(thermostat) = &scene.run().thermostat {
         add(format!("meanwhile {}", describe::thermostat(thermostat)));
     }
@@ -131,6 +135,20 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>) -> String {
     }
     let (bytes, memory) = (size(estimate.bytes), size(estimate.memory));
     format!("  writes {rows}, {least} {bytes}\n  needs some {memory} of memory, and works through {work}\n")
+}
+
+/// The estimate of a run, for all replicas where the scene asks for several.
+fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
+    let Some(plan) = scene.exchange() else { return run };
+    let (replicas, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
+    SizeEstimate {
+        rows: Some((time / plan.interval).round()),
+        frames: run.frames.map(|frames| replicas * frames),
+        events: run.events.map(|events| replicas * events),
+        memory: replicas * run.memory,
+        bytes: ExchangeFolder::expected_bytes(scene),
+        ..run
+    }
 }
 
 /// A number with two digits.

@@ -6,6 +6,8 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use carom::base::text::{printable, with_causes};
+use carom::engine::{Arrest, EngineError, InvariantBroken};
+use carom::exchange::{ExchangeError, ExchangeFolderError};
 use carom::io::OutputError;
 use carom::io::convert::ConvertError;
 use carom::run::RunError;
@@ -104,6 +106,36 @@ impl From<SweepError> for Failure {
                 let code = if matches!(error, SweepError::Write { .. }) { FAILED } else { BAD_INPUT };
                 Self::new(with_causes(&error), None, error.cure(), code)
             }
+        }
+    }
+}
+
+impl From<ExchangeFolderError> for Failure {
+    fn from(error: ExchangeFolderError) -> Self {
+        match error {
+            ExchangeFolderError::Output(OutputError::Busy(path)) => {
+                let message = format!("another process is at the exchange in {}", path.display());
+                Self::bad_input(message, None, Some("wait for it, or choose another folder with --out"))
+            }
+            ExchangeFolderError::Output(error) => error.into(),
+            error => Self::bad_input(with_causes(&error), None, error.cure()),
+        }
+    }
+}
+
+impl From<ExchangeError<OutputError>> for Failure {
+    fn from(error: ExchangeError<OutputError>) -> Self {
+        match error {
+            ExchangeError::Recorder(error) => error.into(),
+            ExchangeError::Engine { ref source, .. } => {
+                let cure = match source {
+                    EngineError::Arrest(_) => Some(Arrest::CURE),
+                    EngineError::InvariantBroken(_) => Some(InvariantBroken::CURE),
+                    _ => None,
+                };
+                Self::failed(error.to_string(), None, cure)
+            }
+            error => Self::failed(error.to_string(), None, None),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use carom::exchange::ExchangeFolder;
 use carom::io::{Folder, refuse_input};
 use carom::view::report;
 use clap::Args;
@@ -16,7 +17,7 @@ The page is one file that needs no network: send it, or keep it with the data.
 Example:
   carom report runs/hopper --out hopper.html")]
 pub struct Report {
-    /// The folder of a run
+    /// The folder of a run, or of a replica exchange
     run: PathBuf,
     /// The file to write; report.html in the folder of the run if not given
     #[arg(long, value_name = "FILE")]
@@ -28,6 +29,9 @@ pub struct Report {
 
 impl Report {
     pub fn execute(&self) -> Result<(), Failure> {
+        if ExchangeFolder::is_one(&self.run) {
+            return self.of_exchange();
+        }
         let out = self.out.clone().unwrap_or_else(|| self.run.join("report.html"));
         refuse_input(&out, Folder::files_of(&self.run))?;
         let page = report::page(&self.run)?;
@@ -35,6 +39,15 @@ impl Report {
         for note in &page.notes {
             super::warn(&format!("note: {note}"));
         }
+        super::print(&format!("{}\n", out.display()))
+    }
+
+    /// The page of a replica exchange, which is there already under its own name.
+    fn of_exchange(&self) -> Result<(), Failure> {
+        let page = report::exchange_page(&self.run)?;
+        let out = self.out.clone().unwrap_or_else(|| report::exchange_page_in(&self.run));
+        refuse_input(&out, ExchangeFolder::files_of(&self.run))?;
+        report::write(&page, &out, super::existing(self.force))?;
         super::print(&format!("{}\n", out.display()))
     }
 }

@@ -103,6 +103,10 @@ impl Run {
     /// A run from its start.
     fn begin(&self, file: &Path) -> Result<(), Failure> {
         let mut scene = self.changes.load(file)?;
+        super::refuse_exchange(
+            &scene,
+            "run it with `carom exchange`, or leave [exchange] out and give an Andersen thermostat in [run]",
+        )?;
         if let Some(limit) = self.limit() {
             scene = scene.with_limit(limit)?;
         }

@@ -143,6 +143,10 @@ impl SweepCommand {
             Ok(scene) => scene,
             Err(error) => sweep.scene_at(last).map_err(|_: SceneError| error)?,
         };
+        super::refuse_exchange(
+            &scene,
+            "a sweep varies runs: `carom exchange` takes --set and --seed, so that a loop over them varies exchanges",
+        )?;
         self.refuse_large(&scene, sweep.points().len(), path)
     }
 

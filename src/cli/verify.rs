@@ -47,6 +47,10 @@ pub struct Verify {
 impl Verify {
     pub fn execute(&self) -> Result<(), Failure> {
         let (scene, recorded) = self.load()?;
+        super::refuse_exchange(
+            &scene,
+            "leave [exchange] out, and give an Andersen thermostat of one temperature in [run]",
+        )?;
         let range = EventRange { from: self.from_events.unwrap_or(0), events: self.events };
         if let Some(events) = recorded.as_ref().and_then(|it| it.end.events).filter(|events| range.from >= *events) {
             self.refuse_nothing(events)?;

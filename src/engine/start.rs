@@ -28,6 +28,11 @@ pub enum NeedsRun {
         "velocities of the scene are scaled by a run only: use run::Run, or Simulation::without_plan for the dynamics alone"
     )]
     Rescaling,
+    /// Replicas at several temperatures.
+    #[error(
+        "the replicas of the scene are for exchange::Exchange: use that, or Simulation::without_plan for the dynamics alone"
+    )]
+    Exchange,
 }
 
 impl Simulation {
@@ -37,9 +42,12 @@ impl Simulation {
     /// scene is to be simulated, what is to be measured and what to be written is not.
     ///
     /// # Errors
-    /// [`NeedsRun`] if the scene plans stages, an equilibration or a thermostat that scales velocities.
+    /// [`NeedsRun`] if the scene plans stages, an equilibration, a thermostat that scales velocities, or replicas.
     pub fn new(scene: Scene) -> Result<Self, NeedsRun> {
         let plan = &scene.run;
+        if scene.exchange.is_some() {
+            return Err(NeedsRun::Exchange);
+        }
         if let Some(stage) = plan.stages.first() {
             return Err(NeedsRun::Stage { name: stage.name.clone() });
         }

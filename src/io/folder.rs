@@ -11,7 +11,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use self::frames::Frames;
+pub(crate) use self::frames::Frames;
 use super::atomic::Existing;
 use super::checkpoints::{self, Checkpoints};
 use super::contacts;
@@ -260,7 +260,7 @@ fn levels(target: &Path, path: &Path) -> Vec<PathBuf> {
 }
 
 /// Removes a file that may not be there.
-pub(super) fn remove(path: &Path) -> Result<(), OutputError> {
+pub(crate) fn remove(path: &Path) -> Result<(), OutputError> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => Err(OutputError::write(path)(error)),
         _ => Ok(()),

@@ -24,7 +24,7 @@ pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Ite
 }
 
 /// Refuses inputs of a run that are not what they were. One that is gone is not needed to go on, nor is a run that it started from.
-pub(super) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
+pub(crate) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
     let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
     for input in scene.inputs().iter().filter(|input| !is_run(input)) {
         if let Ok(Some(found)) = input.changed() {

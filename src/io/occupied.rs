@@ -83,7 +83,7 @@ pub(super) fn active(path: &Path) -> PathBuf {
 }
 
 /// The run in whose folder a folder is, or would be.
-pub(super) fn run_around(path: &Path) -> Option<PathBuf> {
+pub(crate) fn run_around(path: &Path) -> Option<PathBuf> {
     let path = std::path::absolute(path).ok()?;
     // By the names that links stand for, as far as there are any.
     let (depth, real) =

@@ -14,7 +14,7 @@ const SUFFIX: &str = ".partial";
 ///
 /// Its checksum is taken as its pieces go to the operating system, so that a checkpoint reads nothing again.
 #[derive(Debug)]
-pub(super) struct PartialFile {
+pub(crate) struct PartialFile {
     path: PathBuf,
     partial: PathBuf,
     file: BufWriter<Checked<File>>,

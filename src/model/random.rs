@@ -16,6 +16,7 @@ pub(crate) enum Purpose {
     Composition,
     Thermostat,
     Growth,
+    Exchange,
 }
 
 impl Purpose {
@@ -24,6 +25,7 @@ impl Purpose {
     fn stream(self, group: usize) -> u64 {
         match self {
             Self::Growth => (1 << 63) + group as u64,
+            Self::Exchange => (1 << 62) + group as u64,
             _ => 4 * group as u64 + self as u64,
         }
     }
@@ -111,7 +113,7 @@ mod tests {
     fn streams_keep_their_numbers() {
         let first_four = [Purpose::Placement, Purpose::Velocities, Purpose::Composition, Purpose::Thermostat];
         assert_eq!(first_four.map(|purpose| purpose.stream(3)), [12, 13, 14, 15]);
-        assert_eq!(Purpose::Growth.stream(3), (1 << 63) + 3);
+        assert_eq!([Purpose::Growth, Purpose::Exchange].map(|it| it.stream(3)), [(1 << 63) + 3, (1 << 62) + 3]);
     }
 
     #[test]

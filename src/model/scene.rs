@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use super::predecessor::LastState;
 use super::{
-    AuditPlan, InputFile, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan, Space, SpeciesPairs,
-    StaticSurface,
+    AuditPlan, ExchangePlan, InputFile, MeasurementPlan, OutputPlan, Potential, Predecessor, RunPlan, Space,
+    SpeciesPairs, StaticSurface,
 };
 use crate::Vector;
 
@@ -165,6 +165,8 @@ scene! {
     output: OutputPlan,
     /// What to measure.
     measure: MeasurementPlan,
+    /// Replicas at several temperatures in place of one run; `None` for none.
+    exchange: Option<ExchangePlan>,
     /// The files that the particles come from, in the order of the tables that name them.
     inputs: Vec<InputFile>,
     /// The run whose last state is the start; `None` for a start of its own.
@@ -284,6 +286,12 @@ impl Scene {
     #[must_use]
     pub fn measure(&self) -> &MeasurementPlan {
         &self.measure
+    }
+
+    /// Replicas at several temperatures, for [`Exchange`](crate::exchange::Exchange); `None` where the scene is run as it is.
+    #[must_use]
+    pub fn exchange(&self) -> Option<&ExchangePlan> {
+        self.exchange.as_ref()
     }
 
     /// The files that the particles come from.

@@ -25,6 +25,7 @@ use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use crate::base::numbers;
@@ -120,14 +121,21 @@ impl<W: Write> Write for KeepsError<W> {
 /// # Errors
 /// If it cannot be written.
 pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, manifest: &Manifest) -> io::Result<()> {
+    write_content(file, &Content { simulation, state, manifest })
+}
+
+/// The same of any content.
+///
+/// # Errors
+/// If it cannot be written.
+pub(crate) fn write_content(file: &File, content: &impl Serialize) -> io::Result<()> {
     let inner = BufWriter::with_capacity(PIECE, file);
     let mut out = Checked::new(inner);
     out.write_all(MAGIC)?;
     out.write_all(&version())?;
     out.write_all(&fingerprint())?;
-    let content = Content { simulation, state, manifest };
     let mut keeper = KeepsError { inner: &mut out, failure: None };
-    if let Err(error) = postcard::to_io(&content, &mut keeper) {
+    if let Err(error) = postcard::to_io(content, &mut keeper) {
         return Err(keeper.failure.unwrap_or_else(|| io::Error::other(error)));
     }
     let length = out.length() - HEAD as u64;
@@ -184,34 +192,41 @@ impl Sound {
     }
 }
 
+/// Reads the content of a checkpoint, without memory for more than what is made of it.
+///
+/// # Errors
+/// [`CheckpointError`] if there is none, if another version wrote it, or if a single bit of it has changed.
+pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
+    let unreadable = |source| CheckpointError::unreadable(path, source);
+    let mut file = File::open(path).map_err(unreadable)?;
+    let sound = Sound::of(&mut file).map_err(unreadable)?;
+    let (version_found, sources) = match sound {
+        Sound::Whole { version, sources } => (version, sources),
+        Sound::Damaged(why) => return Err(CheckpointError::Damaged { path: path.to_owned(), why: why.to_owned() }),
+    };
+    if version_found != version() || sources != fingerprint() {
+        let version = String::from_utf8_lossy(&version_found).trim_end_matches('\0').to_owned();
+        let sources = sources.iter().rev().map(|byte| format!("{byte:02x}")).collect::<String>();
+        let found = format!("{version} ({sources})");
+        return Err(CheckpointError::OtherVersion { path: path.to_owned(), found, here: FINGERPRINT });
+    }
+    file.seek(SeekFrom::Start(HEAD as u64)).map_err(unreadable)?;
+    let reader = BufReader::with_capacity(PIECE, file);
+    match postcard::from_io::<T, _>((reader, &mut vec![0; LONGEST_TEXT])) {
+        Ok((content, _)) => Ok(content),
+        Err(error) => Err(CheckpointError::Damaged { path: path.to_owned(), why: error.to_string() }),
+    }
+}
+
 impl Checkpoint {
     /// Reads a checkpoint, without memory for more than what is made of it.
     ///
     /// # Errors
     /// [`CheckpointError`] if there is none, if another version wrote it, or if a single bit of it has changed.
     pub fn read(path: &Path) -> Result<Self, CheckpointError> {
-        let unreadable = |source| CheckpointError::unreadable(path, source);
-        let mut file = File::open(path).map_err(unreadable)?;
-        let sound = Sound::of(&mut file).map_err(unreadable)?;
-        let (version_found, sources) = match sound {
-            Sound::Whole { version, sources } => (version, sources),
-            Sound::Damaged(why) => return Err(CheckpointError::Damaged { path: path.to_owned(), why: why.to_owned() }),
-        };
-        if version_found != version() || sources != fingerprint() {
-            let version = String::from_utf8_lossy(&version_found).trim_end_matches('\0').to_owned();
-            let sources = sources.iter().rev().map(|byte| format!("{byte:02x}")).collect::<String>();
-            let found = format!("{version} ({sources})");
-            return Err(CheckpointError::OtherVersion { path: path.to_owned(), found, here: FINGERPRINT });
-        }
-        file.seek(SeekFrom::Start(HEAD as u64)).map_err(unreadable)?;
-        let reader = BufReader::with_capacity(PIECE, file);
-        match postcard::from_io::<Self, _>((reader, &mut vec![0; LONGEST_TEXT])) {
-            Ok((checkpoint, _)) => {
-                checkpoint.simulation.enlarge();
-                Ok(checkpoint)
-            }
-            Err(error) => Err(CheckpointError::Damaged { path: path.to_owned(), why: error.to_string() }),
-        }
+        let checkpoint: Self = read_content(path)?;
+        checkpoint.simulation.enlarge();
+        Ok(checkpoint)
     }
 
     /// The checksum that a checkpoint ends with, of all that stands before; that of the whole file is the same for all.

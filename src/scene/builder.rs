@@ -4,7 +4,7 @@ use crate::Vector;
 use crate::model::MeasurementPlan;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{AuditPlan, InputFile, OutputPlan, RunPlan};
+use crate::model::{AuditPlan, ExchangePlan, InputFile, OutputPlan, RunPlan};
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::unvalidated::{
@@ -53,6 +53,7 @@ pub struct SceneBuilder {
     pub(crate) run: RunPlan,
     pub(crate) output: OutputPlan,
     pub(crate) measure: MeasurementPlan,
+    pub(crate) exchange: Option<ExchangePlan>,
     pub(crate) inputs: Vec<InputFile>,
     /// The run that it starts from, in place of groups.
     pub(crate) start: Option<UnvalidatedStart>,
@@ -83,6 +84,7 @@ impl SceneBuilder {
             run: RunPlan::default(),
             output: OutputPlan::default(),
             measure: MeasurementPlan::default(),
+            exchange: None,
             inputs: Vec::new(),
             start: None,
             origins: Origins::default(),
@@ -291,6 +293,13 @@ impl SceneBuilder {
     /// What to measure.
     pub fn measure(mut self, plan: MeasurementPlan) -> Self {
         self.measure = plan;
+        self
+    }
+
+    /// Replicas at several temperatures, which are swapped: [`Exchange`](crate::exchange::Exchange) runs them.
+    #[doc(alias = "parallel tempering")]
+    pub fn exchange(mut self, plan: ExchangePlan) -> Self {
+        self.exchange = Some(plan);
         self
     }
 

@@ -136,6 +136,7 @@ impl SceneBuilder {
         let (checkpoint, streams) = (last.checkpoint.clone(), run.next_stream());
         scene.predecessor = Some(Predecessor { checkpoint, streams, state });
         plan::check_growth_fits(&scene)?;
+        self.check_equilibrium(&scene)?;
         Ok(scene)
     }
 

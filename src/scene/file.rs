@@ -11,7 +11,7 @@ mod particles;
 mod space;
 
 pub(crate) use diameter::{DiameterFile, DistributionFile};
-pub(crate) use drive::{GrowthFile, StageFile, ThermostatFile};
+pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile};
 pub(crate) use interaction::InteractionFile;
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
@@ -86,6 +86,8 @@ pub(crate) struct SceneFile {
     pub stage: Vec<StageFile>,
     /// How long to run.
     pub run: Option<RunFile>,
+    /// Replicas at several temperatures, swapped now and then, in place of one run.
+    pub exchange: Option<ExchangeFile>,
     /// What to measure.
     #[serde(default)]
     pub measure: MeasureFile,

@@ -134,6 +134,7 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     }
     scene.run = plan::parse_run(file.run, file.stage)?;
     scene.measure = plan::parse_measure(file.measure);
+    scene.exchange = file.exchange.map(plan::parse_exchange);
     scene.output = parse_output(file.output)?;
     classes::expand(&mut scene, &distributed)?;
     sizes.iter().try_for_each(|sizes| sizes.agree(&scene))?;

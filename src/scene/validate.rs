@@ -1,5 +1,6 @@
 //! Validates the parts of an unvalidated scene, and makes a [`Scene`] of them.
 
+mod exchange;
 mod parts;
 pub(crate) mod plan;
 pub(crate) mod start;
@@ -56,6 +57,7 @@ impl SceneBuilder {
         let mut scene = self.assembled(space, species, finished, groups, displacement);
         set_velocities(&drawn, &mut scene);
         plan::check_growth_fits(&scene)?;
+        self.check_equilibrium(&scene)?;
         Ok(scene)
     }
 
@@ -88,6 +90,7 @@ impl SceneBuilder {
             run: self.run.clone(),
             output: self.output.clone(),
             measure: self.measure.clone(),
+            exchange: self.exchange.clone(),
             inputs: self.inputs.clone(),
             predecessor: None,
         }
@@ -145,7 +148,8 @@ impl SceneBuilder {
                 positive(interval, output.key(key))?;
             }
         }
-        check_regions(&self.output.regions)
+        check_regions(&self.output.regions)?;
+        self.check_exchange()
     }
 
     /// The species, with no acceleration yet.

@@ -12,8 +12,8 @@ use crate::engine::EngineChoice;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{
-    Equilibration, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId, StagePlan,
-    Thermostat,
+    Equilibration, ExchangePlan, GrowthTarget, Influence, Interaction, Limit, RunPlan, Scene, Species, SpeciesId,
+    StagePlan, Thermostat,
 };
 
 /// Numbers of particles of each species.
@@ -230,6 +230,19 @@ pub fn stage(stage: &StagePlan) -> String {
         parts.push(format!("{measured}{}", limit(&stage.limit)));
     }
     format!("{}: {}", stage.name, parts.join("; "))
+}
+
+/// Replicas, and when they are swapped.
+#[must_use]
+pub fn exchange(plan: &ExchangePlan) -> String {
+    let temperatures: Vec<String> = plan.temperatures.iter().map(|temperature| digits(*temperature)).collect();
+    format!(
+        "{} replicas at temperatures {}, in heat baths of rate {}, are swapped at intervals of {}",
+        temperatures.len(),
+        temperatures.join(", "),
+        digits(plan.rate),
+        digits(plan.interval)
+    )
 }
 
 /// What holds a temperature.

@@ -17,6 +17,7 @@
 mod audit;
 mod base64;
 mod error;
+mod exchange;
 mod figures;
 mod html;
 mod inputs;
@@ -39,6 +40,7 @@ use crate::io::atomic::write_atomically;
 use crate::io::{Existing, note};
 
 pub use error::ReportError;
+pub use exchange::{exchange_page, exchange_page_in};
 pub use sweep::{sweep_page, sweep_page_in};
 
 use html::escape;

@@ -8,6 +8,7 @@ mod conservation;
 mod dense_starts;
 mod driven;
 mod errors;
+mod exchange;
 mod few_particles;
 mod granular;
 mod hard_spheres;

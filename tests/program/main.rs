@@ -2,6 +2,7 @@
 
 mod commands;
 mod endings;
+mod exchange;
 mod inputs;
 mod kept;
 mod memory;

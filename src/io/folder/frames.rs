@@ -11,7 +11,7 @@ use crate::trajectory::frame::{Frame, FrameParticle};
 
 /// What all frames of a run have in common: the table, the box and the bonds, and how large particles are.
 #[derive(Debug)]
-pub(super) struct Frames {
+pub(crate) struct Frames {
     /// Without particles.
     frame: Frame,
     /// Number of particles.

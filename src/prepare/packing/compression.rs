@@ -181,6 +181,7 @@ impl Compression<'_> {
             run: RunPlan::default(),
             output: OutputPlan::default(),
             measure: MeasurementPlan::default(),
+            exchange: None,
             inputs: Vec::new(),
             predecessor: None,
         }))

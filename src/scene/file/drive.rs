@@ -1,9 +1,10 @@
-//! What was typed about stages and thermostats.
+//! What was typed about stages, thermostats and replica exchange.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::space::AXES;
 use crate::scene::names::WORDS;
 use crate::scene::parse::plan::{AUTOMATIC, THERMOSTATS};
@@ -76,4 +77,19 @@ pub(crate) struct GrowthFile {
     /// Compressibility factor at which growth ends.
     #[schemars(range(max = 1e12), extend("exclusiveMinimum" = 1))]
     pub compressibility_factor: Option<f64>,
+}
+
+/// `[exchange]`: replica exchange, in which a replica at each temperature is swapped with its neighbours now and then.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ExchangeFile {
+    /// Temperatures, ascending or descending, all different `[energy]`.
+    #[schemars(length(min = 2, max = MOST_TEMPERATURES), extend("items" = json!({ "type": "number", "exclusiveMinimum": 0 })))]
+    pub temperatures: Vec<f64>,
+    /// Between two attempts to swap `[time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub interval: f64,
+    /// How often a particle gets a new velocity from the heat bath of its replica `[1 / time]`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub rate: f64,
 }

@@ -1,12 +1,12 @@
-//! Parses the tables `[run]`, `[[stage]]` and `[measure]` into plans.
+//! Parses the tables `[run]`, `[[stage]]`, `[exchange]` and `[measure]` into plans.
 
 use super::{Keys, missing};
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
-use crate::model::{Equilibration, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
+use crate::model::{Equilibration, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::file::{GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
+use crate::scene::file::{ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
 
 /// How long to run, and what to do first.
 pub(crate) fn parse_run(run: Option<RunFile>, stages: Vec<StageFile>) -> Result<RunPlan, SceneError> {
@@ -111,6 +111,12 @@ fn parse_axes(words: &[String], at: &ConfigPath) -> Result<[bool; 3], SceneError
         axes[axis] = true;
     }
     Ok(axes)
+}
+
+/// Replicas at several temperatures.
+pub(crate) fn parse_exchange(file: ExchangeFile) -> ExchangePlan {
+    let ExchangeFile { temperatures, interval, rate } = file;
+    ExchangePlan { temperatures, interval, rate }
 }
 
 /// What to measure.

@@ -71,17 +71,20 @@ impl Scene {
         scene.bonds = groups.bonds.into_iter().map(|(bond, _)| bond).collect();
         scene.static_surfaces = groups.static_surfaces;
         plan::check_growth_fits(&scene)?;
+        builder.check_equilibrium(&scene)?;
         Ok(scene)
     }
 
     /// The same scene with another limit of the measurement.
     ///
     /// # Errors
-    /// [`SceneErrorKind::Value`] for a time that is not positive, or no events.
+    /// [`SceneErrorKind::Value`] for a time that is not positive, or no events; of replica exchange also for one that is no whole number of its
+    /// intervals, and for a number of events.
     pub fn with_limit(mut self, limit: Limit) -> Result<Self, SceneError> {
         let at = ConfigPath::root().key("run");
         plan::check_limit(limit, at.key("until_time"), at.key("until_events"))?;
         self.run.limit = limit;
+        header(&self).check_exchange()?;
         Ok(self)
     }
 }
@@ -104,6 +107,7 @@ fn header(scene: &Scene) -> SceneBuilder {
         run: scene.run.clone(),
         output: scene.output.clone(),
         measure: scene.measure.clone(),
+        exchange: scene.exchange.clone(),
         ..SceneBuilder::new(&scene.name)
     }
 }

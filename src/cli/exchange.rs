@@ -1,0 +1,211 @@
+//! `carom exchange`.
+
+use std::fs;
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use carom::analysis::statistics::Estimate;
+use carom::base::text::{digits, size};
+use carom::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Measured, Opened};
+use carom::io::estimate::{allowance, free_disk};
+use carom::io::{Existing, refuse_input};
+use carom::model::Scene;
+use carom::view::{describe, report};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::failure::Failure;
+use super::{Changes, signals};
+
+/// Runs replicas of a scene at several temperatures, which are swapped now and then
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The scene has a table [exchange]:
+  temperatures = [0.4, 0.6, 1.0]   ascending or descending
+  interval = 2.0                   simulated time between attempts to swap
+  rate = 1.0                       how often each particle gets a velocity from the heat bath
+and in [run] until_time and, if wanted, equilibration_time. Neither --jobs nor an interruption changes a bit: the same command goes on where it
+stopped, from its last checkpoint.
+
+Examples:
+  carom exchange chain.toml
+  carom exchange chain.toml --set 'exchange.temperatures=[0.3, 0.4, 0.55, 0.8]' --seed 2 --out runs/second
+  carom exchange runs/chain-exchange         goes on with the exchange in this folder")]
+pub struct ExchangeCommand {
+    /// A scene with [exchange], or the folder of an exchange
+    path: PathBuf,
+    #[command(flatten)]
+    changes: Changes,
+    /// Replicas at the same time; as many as there are processors if not given
+    #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    jobs: Option<u16>,
+    /// The folder of the results; runs/NAME-exchange if not given, where NAME is that of the scene
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Time on the clock between two checkpoints, in seconds
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = "300")]
+    checkpoint_every: Duration,
+    /// Also writes more than 10 GB, or a tenth of the free disk
+    #[arg(long)]
+    force: bool,
+    /// No progress, only the final table
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+impl ExchangeCommand {
+    pub fn execute(&self) -> Result<(), Failure> {
+        let (scene, record, path) = if self.path.is_dir() { self.kept()? } else { self.given()? };
+        self.refuse_large(&scene, &path)?;
+        match ExchangeFolder::open(&path, scene, &record)? {
+            Opened::UnderWay(begun) => {
+                let (folder, exchange) = *begun;
+                self.run(folder.checkpoint_every(self.checkpoint_every), exchange, &path)
+            }
+            _ => end(&ExchangeFolder::read(&path)?, &path, true),
+        }
+    }
+
+    /// A scene that was typed: itself, its text, and the folder.
+    fn given(&self) -> Result<(Scene, String, PathBuf), Failure> {
+        let scene = self.changes.load(&self.path)?;
+        if scene.exchange().is_none() {
+            let message = format!("{} has no [exchange]", self.path.display());
+            let help = "add [exchange] with temperatures, interval and rate; `carom run` runs a scene without it";
+            return Err(Failure::bad_input(message, None, Some(help)));
+        }
+        let beside = || PathBuf::from("runs").join(format!("{}-exchange", scene.name()));
+        let path = self.out.clone().unwrap_or_else(beside);
+        if !ExchangeFolder::is_one(&path) {
+            let inputs = scene.inputs().iter().map(|input| Path::new(&input.path));
+            refuse_input(&path, inputs.chain([self.path.as_path()]))?;
+        }
+        let record = self.changes.record(&scene, &self.path)?;
+        Ok((scene, record, path))
+    }
+
+    /// The same of the folder of an exchange.
+    fn kept(&self) -> Result<(Scene, String, PathBuf), Failure> {
+        let file = ExchangeFolder::scene_of(&self.path);
+        if !ExchangeFolder::is_one(&self.path) || !file.exists() {
+            let message = format!("{} is not the folder of a replica exchange", self.path.display());
+            return Err(Failure::bad_input(message, None, Some("begin one with a scene that has [exchange]")));
+        }
+        if !self.changes.are_none() || self.out.is_some() {
+            let help = format!("for another exchange of its scene: carom exchange {}, with --out", file.display());
+            let message = "an exchange goes on as it was: --seed, --set, --from and --out are for scenes";
+            return Err(Failure::bad_input(message, None, Some(&help)));
+        }
+        let unreadable = |error: std::io::Error| {
+            Failure::bad_input(format!("cannot read {}", file.display()), Some(Box::new(error)), None)
+        };
+        let record = fs::read_to_string(&file).map_err(unreadable)?;
+        Ok((self.changes.load(&file)?, record, self.path.clone()))
+    }
+
+    fn refuse_large(&self, scene: &Scene, path: &Path) -> Result<(), Failure> {
+        let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
+        let bytes = ExchangeFolder::expected_bytes(scene);
+        if bytes <= most {
+            return Ok(());
+        }
+        let message =
+            format!("the exchange would write some {}, and writes no more than {} unasked", size(bytes), size(most));
+        let help = "choose a longer output.frame_interval or exchange.interval, or another disk with --out, or --force";
+        Err(Failure::bad_input(message, None, Some(help)))
+    }
+
+    fn run(&self, mut folder: ExchangeFolder, exchange: Exchange, path: &Path) -> Result<(), Failure> {
+        signals::watch();
+        let bar = bar(exchange.attempts(), self.quiet);
+        let jobs = self.jobs.map_or_else(processors, usize::from);
+        let ran = exchange.execute(jobs, &mut folder, &mut |[attempts, _]| {
+            if let Some(bar) = &bar {
+                bar.set_position(attempts);
+            }
+            signals::flow()
+        });
+        if let Some(bar) = &bar {
+            bar.finish_and_clear();
+        }
+        let exchange = ran?;
+        if !exchange.is_over() {
+            let help = format!("the same command goes on, or: carom exchange {}", path.display());
+            return Err(Failure::failed("interrupted; what was simulated is kept", None, Some(&help)));
+        }
+        end(&folder.complete(&exchange)?, path, false)
+    }
+}
+
+/// A bar on a terminal; nothing elsewhere.
+fn bar([attempts, total]: [u64; 2], is_quiet: bool) -> Option<ProgressBar> {
+    (!is_quiet && std::io::stderr().is_terminal()).then(|| {
+        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr()).with_position(attempts);
+        let style =
+            ProgressStyle::with_template("{pos} of {len} attempts {wide_bar:.cyan/blue} {percent:>3} %, {eta} left");
+        bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    })
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Page, table and verdict.
+fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Failure> {
+    let page = report::exchange_page(path)?;
+    report::write(&page, &report::exchange_page_in(path), Existing::Replace)?;
+    let complete = if was_there { "It was complete already. " } else { "" };
+    super::print(&format!(
+        "{}\n{complete}The files are in {}: summary.json, exchange.csv, energies.csv, exchange.html\n",
+        text(summary),
+        path.display()
+    ))?;
+    let faults = &summary.results.faults;
+    if faults.is_empty() {
+        return Ok(());
+    }
+    let help = "the results cannot be trusted; carom should not do this: please report the scene";
+    Err(Failure::failed(format!("the audit failed: {}", faults.join("; ")), None, Some(help)))
+}
+
+/// Columns beside the temperature and the acceptance, as far as the scene has them.
+const SHOWN: [(&str, &str); 5] = [
+    ("temperature", "measured"),
+    ("potential_energy_per_particle", "potential energy"),
+    ("heat_capacity_per_particle", "heat capacity"),
+    ("compressibility_factor", "compressibility"),
+    ("pressure", "pressure"),
+];
+
+/// The averages at all temperatures.
+fn text(summary: &ExchangeSummary) -> String {
+    let results = &summary.results;
+    let has = |name: &str| results.temperatures.iter().any(|at| at.observables.contains_key(name));
+    let shown: Vec<(&str, &str)> = SHOWN.into_iter().filter(|(name, _)| has(name)).take(4).collect();
+    let heads = ["temperature", "swaps"].into_iter().chain(shown.iter().map(|(_, head)| *head)).map(str::to_owned);
+    let mut rows: Vec<Vec<String>> = vec![heads.collect()];
+    for (place, at) in results.temperatures.iter().enumerate() {
+        let acceptance = results.neighbours.get(place).and_then(|it| it.acceptance);
+        let cells = shown.iter().map(|(name, _)| cell(at.observables.get(*name).copied()));
+        rows.push([digits(at.temperature), cell(acceptance)].into_iter().chain(cells).collect());
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
+    let mut lines = vec![format!("{}, {} attempts to swap", summary.scene, results.attempts)];
+    for row in &rows {
+        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+        lines.push(format!("  {}", cells.join("   ")));
+    }
+    let trips: Vec<String> = results.round_trips.iter().map(u64::to_string).collect();
+    lines.push(format!("  round trips of the replicas: {}", trips.join(", ")));
+    lines.join("\n") + "\n"
+}
+
+fn cell(measured: Option<Measured>) -> String {
+    measured.map_or_else(String::new, |Measured { mean, standard_error }| match standard_error {
+        Some(_) => describe::estimate(&Estimate { mean, standard_error }),
+        None => digits(mean),
+    })
+}

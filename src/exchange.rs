@@ -1,0 +1,49 @@
+//! Replica exchange (parallel tempering): replicas of a scene at several temperatures, which are swapped now and then.
+//!
+//! A system that a low temperature holds in one of its states for long is at a high one free to go to others; swaps bring these down. An [`Exchange`]
+//! runs the replicas of a scene that has the table `[exchange]`, in several threads, and has their averages at each temperature with standard errors:
+//! [`ExchangeResults`]. An [`ExchangeFolder`] keeps rows, trajectories and checkpoints, from which it goes on to the same bits.
+//!
+//! ```
+//! use carom::Vector;
+//! use carom::exchange::Exchange;
+//! use carom::model::{ExchangePlan, Limit, Potential, RunPlan, Space};
+//! use carom::scene::SceneBuilder;
+//!
+//! let scene = SceneBuilder::new("pair")
+//!     .space(Space::periodic_cube(4.0))
+//!     .species("A", 1.0, 1.0)
+//!     .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0)?, 1.0)
+//!     .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+//!     .particle("A", Vector::new(3.0, 3.0, 3.0), Vector::zeros())
+//!     .exchange(ExchangePlan { temperatures: vec![0.4, 0.6, 1.0], interval: 2.0, rate: 1.0 })
+//!     .run(RunPlan { equilibration: Limit::time(20.0), limit: Limit::time(4000.0), ..RunPlan::default() })
+//!     .build()?;
+//! let results = Exchange::new(scene)?.finish()?.results();
+//! // The lowest level is that of the bound pair, of which the exact population at T = 0.4 is 0.709.
+//! let bound = results.temperatures[0].populations[0];
+//! assert_eq!(bound.energy, -1.0);
+//! assert!((bound.population.mean - 0.709).abs() < 4.0 * bound.population.standard_error.unwrap());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod averages;
+mod error;
+mod execute;
+mod folder;
+mod populations;
+mod replicas;
+mod results;
+mod summary;
+mod tables;
+mod walk;
+
+pub use error::{ExchangeError, ExchangeFolderError, StartError};
+pub use execute::ExchangeRecorder;
+pub use folder::{ExchangeFolder, Opened};
+pub use replicas::{Exchange, ExchangeRow};
+pub use results::{ExchangeResults, Measured, Neighbours, Population, TemperatureResult};
+pub use summary::ExchangeSummary;
+
+#[cfg(test)]
+mod tests;

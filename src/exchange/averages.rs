@@ -1,0 +1,134 @@
+//! Averages of an exchange: of each temperature over whichever replica is there, and of each two neighbours.
+
+use serde::{Deserialize, Serialize};
+
+use super::populations::Populations;
+use super::results::{Measured, Neighbours, Population, TemperatureResult};
+use crate::analysis::observables::Observer;
+use crate::analysis::statistics::{BlockAverage, Estimate};
+use crate::engine::Simulation;
+use crate::model::Scene;
+
+/// The observable that is measured from samples at the attempts, and not from lines between them.
+const POTENTIAL: &str = "potential_energy_per_particle";
+
+/// Averages at a temperature.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct AtTemperature {
+    observer: Observer,
+    /// Potential energy, less that of the first sample, and its square.
+    energy: BlockAverage,
+    square: BlockAverage,
+    first: Option<f64>,
+}
+
+impl AtTemperature {
+    pub fn new(scene: &Scene) -> Self {
+        let empty = BlockAverage::new(1.0);
+        Self { observer: Observer::new(scene), energy: empty.clone(), square: empty, first: None }
+    }
+
+    /// Begins an interval with the replica that is there now.
+    pub fn begin(&mut self, simulation: &Simulation) {
+        self.observer.interrupt();
+        self.observer.row(simulation);
+    }
+
+    /// Ends the interval, before replicas are swapped.
+    pub fn end(&mut self, simulation: &Simulation) {
+        self.observer.row(simulation);
+    }
+
+    /// Adds a potential energy.
+    fn add(&mut self, energy: f64) {
+        let deviation = energy - *self.first.get_or_insert(energy);
+        self.energy.add(deviation, 1.0);
+        self.square.add(deviation * deviation, 1.0);
+    }
+
+    /// What was measured at a temperature.
+    fn measured(&self, temperature: f64) -> Vec<(&'static str, Measured)> {
+        let applicable = self.observer.applicable();
+        let (particles, dimensions) = (applicable.moving as f64, applicable.dimensions);
+        let all = self.observer.estimates().into_iter().filter(|(name, _)| *name != POTENTIAL);
+        let mut all: Vec<(&'static str, Measured)> = all.map(|(name, estimate)| (name, estimate.into())).collect();
+        let shifted = self.energy.estimate().zip(self.first).map(|(energy, first)| {
+            let energy = Estimate { mean: energy.mean + first, ..energy };
+            (POTENTIAL, Measured::from(energy.over(particles)))
+        });
+        all.extend(shifted);
+        let heat_capacity = self.energy.variance(&self.square).map(|variance| {
+            let of_positions = variance.over(particles * temperature * temperature);
+            let heat_capacity = Estimate { mean: 0.5 * dimensions + of_positions.mean, ..of_positions };
+            ("heat_capacity_per_particle", Measured::from(heat_capacity))
+        });
+        all.extend(heat_capacity);
+        all
+    }
+}
+
+/// All averages.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Averages {
+    pub temperatures: Vec<AtTemperature>,
+    populations: Populations,
+    /// Of each two neighbours, 1 for a swap and 0 for an attempt without one.
+    swaps: Vec<BlockAverage>,
+    /// Attempts and swaps of each two neighbours.
+    counts: Vec<[u64; 2]>,
+}
+
+impl Averages {
+    pub fn new(scene: &Scene, temperatures: usize) -> Self {
+        Self {
+            temperatures: vec![AtTemperature::new(scene); temperatures],
+            populations: Populations::new(scene, temperatures),
+            swaps: vec![BlockAverage::new(1.0); temperatures - 1],
+            counts: vec![[0, 0]; temperatures - 1],
+        }
+    }
+
+    /// Adds an attempt to swap a temperature with the next one.
+    pub fn attempt(&mut self, pair: usize, is_swapped: bool) {
+        self.swaps[pair].add(if is_swapped { 1.0 } else { 0.0 }, 1.0);
+        self.counts[pair][0] += 1;
+        self.counts[pair][1] += u64::from(is_swapped);
+    }
+
+    /// Adds the potential energies at all temperatures.
+    pub fn sample(&mut self, energies: &[f64]) {
+        self.temperatures.iter_mut().zip(energies).for_each(|(at, energy)| at.add(*energy));
+        self.populations.add(energies);
+    }
+
+    /// What was measured at each temperature.
+    pub fn results(&self, temperatures: &[f64]) -> Vec<TemperatureResult> {
+        let population = |place: usize| {
+            let levels = self.populations.all();
+            let of_level = |level: super::populations::Population<'_>| Population {
+                energy: level.energy,
+                width: level.width,
+                population: level.occupied[place].estimate().map_or_else(Measured::default, Measured::from),
+            };
+            levels.map(of_level).collect()
+        };
+        let result = |(place, (temperature, at)): (usize, (&f64, &AtTemperature))| TemperatureResult {
+            temperature: *temperature,
+            observables: at.measured(*temperature).into_iter().map(|(name, it)| (name.to_owned(), it)).collect(),
+            populations: population(place),
+        };
+        temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()
+    }
+
+    /// How often neighbours were swapped.
+    pub fn neighbours(&self, temperatures: &[f64]) -> Vec<Neighbours> {
+        let swaps = self.swaps.iter().zip(&self.counts);
+        let neighbours = |(pair, (swaps, [attempts, accepted])): (&[f64], (&BlockAverage, &[u64; 2]))| Neighbours {
+            temperatures: [pair[0], pair[1]],
+            attempts: *attempts,
+            accepted: *accepted,
+            acceptance: swaps.estimate().map(Measured::from),
+        };
+        temperatures.windows(2).zip(swaps).map(neighbours).collect()
+    }
+}

@@ -1,0 +1,84 @@
+//! What can be wrong with an exchange.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use crate::engine::{EngineError, SetStateError};
+use crate::io::OutputError;
+
+/// Why a scene gives no exchange.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum StartError {
+    /// The scene has no plan for it.
+    #[error("the scene has no [exchange]")]
+    NoPlan,
+    /// A velocity of one of its temperatures is none that a particle can have.
+    #[error(transparent)]
+    Velocities(#[from] SetStateError),
+}
+
+/// Why an exchange did not come to its end: `E` is the error of its [`ExchangeRecorder`](super::ExchangeRecorder).
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ExchangeError<E> {
+    /// Something could not be kept.
+    #[error(transparent)]
+    Recorder(E),
+    /// A replica could not go on.
+    #[error("replica {}, at temperature {temperature}: {source}", replica + 1)]
+    Engine {
+        /// Its number, from 0.
+        replica: usize,
+        /// Its temperature then `[energy]`.
+        temperature: f64,
+        /// Why.
+        source: EngineError,
+    },
+}
+
+/// Error of the folder of an exchange.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ExchangeFolderError {
+    /// The folder holds something else.
+    #[error("{} exists and holds something that is not a replica exchange", .0.display())]
+    Occupied(PathBuf),
+    /// The folder holds the exchange of another scene.
+    #[error("{} holds the exchange of another scene: its scene.toml is not what this one would be", .0.display())]
+    Other(PathBuf),
+    /// A file in it is none that can be read.
+    #[error("cannot read {}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The scene gives no exchange.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// A file or the folder cannot be used.
+    #[error(transparent)]
+    Output(#[from] OutputError),
+}
+
+impl ExchangeFolderError {
+    /// What the user can do about it.
+    #[must_use]
+    pub fn cure(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::Occupied(_) => "choose another folder with --out",
+            Self::Other(_) => "go on with it, `carom exchange DIR`, or choose another folder with --out",
+            Self::Start(StartError::NoPlan) => {
+                "add [exchange] with temperatures, interval and rate; `carom run` runs a scene without it"
+            }
+            Self::Start(_) => "choose lower temperatures, or larger masses",
+            Self::Read { .. } => "make it readable, or choose another folder with --out",
+            Self::Output(OutputError::Busy(_)) => "wait for it, or choose another folder with --out",
+            Self::Output(error) => return error.cure(),
+        })
+    }
+}

@@ -1,0 +1,278 @@
+//! Runs the replicas of an exchange from attempt to attempt, in several threads.
+
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Mutex, PoisonError};
+use std::thread::{self, ScopedJoinHandle};
+use std::time::{Duration, Instant};
+
+use super::error::ExchangeError;
+use super::replicas::{Exchange, ExchangeRow, Replica};
+use crate::engine::{EngineError, Simulation};
+
+/// Time on the clock between two questions whether to go on.
+const PAUSE: Duration = Duration::from_millis(20);
+
+/// What is kept of an exchange while it runs: nothing by default.
+pub trait ExchangeRecorder {
+    /// What can go wrong.
+    type Error;
+
+    /// An attempt to swap has been made, after the equilibration.
+    ///
+    /// # Errors
+    /// If it cannot be kept.
+    fn row(&mut self, _row: &ExchangeRow<'_>) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
+    /// A frame of a temperature is due, by its place in the scene.
+    ///
+    /// # Errors
+    /// If it cannot be kept.
+    fn frame(&mut self, _place: usize, _simulation: &Simulation) -> Result<(), Self::Error> {
+        Ok(())
+    }
+
+    /// Whether it is time for a checkpoint.
+    fn is_checkpoint_due(&self) -> bool {
+        false
+    }
+
+    /// All that is needed to go on from here to the same bits, between two attempts or on the way to one; also at the end.
+    ///
+    /// # Errors
+    /// If it cannot be kept.
+    fn checkpoint(&mut self, _exchange: &Exchange) -> Result<(), Self::Error> {
+        Ok(())
+    }
+}
+
+/// Keeps nothing.
+impl ExchangeRecorder for () {
+    type Error = Infallible;
+}
+
+/// A replica on its way, and what became of it.
+struct Task {
+    number: usize,
+    replica: Box<Replica>,
+    time: f64,
+}
+
+struct Done {
+    number: usize,
+    replica: Box<Replica>,
+    result: Result<bool, EngineError>,
+}
+
+/// What watches an exchange from outside: it is asked on the clock.
+struct Watch<'w> {
+    ask: &'w mut dyn FnMut([u64; 2]) -> ControlFlow<()>,
+    asked: Instant,
+    is_over: bool,
+}
+
+impl Watch<'_> {
+    /// Asks, if it is time to, whether to go on.
+    fn look(&mut self, attempts: [u64; 2]) {
+        if self.asked.elapsed() >= PAUSE {
+            self.asked = Instant::now();
+            self.is_over |= (self.ask)(attempts).is_break();
+        }
+    }
+}
+
+impl Exchange {
+    /// Runs to the end, `jobs` replicas at a time, and hands rows and frames to a recorder, such as an
+    /// [`ExchangeFolder`](super::ExchangeFolder). Returns the exchange where it is then: at its end, or where `watch` broke.
+    ///
+    /// `watch` gets the attempts so far and in all, every few hundredths of a second. Neither it, nor the recorder, nor `jobs` changes a bit.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Recorder`] if something cannot be kept, [`ExchangeError::Engine`] if a replica cannot go on.
+    pub fn execute<R: ExchangeRecorder>(
+        mut self,
+        jobs: usize,
+        recorder: &mut R,
+        watch: &mut dyn FnMut([u64; 2]) -> ControlFlow<()>,
+    ) -> Result<Self, ExchangeError<R::Error>> {
+        let mut watch = Watch { ask: watch, asked: Instant::now(), is_over: false };
+        let jobs = jobs.clamp(1, self.temperatures().len());
+        if jobs == 1 {
+            self.drive(recorder, &mut watch, &mut advance_here::<R>)?;
+            return Ok(self);
+        }
+        let pauses = AtomicBool::new(false);
+        let (tasks, queue) = mpsc::channel::<Task>();
+        let queue = Mutex::new(queue);
+        let (results, done) = mpsc::channel::<Done>();
+        thread::scope(|scope| {
+            let workers: Vec<_> = (0..jobs)
+                .map(|_| {
+                    let results = results.clone();
+                    scope.spawn(|| work(&queue, results, &pauses))
+                })
+                .collect();
+            let crew = Crew { tasks: Some(tasks), done, workers, pauses: &pauses };
+            let mut crew = crew;
+            let ended = self
+                .drive(recorder, &mut watch, &mut |exchange, recorder, watch| crew.advance(exchange, recorder, watch));
+            // Without tasks to come, the threads end.
+            crew.tasks = None;
+            ended
+        })?;
+        Ok(self)
+    }
+
+    /// Runs to the end in one thread, and keeps only what it returns.
+    ///
+    /// # Errors
+    /// [`ExchangeError::Engine`] if a replica cannot go on.
+    pub fn finish(self) -> Result<Self, ExchangeError<Infallible>> {
+        self.execute(1, &mut (), &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// From attempt to attempt. `advance` brings all replicas nearer to the next one, and says whether they are there.
+    fn drive<R: ExchangeRecorder>(
+        &mut self,
+        recorder: &mut R,
+        watch: &mut Watch<'_>,
+        advance: &mut dyn FnMut(&mut Self, &R, &mut Watch<'_>) -> Result<bool, Failed>,
+    ) -> Result<(), ExchangeError<R::Error>> {
+        while !self.is_over() && !watch.is_over {
+            let is_there = advance(self, recorder, watch).map_err(|failed| self.failure(failed))?;
+            if is_there {
+                self.attempt();
+                if self.is_measured() {
+                    recorder.row(&self.row()).map_err(ExchangeError::Recorder)?;
+                }
+                if self.has_frame() {
+                    for (place, simulation) in self.simulations().enumerate() {
+                        recorder.frame(place, simulation).map_err(ExchangeError::Recorder)?;
+                    }
+                }
+            }
+            watch.look(self.attempts());
+            if recorder.is_checkpoint_due() && !self.is_over() && !watch.is_over {
+                recorder.checkpoint(self).map_err(ExchangeError::Recorder)?;
+            }
+        }
+        recorder.checkpoint(self).map_err(ExchangeError::Recorder)
+    }
+
+    fn failure<E>(&self, failed: Failed) -> ExchangeError<E> {
+        let place = self.row().replicas.iter().position(|number| *number == failed.number).unwrap_or(failed.number);
+        let temperature = self.temperatures()[place];
+        ExchangeError::Engine { replica: failed.number, temperature, source: failed.source }
+    }
+}
+
+/// A replica that could not go on.
+struct Failed {
+    number: usize,
+    source: EngineError,
+}
+
+/// Brings all replicas to the next attempt, one after the other; or some of them, where there is a reason to pause.
+fn advance_here<R: ExchangeRecorder>(
+    exchange: &mut Exchange,
+    recorder: &R,
+    watch: &mut Watch<'_>,
+) -> Result<bool, Failed> {
+    let (time, attempts) = (exchange.next_time(), exchange.attempts());
+    for (number, replica) in exchange.replicas.iter_mut().enumerate() {
+        let mut pauses = || {
+            watch.look(attempts);
+            watch.is_over || recorder.is_checkpoint_due()
+        };
+        if !replica.go(time, &mut pauses).map_err(|source| Failed { number, source })? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Threads that take replicas from a queue.
+struct Crew<'scope, 'p> {
+    tasks: Option<Sender<Task>>,
+    done: Receiver<Done>,
+    workers: Vec<ScopedJoinHandle<'scope, ()>>,
+    pauses: &'p AtomicBool,
+}
+
+/// Takes replicas and brings them to their time, until there are none to come.
+fn work(queue: &Mutex<Receiver<Task>>, results: Sender<Done>, pauses: &AtomicBool) {
+    loop {
+        // No thread panics while it holds the lock.
+        let task = queue.lock().unwrap_or_else(PoisonError::into_inner).recv();
+        let Ok(Task { number, mut replica, time }) = task else { return };
+        let result = replica.go(time, || pauses.load(Ordering::Relaxed));
+        if results.send(Done { number, replica, result }).is_err() {
+            return;
+        }
+    }
+}
+
+impl Crew<'_, '_> {
+    /// Brings all replicas to the next attempt, or as far as they are where there is a reason to pause.
+    fn advance<R: ExchangeRecorder>(
+        &mut self,
+        exchange: &mut Exchange,
+        recorder: &R,
+        watch: &mut Watch<'_>,
+    ) -> Result<bool, Failed> {
+        let (time, attempts) = (exchange.next_time(), exchange.attempts());
+        self.pauses.store(false, Ordering::Relaxed);
+        let count = exchange.replicas.len();
+        for (number, replica) in exchange.replicas.drain(..).enumerate() {
+            if let Some(tasks) = &self.tasks {
+                // Fails where a thread has panicked, which is noticed below.
+                let _ = tasks.send(Task { number, replica: Box::new(replica), time });
+            }
+        }
+        let mut all: Vec<Option<Done>> = (0..count).map(|_| None).collect();
+        let mut left = count;
+        while left > 0 {
+            match self.done.recv_timeout(PAUSE) {
+                Ok(done) => {
+                    let number = done.number;
+                    all[number] = Some(done);
+                    left -= 1;
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => self.panic(),
+            }
+            watch.look(attempts);
+            if watch.is_over || recorder.is_checkpoint_due() {
+                self.pauses.store(true, Ordering::Relaxed);
+            }
+            if left > 0 && self.workers.iter().any(ScopedJoinHandle::is_finished) {
+                self.panic();
+            }
+        }
+        let (mut is_there, mut failed) = (true, None);
+        for Done { number, replica, result } in all.into_iter().flatten() {
+            exchange.replicas.push(*replica);
+            match result {
+                Ok(is_done) => is_there &= is_done,
+                // The first one, whichever came first on the clock.
+                Err(source) => failed = failed.or(Some(Failed { number, source })),
+            }
+        }
+        failed.map_or(Ok(is_there), Err)
+    }
+
+    /// Goes on with the panic of a thread, which ended while there was work.
+    fn panic(&mut self) -> ! {
+        self.tasks = None;
+        for worker in self.workers.drain(..) {
+            if let Err(panic) = worker.join() {
+                std::panic::resume_unwind(panic);
+            }
+        }
+        unreachable!("a thread ends early by a panic only")
+    }
+}

@@ -1,0 +1,345 @@
+//! The folder of an exchange: its tables, a trajectory for each temperature, its checkpoint and its summary.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::error::ExchangeFolderError;
+use super::execute::ExchangeRecorder;
+use super::replicas::{Exchange, ExchangeRow};
+use super::summary::ExchangeSummary;
+use super::tables;
+use crate::engine::Simulation;
+use crate::io::atomic::{sync_folder, write_atomically};
+use crate::io::inputs::refuse_changed;
+use crate::io::occupied::run_around;
+use crate::io::partial::PartialFile;
+use crate::io::{Existing, Frames, OutputError};
+use crate::model::Scene;
+use crate::run::checkpoint::{self, ManifestEntry};
+
+/// The file by which the folder is known. It is locked as long as an exchange writes there.
+const MARK: &str = ".exchange";
+const HEADER: &str = "the folder of a replica exchange of carom\n";
+
+const SCENE: &str = "scene.toml";
+const ROWS: &str = "exchange.csv";
+const ENERGIES: &str = "energies.csv";
+const CHECKPOINT: &str = "exchange.checkpoint";
+pub(super) const SUMMARY: &str = "summary.json";
+
+/// Between two checkpoints unless something else is given, and to the first one at most.
+const INTERVAL: Duration = Duration::from_secs(300);
+const FIRST: Duration = Duration::from_secs(1);
+
+/// What a checkpoint holds.
+#[derive(Serialize)]
+struct Content<'a> {
+    exchange: &'a Exchange,
+    files: &'a [ManifestEntry],
+}
+
+#[derive(Deserialize)]
+struct Kept {
+    exchange: Exchange,
+    files: Vec<ManifestEntry>,
+}
+
+/// Folder of an exchange: a recorder that writes its rows, frames, checkpoints and results.
+///
+/// Tables and trajectories are written beside their names, as `exchange.csv.partial`, until the exchange is complete; `summary.json` is the last
+/// file. The folder is locked while an exchange writes there.
+///
+/// ```
+/// use carom::exchange::{ExchangeFolder, Opened};
+/// use std::ops::ControlFlow;
+///
+/// # use carom::model::Scene;
+/// # let directory = tempfile::tempdir()?;
+/// # let target = directory.path().join("pair");
+/// # let record = "species = [{ name = 'A', mass = 1.3, diameter = 1.0 }]\n\
+/// #     interaction = [{ species = ['A', 'A'], potential = 'square-well', lambda = 1.5, well_depth = 1.0 }]\n\
+/// #     fill = [{ species = 'A', arrangement = 'sc', count = 8, number_density = 0.05 }]\n\
+/// #     exchange = { temperatures = [0.5, 1.0], interval = 1.0, rate = 1.0 }\n\
+/// #     run = { until_time = 20.0 }";
+/// # let scene = Scene::from_toml(record, "pair.toml")?;
+/// // `scene` is a scene with the table [exchange], `record` its text, `target` the path of the folder.
+/// if let Opened::UnderWay(begun) = ExchangeFolder::open(&target, scene, record)? {
+///     let (mut folder, exchange) = *begun;
+///     let exchange = exchange.execute(2, &mut folder, &mut |_| ControlFlow::Continue(()))?;
+///     folder.complete(&exchange)?;
+/// }
+/// # assert!(target.join("summary.json").exists());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct ExchangeFolder {
+    path: PathBuf,
+    /// Locked until it is dropped.
+    _mark: File,
+    rows: PartialFile,
+    trajectories: Vec<PartialFile>,
+    frames: Frames,
+    interval: Duration,
+    since: Instant,
+    is_first: bool,
+}
+
+/// What is in the folder of an exchange when it is opened.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Opened {
+    /// An exchange that is complete.
+    Complete,
+    /// One to be run, from its start or from its last checkpoint.
+    UnderWay(Box<(ExchangeFolder, Exchange)>),
+}
+
+impl ExchangeFolder {
+    /// Makes the folder of the exchange of a scene, or opens it again: `record` is the text of the scene with everything that replaced a value, such
+    /// as that of [`Scene::record`].
+    ///
+    /// # Errors
+    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else,
+    /// [`ExchangeFolderError::Start`] of a scene that gives no exchange, [`ExchangeFolderError::Output`] if another process
+    /// writes there, the checkpoint cannot be used, or a file cannot be written.
+    pub fn open(path: impl AsRef<Path>, scene: Scene, record: &str) -> Result<Opened, ExchangeFolderError> {
+        let path = path.as_ref();
+        let mark = locked(path)?;
+        let kept = path.join(SCENE);
+        match fs::read_to_string(&kept) {
+            Ok(text) if text == record => {}
+            Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                write_atomically(&kept, Existing::Replace, |file| file.write_all(record.as_bytes()))
+                    .map_err(OutputError::write(&kept))?;
+            }
+            Err(source) => return Err(ExchangeFolderError::Read { path: kept, source }),
+        }
+        if path.join(SUMMARY).exists() {
+            return Ok(Opened::Complete);
+        }
+        let (folder, exchange) =
+            if path.join(CHECKPOINT).exists() { Self::resume(path, mark)? } else { Self::begin(path, mark, scene)? };
+        Ok(Opened::UnderWay(Box::new((folder, exchange))))
+    }
+
+    fn begin(path: &Path, mark: File, scene: Scene) -> Result<(Self, Exchange), ExchangeFolderError> {
+        let frames = Frames::of(&scene);
+        let exchange = Exchange::new(scene)?;
+        let count = exchange.temperatures().len();
+        let mut rows = PartialFile::create(path.join(ROWS))?;
+        rows.write(&tables::header(count))?;
+        let create = |place| PartialFile::create(trajectory_in(path, place));
+        let trajectories = (0..count).map(create).collect::<Result<_, _>>()?;
+        let folder = Self {
+            path: path.to_owned(),
+            _mark: mark,
+            rows,
+            trajectories,
+            frames,
+            interval: INTERVAL,
+            since: Instant::now(),
+            is_first: true,
+        };
+        Ok((folder, exchange))
+    }
+
+    fn resume(path: &Path, mark: File) -> Result<(Self, Exchange), ExchangeFolderError> {
+        let Kept { exchange, files } =
+            checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
+        refuse_changed(exchange.scene()).map_err(OutputError::Checkpoint)?;
+        for file in &files {
+            PartialFile::check(&path.join(&file.name), file).map_err(OutputError::Checkpoint)?;
+        }
+        let mut files = files.iter().map(|file| PartialFile::resume(path.join(&file.name), file));
+        let missing = || ExchangeFolderError::Occupied(path.to_owned());
+        let folder = Self {
+            rows: files.next().ok_or_else(missing)??,
+            trajectories: files.collect::<Result<_, _>>()?,
+            frames: Frames::of_simulation(exchange.example()),
+            path: path.to_owned(),
+            _mark: mark,
+            interval: INTERVAL,
+            since: Instant::now(),
+            is_first: false,
+        };
+        exchange.enlarge();
+        Ok((folder, exchange))
+    }
+
+    /// Writes a checkpoint so often, instead of every five minutes.
+    #[must_use]
+    pub fn checkpoint_every(mut self, interval: Duration) -> Self {
+        self.interval = interval;
+        self
+    }
+
+    /// Whether a folder is that of an exchange.
+    #[must_use]
+    pub fn is_one(path: &Path) -> bool {
+        fs::read(path.join(MARK)).is_ok_and(|bytes| bytes == HEADER.as_bytes())
+    }
+
+    /// Where the scene of an exchange is kept, in its folder.
+    #[must_use]
+    pub fn scene_of(path: &Path) -> PathBuf {
+        path.join(SCENE)
+    }
+
+    /// The files of an exchange that its page is made from, or that it goes on from, whether they are there or not.
+    #[must_use]
+    pub fn files_of(path: &Path) -> Vec<PathBuf> {
+        [SCENE, ROWS, ENERGIES, CHECKPOINT, SUMMARY].map(|name| path.join(name)).into()
+    }
+
+    /// Gives all files their names and writes the results, `summary.json` last.
+    ///
+    /// # Errors
+    /// [`ExchangeFolderError::Output`] if a file cannot be written; there is no `summary.json` then.
+    pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
+        let summary = ExchangeSummary::of(exchange);
+        let write = |name: &str, text: &str| {
+            let path = self.path.join(name);
+            write_atomically(&path, Existing::Replace, |file| file.write_all(text.as_bytes()))
+                .map_err(OutputError::write(&path))
+        };
+        write(ENERGIES, &tables::energies(&summary.results))?;
+        self.rows.sync()?;
+        self.trajectories.iter_mut().try_for_each(PartialFile::sync)?;
+        for file in [self.rows].into_iter().chain(self.trajectories) {
+            file.complete()?;
+        }
+        sync_folder(&self.path);
+        write(SUMMARY, &summary.text())?;
+        sync_folder(&self.path);
+        Ok(summary)
+    }
+
+    /// Reads the results of an exchange that is complete.
+    ///
+    /// # Errors
+    /// [`ExchangeFolderError::Read`] if a file is missing or damaged.
+    pub fn read(path: &Path) -> Result<ExchangeSummary, ExchangeFolderError> {
+        let text = |name: &str| {
+            let path = path.join(name);
+            fs::read_to_string(&path).map_err(|source| ExchangeFolderError::Read { path, source })
+        };
+        let damaged = |name: &str, why: String| ExchangeFolderError::Read {
+            path: path.join(name),
+            source: io::Error::new(io::ErrorKind::InvalidData, why),
+        };
+        let mut summary: ExchangeSummary =
+            serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
+        tables::read_energies(&text(ENERGIES)?, &mut summary.results).map_err(|why| damaged(ENERGIES, why))?;
+        Ok(summary)
+    }
+
+    /// The replica at each temperature, from 0, by simulated time: every so many-th of the first rows of an exchange that is complete.
+    ///
+    /// # Errors
+    /// [`ExchangeFolderError::Read`] if the table is missing or damaged.
+    pub fn read_places(path: &Path, every: usize, rows: usize) -> Result<Vec<(f64, Vec<usize>)>, ExchangeFolderError> {
+        let path = path.join(ROWS);
+        let wrong = |source| ExchangeFolderError::Read { path: path.clone(), source };
+        let lines = BufReader::new(File::open(&path).map_err(wrong)?).lines();
+        let mut places = Vec::new();
+        for (number, line) in lines.enumerate().skip(1).take(rows).step_by(every.max(1)) {
+            let line = line.map_err(wrong)?;
+            let place = tables::places(&line).ok_or_else(|| {
+                let why =
+                    format!("line {}: expected a time, and a replica and an energy for each temperature", number + 1);
+                wrong(io::Error::new(io::ErrorKind::InvalidData, why))
+            })?;
+            places.push(place);
+        }
+        Ok(places)
+    }
+
+    /// What the files of the exchange of a scene will take, but for checkpoints `[bytes]`.
+    #[must_use]
+    pub fn expected_bytes(scene: &Scene) -> f64 {
+        // Of a number in a table, with its comma; of a particle in a frame, measured.
+        const NUMBER: f64 = 12.0;
+        const PARTICLE: f64 = 130.0;
+        let Some(plan) = scene.exchange() else { return 0.0 };
+        let (temperatures, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
+        let rows = time / plan.interval;
+        let frames = scene.output().frame_interval.map_or(20.0, |interval| time / interval);
+        rows * NUMBER * (1.0 + 2.0 * temperatures) + frames * temperatures * scene.particles().len() as f64 * PARTICLE
+    }
+}
+
+impl ExchangeRecorder for ExchangeFolder {
+    type Error = OutputError;
+
+    fn row(&mut self, row: &ExchangeRow<'_>) -> Result<(), OutputError> {
+        self.rows.write(&tables::line(row))
+    }
+
+    fn frame(&mut self, place: usize, simulation: &Simulation) -> Result<(), OutputError> {
+        let Some(file) = self.trajectories.get_mut(place) else { return Ok(()) };
+        let path = file.path().to_owned();
+        let written = self.frames.write_now(file.writer(), simulation);
+        written.map_err(|source| OutputError::Frame { path, source })
+    }
+
+    fn is_checkpoint_due(&self) -> bool {
+        let interval = if self.is_first { self.interval.min(FIRST) } else { self.interval };
+        self.since.elapsed() >= interval
+    }
+
+    fn checkpoint(&mut self, exchange: &Exchange) -> Result<(), OutputError> {
+        let files = std::iter::once(&mut self.rows).chain(&mut self.trajectories);
+        let files: Vec<ManifestEntry> = files.map(|file| file.keep(&self.path)).collect::<Result<_, _>>()?;
+        let [last, partial] = [CHECKPOINT.to_owned(), format!("{CHECKPOINT}.partial")].map(|name| self.path.join(name));
+        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
+        if let Err(error) = checkpoint::write_content(&file, &Content { exchange, files: &files }) {
+            // Half of one is of no use; what it took on a full disk may be.
+            drop(file);
+            let _ = fs::remove_file(&partial);
+            return Err(OutputError::write(&partial)(error));
+        }
+        fs::rename(&partial, &last).map_err(OutputError::write(&last))?;
+        sync_folder(&self.path);
+        (self.since, self.is_first) = (Instant::now(), false);
+        Ok(())
+    }
+}
+
+fn trajectory_in(path: &Path, place: usize) -> PathBuf {
+    path.join(format!("trajectory-{}.xyz", place + 1))
+}
+
+/// Makes the folder, or opens that of an exchange, for this process alone.
+fn locked(path: &Path) -> Result<File, ExchangeFolderError> {
+    if let Some(run) = run_around(path) {
+        return Err(OutputError::WithinRun { target: path.to_owned(), run }.into());
+    }
+    if fs::metadata(path).is_ok_and(|metadata| !metadata.is_dir()) {
+        return Err(OutputError::NotFolder(path.to_owned()).into());
+    }
+    let no_folder = |source| OutputError::Folder { path: path.to_owned(), source };
+    fs::create_dir_all(path).map_err(no_folder)?;
+    let mark = path.join(MARK);
+    if !mark.exists() && fs::read_dir(path).map_err(no_folder)?.next().is_some() {
+        return Err(ExchangeFolderError::Occupied(path.to_owned()));
+    }
+    let wrong = |source| OutputError::Write { path: mark.clone(), source };
+    let mut file = OpenOptions::new().read(true).append(true).create(true).open(&mark).map_err(wrong)?;
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(path.to_owned()).into()),
+        // Where the system has no locks, nothing keeps two of them apart.
+        Ok(()) | Err(TryLockError::Error(_)) => {}
+    }
+    let mut text = Vec::new();
+    file.read_to_end(&mut text).map_err(wrong)?;
+    let Some(rest) = HEADER.as_bytes().strip_prefix(text.as_slice()) else {
+        return Err(ExchangeFolderError::Occupied(path.to_owned()));
+    };
+    file.write_all(rest).and_then(|()| file.sync_data()).map_err(wrong)?;
+    Ok(file)
+}

@@ -1,0 +1,199 @@
+//! Populations of the levels of the potential energy, at each temperature, with their errors.
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::statistics::BlockAverage;
+use crate::model::Scene;
+
+/// More levels than these become bins of even width.
+const MOST_LEVELS: usize = 200;
+
+/// Bins into which as many levels are put: they may become twice as many before they are merged.
+const BINS: f64 = 80.0;
+const MOST_BINS: usize = 160;
+
+/// Values that a series has at most for its error: fewer than usual, because there are many series.
+const MOST_VALUES: usize = 128;
+
+/// Energies are the same level where they differ by less than this part of the largest step of the potentials: rounding of their sums.
+const SAME: f64 = 1e-9;
+
+/// A level of the potential energy, or a bin of such levels, and its populations.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct Level {
+    /// The energy, or the number of the bin.
+    at: f64,
+    /// By temperature, the average of 1 where the system is in it, and of 0 where it is not.
+    occupied: Vec<BlockAverage>,
+}
+
+/// Populations of the exact levels of the potential energy; where they are too many, of even bins `[k w, (k + 1) w)` that widen as
+/// they need.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Populations {
+    /// In ascending order.
+    levels: Vec<Level>,
+    /// Width of the bins; `None` for exact levels.
+    width: Option<f64>,
+    /// Of two energies of one level, the largest difference.
+    tolerance: f64,
+    /// What a level has that has not been seen yet.
+    empty: BlockAverage,
+    temperatures: usize,
+}
+
+/// Population of a level at a temperature.
+pub(super) struct Population<'p> {
+    /// Its energy, in the middle of a bin.
+    pub energy: f64,
+    /// Width of a bin; 0 for an exact level.
+    pub width: f64,
+    /// By temperature.
+    pub occupied: &'p [BlockAverage],
+}
+
+impl Populations {
+    pub fn new(scene: &Scene, temperatures: usize) -> Self {
+        let energies = scene.interactions.iter().flat_map(|it| it.potential.energies().iter().copied());
+        let largest = energies.filter(|energy| energy.is_finite()).map(f64::abs).fold(0.0, f64::max);
+        Self {
+            levels: Vec::new(),
+            width: None,
+            tolerance: SAME * largest,
+            empty: BlockAverage::with_most_bins(MOST_VALUES, 1.0),
+            temperatures,
+        }
+    }
+
+    /// Adds a sample of all temperatures.
+    pub fn add(&mut self, energies: &[f64]) {
+        let levels: Vec<usize> = {
+            for energy in energies {
+                self.make_room(*energy);
+            }
+            // Only now, because levels may have been put in between or merged.
+            energies.iter().map(|energy| self.find(*energy).unwrap_or_else(|place| place)).collect()
+        };
+        self.empty.add(0.0, 1.0);
+        for (number, level) in self.levels.iter_mut().enumerate() {
+            for (occupied, own) in level.occupied.iter_mut().zip(&levels) {
+                occupied.add(if *own == number { 1.0 } else { 0.0 }, 1.0);
+            }
+        }
+    }
+
+    /// The level of an energy, or the place where it belongs.
+    fn find(&self, energy: f64) -> Result<usize, usize> {
+        match self.width {
+            Some(width) => {
+                let bin = (energy / width).floor();
+                self.levels.binary_search_by(|level| level.at.total_cmp(&bin))
+            }
+            None => {
+                let place = self.levels.partition_point(|level| level.at < energy - self.tolerance);
+                let is_it = self.levels.get(place).is_some_and(|level| level.at <= energy + self.tolerance);
+                if is_it { Ok(place) } else { Err(place) }
+            }
+        }
+    }
+
+    /// Sees to it that an energy has a level.
+    fn make_room(&mut self, energy: f64) {
+        let Err(place) = self.find(energy) else { return };
+        // Of zero there is one only.
+        let at = self.width.map_or(energy, |width| (energy / width).floor()) + 0.0;
+        self.levels.insert(place, Level { at, occupied: vec![self.empty.clone(); self.temperatures] });
+        match self.width {
+            None if self.levels.len() > MOST_LEVELS => {
+                let [first, .., last] = self.levels.as_slice() else { return };
+                let width = power_of_two((last.at - first.at) / BINS);
+                self.regroup(|at| (at / width).floor());
+                self.width = Some(width);
+            }
+            Some(width) if self.levels.len() > MOST_BINS => {
+                self.regroup(|bin| (0.5 * bin).floor());
+                self.width = Some(2.0 * width);
+            }
+            _ => {}
+        }
+    }
+
+    /// Gives levels other places, which ascend as they do, and merges those of the same place.
+    fn regroup(&mut self, place: impl Fn(f64) -> f64) {
+        let mut merged: Vec<Level> = Vec::new();
+        for mut level in std::mem::take(&mut self.levels) {
+            level.at = place(level.at) + 0.0;
+            match merged.last_mut().filter(|last| last.at == level.at) {
+                Some(last) => {
+                    last.occupied.iter_mut().zip(&level.occupied).for_each(|(sum, more)| sum.add_series(more));
+                }
+                None => merged.push(level),
+            }
+        }
+        self.levels = merged;
+    }
+
+    /// All levels in ascending order.
+    pub fn all(&self) -> impl Iterator<Item = Population<'_>> {
+        self.levels.iter().map(|level| Population {
+            energy: self.width.map_or(level.at, |width| (level.at + 0.5) * width),
+            width: self.width.unwrap_or(0.0),
+            occupied: &level.occupied,
+        })
+    }
+}
+
+/// The least power of two that is not below a positive number, so that edges of bins are exact.
+fn power_of_two(number: f64) -> f64 {
+    libm::exp2(libm::log2(number.max(f64::MIN_POSITIVE)).ceil())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn populations() -> Populations {
+        Populations {
+            levels: Vec::new(),
+            width: None,
+            tolerance: 1e-9,
+            empty: BlockAverage::with_most_bins(MOST_VALUES, 1.0),
+            temperatures: 2,
+        }
+    }
+
+    fn means(populations: &Populations, temperature: usize) -> Vec<(f64, f64)> {
+        populations.all().map(|level| (level.energy, level.occupied[temperature].mean().unwrap())).collect()
+    }
+
+    #[test]
+    fn levels_that_come_late_were_empty_before() {
+        let mut populations = populations();
+        for energies in [[0.0, -1.0], [-1e-17, -1.0 + 1e-12], [-2.0, 0.0], [0.0, 0.0]] {
+            populations.add(&energies);
+        }
+        assert_eq!(means(&populations, 0), [(-2.0, 0.25), (-1.0, 0.0), (0.0, 0.75)]);
+        assert_eq!(means(&populations, 1), [(-2.0, 0.0), (-1.0, 0.5), (0.0, 0.5)]);
+    }
+
+    #[test]
+    fn many_levels_become_bins_with_the_same_populations() {
+        let mut populations = populations();
+        let energy = |k: u32| f64::from((k * 7919) % 10_007) - 3000.0;
+        for k in 0..10_007 {
+            populations.add(&[energy(k), -2.0 * energy(k)]);
+        }
+        let width = populations.width.unwrap();
+        assert!(populations.levels.len() <= MOST_BINS && populations.levels.len() >= MOST_BINS / 4);
+        for (energy, mean) in means(&populations, 0).into_iter().filter(|(_, mean)| *mean > 0.0) {
+            // As many whole numbers as lie in the bin and in the range.
+            let inside = (0..10_007).filter(|k| {
+                (f64::from(*k) - 3000.0 - energy + 0.5 * width).floor() >= 0.0
+                    && f64::from(*k) - 3000.0 < energy + 0.5 * width
+            });
+            assert!((mean * 10_007.0 - inside.count() as f64).abs() < 1e-6, "{energy} {width} {mean}");
+        }
+        let all: f64 = means(&populations, 1).iter().map(|(_, mean)| mean).sum();
+        assert!((all - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,336 @@
+//! The replicas of an exchange, and how they are swapped.
+
+use serde::{Deserialize, Serialize};
+
+use super::averages::Averages;
+use super::error::StartError;
+use super::results::ExchangeResults;
+use super::walk::Walk;
+use crate::Vector;
+use crate::engine::{EngineError, Simulation, Until};
+use crate::model::random::{Purpose, Random};
+use crate::model::{ExchangePlan, Scene, Species, Thermostat};
+use crate::run::audit::Ledger;
+
+/// Frames of each temperature unless the scene says otherwise.
+const FRAMES: u64 = 20;
+
+/// Steps of the engine between two questions whether to pause: some milliseconds.
+const STEPS: u64 = 1 << 14;
+
+/// A replica with the books of its energy.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Replica {
+    pub simulation: Simulation,
+    ledger: Ledger,
+}
+
+/// Replica exchange of a scene (parallel tempering): one replica for each temperature, swapped between neighbours at even times.
+///
+/// Each replica is a canonical ensemble: an Andersen thermostat holds its temperature. After each interval, neighbouring temperatures
+/// `T_i`, `T_j` swap their replicas with the probability `min(1, exp((1/T_i - 1/T_j) (U_i - U_j)))`, the pairs that begin with the first
+/// temperature and those that begin with the second in turns. `U` is the exact potential energy, of pairs and of weight; velocities are
+/// scaled by the square root of the new temperature over the old one, so that those of the new ensemble follow. The states at each
+/// temperature are a canonical ensemble then, too.
+///
+/// All random numbers follow from the seed of the scene, and each replica, each swap and each heat bath has a stream of its own: the results
+/// are the same bits for any number of threads, and wherever the exchange has paused.
+///
+/// R. H. Swendsen and J.-S. Wang, Phys. Rev. Lett. 57, 2607 (1986), [doi:10.1103/PhysRevLett.57.2607](https://doi.org/10.1103/PhysRevLett.57.2607);
+/// K. Hukushima and K. Nemoto, J. Phys. Soc. Jpn. 65, 1604 (1996), [doi:10.1143/JPSJ.65.1604](https://doi.org/10.1143/JPSJ.65.1604); in
+/// molecular dynamics Y. Sugita and Y. Okamoto, Chem. Phys. Lett. 314, 141 (1999),
+/// [doi:10.1016/S0009-2614(99)01123-9](https://doi.org/10.1016/S0009-2614(99)01123-9).
+#[doc(alias = "parallel tempering")]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[must_use = "an exchange does nothing until `execute` or `finish`"]
+pub struct Exchange {
+    plan: ExchangePlan,
+    seed: u64,
+    /// Number of the first stream of the heat baths.
+    first_stream: usize,
+    /// Simulated time at the start `[time]`.
+    start: f64,
+    /// Attempts before averages begin, in all, and between two frames.
+    equilibration: u64,
+    total: u64,
+    frame_every: u64,
+    /// Attempts so far.
+    attempts: u64,
+    pub(super) replicas: Vec<Replica>,
+    /// The replica at each temperature.
+    places: Vec<usize>,
+    /// Its potential energy at the last attempt.
+    energies: Vec<f64>,
+    random: Random,
+    averages: Averages,
+    walk: Walk,
+}
+
+/// What there is after an attempt to swap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ExchangeRow<'e> {
+    /// Simulated time `[time]`.
+    pub time: f64,
+    /// The number of the replica at each temperature from now on, from 0.
+    pub replicas: &'e [usize],
+    /// Its potential energy `[energy]`.
+    pub potential: &'e [f64],
+}
+
+impl Exchange {
+    /// Replicas of a scene with the table `[exchange]`, at its positions and with velocities from Maxwell's distributions of their temperatures.
+    ///
+    /// # Errors
+    /// [`StartError::NoPlan`] of a scene without one, [`StartError::Velocities`] if a velocity of these temperatures is too large.
+    pub fn new(scene: Scene) -> Result<Self, StartError> {
+        let plan = scene.exchange().cloned().ok_or(StartError::NoPlan)?;
+        let attempts = |time: Option<f64>| time.map_or(Some(0), |time| plan.attempts(time));
+        let equilibration = attempts(scene.run().equilibration.time).ok_or(StartError::NoPlan)?;
+        let measured = attempts(scene.run().limit.time).filter(|attempts| *attempts > 0).ok_or(StartError::NoPlan)?;
+        let frame_every = attempts(scene.output().frame_interval).filter(|attempts| *attempts > 0);
+        let count = plan.temperatures.len();
+        let mut example = scene.clone();
+        example.run.thermostat = Some(bath(&plan, 0));
+        let (seed, first_stream) = (scene.seed(), scene.first_stream());
+        let mut exchange = Self {
+            seed,
+            first_stream,
+            start: scene.start_time(),
+            equilibration,
+            total: equilibration + measured,
+            frame_every: frame_every.unwrap_or_else(|| measured.div_ceil(FRAMES)),
+            attempts: 0,
+            replicas: (0..count).map(|number| Replica::new(&scene, &plan, number)).collect::<Result<_, _>>()?,
+            places: (0..count).collect(),
+            energies: vec![0.0; count],
+            random: Random::new(seed, Purpose::Exchange, 0),
+            averages: Averages::new(&example, count),
+            walk: Walk::new(&plan.temperatures),
+            plan,
+        };
+        for number in 0..count {
+            exchange.heat(number, number);
+        }
+        exchange.begin_intervals(None);
+        Ok(exchange)
+    }
+
+    /// Gives a replica the heat bath of a temperature, with random numbers that no other bath has.
+    fn heat(&mut self, replica: usize, place: usize) {
+        // A stream for each replica and attempt: at most 1000 of 1e12, far below the 2^61 that there are.
+        let attempt = crate::base::numbers::index(self.attempts);
+        let stream = self.first_stream + attempt * self.places.len() + replica;
+        self.replicas[replica].simulation.set_thermostat(Some(&bath(&self.plan, place)), stream);
+    }
+
+    /// What the scene plans.
+    #[must_use]
+    pub fn plan(&self) -> &ExchangePlan {
+        &self.plan
+    }
+
+    /// Asks for large pages, after it was read from a checkpoint.
+    pub(super) fn enlarge(&self) {
+        self.replicas.iter().for_each(|replica| replica.simulation.enlarge());
+    }
+
+    /// The temperatures `[energy]`.
+    #[must_use]
+    pub fn temperatures(&self) -> &[f64] {
+        &self.plan.temperatures
+    }
+
+    /// The simulation of the replica that is at a temperature, by its place in [`Self::temperatures`]; `None` if there is no such place.
+    #[must_use]
+    pub fn simulation_at(&self, place: usize) -> Option<&Simulation> {
+        self.places.get(place).map(|number| &self.replicas[*number].simulation)
+    }
+
+    /// The simulations in the order of the temperatures.
+    pub(super) fn simulations(&self) -> impl Iterator<Item = &Simulation> {
+        self.places.iter().map(|number| &self.replicas[*number].simulation)
+    }
+
+    /// Any of them, for what all have in common.
+    pub(super) fn example(&self) -> &Simulation {
+        &self.replicas[0].simulation
+    }
+
+    /// The scene of the replicas.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        self.replicas[0].simulation.scene()
+    }
+
+    /// Attempts to swap so far, and in all; those of the equilibration included.
+    #[must_use]
+    pub fn attempts(&self) -> [u64; 2] {
+        [self.attempts, self.total]
+    }
+
+    /// Attempts before averages begin.
+    #[must_use]
+    pub fn equilibration(&self) -> u64 {
+        self.equilibration
+    }
+
+    /// Whether the last attempt has been made.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.attempts == self.total
+    }
+
+    /// The state after the last attempt.
+    #[must_use]
+    pub fn row(&self) -> ExchangeRow<'_> {
+        ExchangeRow { time: self.time_of(self.attempts), replicas: &self.places, potential: &self.energies }
+    }
+
+    /// Whether averages have begun.
+    pub(super) fn is_measured(&self) -> bool {
+        self.attempts > self.equilibration
+    }
+
+    /// Whether frames are due after the last attempt.
+    pub(super) fn has_frame(&self) -> bool {
+        self.is_measured() && (self.attempts - self.equilibration).is_multiple_of(self.frame_every)
+    }
+
+    /// Simulated time of an attempt.
+    fn time_of(&self, attempt: u64) -> f64 {
+        self.start + attempt as f64 * self.plan.interval
+    }
+
+    /// Simulated time of the next attempt `[time]`.
+    pub(super) fn next_time(&self) -> f64 {
+        self.time_of(self.attempts + 1)
+    }
+
+    /// Swaps neighbours where the rule says so, when all replicas have come to the time of the attempt.
+    pub(super) fn attempt(&mut self) {
+        let was_measured = self.attempts >= self.equilibration;
+        self.attempts += 1;
+        for place in 0..self.places.len() {
+            let replica = &mut self.replicas[self.places[place]];
+            let energy = replica.simulation.energy();
+            replica.ledger.note(&energy);
+            self.energies[place] = energy.potential;
+            if was_measured {
+                self.averages.temperatures[place].end(&replica.simulation);
+            }
+        }
+        let mut changed = vec![false; self.places.len()];
+        // Of two temperatures there is one pair.
+        let first = if self.places.len() == 2 { 0 } else { usize::from(self.attempts.is_multiple_of(2)) };
+        for lower in (first..self.places.len() - 1).step_by(2) {
+            // Drawn in any case, so that no decision moves the numbers of later ones.
+            let number = self.random.uniform();
+            let is_swapped = number < self.acceptance(lower);
+            if is_swapped {
+                self.swap(lower);
+                (changed[lower], changed[lower + 1]) = (true, true);
+            }
+            if self.is_measured() {
+                self.averages.attempt(lower, is_swapped);
+            }
+        }
+        self.walk.see(&self.places, self.is_measured());
+        if self.is_measured() {
+            self.averages.sample(&self.energies);
+        }
+        self.begin_intervals(Some(&changed));
+    }
+
+    /// Probability to swap a temperature with the next one.
+    fn acceptance(&self, lower: usize) -> f64 {
+        let [beta, other] = [lower, lower + 1].map(|place| self.plan.temperatures[place].recip());
+        let exponent = (beta - other) * (self.energies[lower] - self.energies[lower + 1]);
+        // A number below 1 is always smaller than what is not.
+        libm::exp(exponent)
+    }
+
+    fn swap(&mut self, lower: usize) {
+        self.places.swap(lower, lower + 1);
+        self.energies.swap(lower, lower + 1);
+        for (place, before) in [(lower, lower + 1), (lower + 1, lower)] {
+            let number = self.places[place];
+            let factor = (self.plan.temperatures[place] / self.plan.temperatures[before]).sqrt();
+            let replica = &mut self.replicas[number];
+            replica.simulation.scale_velocities(factor, &Vector::zeros());
+            replica.ledger.note(&replica.simulation.energy());
+            self.heat(number, place);
+        }
+    }
+
+    /// Begins the intervals of the averages, or goes on with those of replicas that stayed where they were.
+    fn begin_intervals(&mut self, changed: Option<&[bool]>) {
+        if self.attempts < self.equilibration {
+            return;
+        }
+        for (place, at) in self.averages.temperatures.iter_mut().enumerate() {
+            if self.attempts == self.equilibration || changed.is_none_or(|changed| changed[place]) {
+                at.begin(&self.replicas[self.places[place]].simulation);
+            }
+        }
+    }
+
+    /// What was measured so far.
+    #[must_use]
+    pub fn results(&self) -> ExchangeResults {
+        let temperatures = &self.plan.temperatures;
+        let measured = self.attempts.saturating_sub(self.equilibration);
+        let faults = self.replicas.iter().enumerate().flat_map(|(number, replica)| {
+            let audit = replica.ledger.close(&replica.simulation);
+            audit.faults().into_iter().map(move |fault| format!("replica {}: {fault}", number + 1))
+        });
+        ExchangeResults {
+            start: self.time_of(self.equilibration),
+            duration: measured as f64 * self.plan.interval,
+            attempts: measured,
+            temperatures: self.averages.results(temperatures),
+            neighbours: self.averages.neighbours(temperatures),
+            round_trips: self.walk.trips().to_vec(),
+            faults: faults.collect(),
+        }
+    }
+}
+
+impl Replica {
+    /// A replica of a scene, by its number, which is also that of its first temperature.
+    fn new(scene: &Scene, plan: &ExchangePlan, number: usize) -> Result<Self, StartError> {
+        let mut own = scene.clone();
+        own.exchange = None;
+        own.run.thermostat = Some(bath(plan, number));
+        let mut random = Random::new(scene.seed(), Purpose::Exchange, 1 + number);
+        let velocity = |species: &Species| match species.is_static() {
+            true => Vector::zeros(),
+            false => random.normal_vector(&scene.space) * (plan.temperatures[number] / species.mass).sqrt(),
+        };
+        let species = scene.particles.iter().map(|particle| &scene.species[particle.species.0 as usize]);
+        let velocities: Vec<Vector> = species.map(velocity).collect();
+        let keeps_start = scene.species.iter().any(Species::is_static);
+        let mut simulation = Simulation::begin(own, keeps_start);
+        let mut ledger = Ledger::open(&simulation, false);
+        simulation.set_velocities(&velocities)?;
+        ledger.note(&simulation.energy());
+        Ok(Self { simulation, ledger })
+    }
+
+    /// Goes on to a time, or pauses where it is told to on the way; says whether it came there.
+    pub fn go(&mut self, time: f64, mut pauses: impl FnMut() -> bool) -> Result<bool, EngineError> {
+        loop {
+            if self.simulation.advance_unobserved_for(STEPS, Until::time(time))?.is_some() {
+                return Ok(true);
+            }
+            if pauses() {
+                return Ok(false);
+            }
+        }
+    }
+}
+
+/// The heat bath at a temperature.
+fn bath(plan: &ExchangePlan, place: usize) -> Thermostat {
+    Thermostat::Andersen { temperature: plan.temperatures[place], rate: plan.rate, axes: [true; 3] }
+}

@@ -1,0 +1,81 @@
+//! What an exchange has measured.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::analysis::statistics::Estimate;
+
+/// A mean with its standard error.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Measured {
+    /// The mean.
+    pub mean: f64,
+    /// Its standard error; `None` for insufficient data.
+    pub standard_error: Option<f64>,
+}
+
+impl From<Estimate> for Measured {
+    fn from(Estimate { mean, standard_error }: Estimate) -> Self {
+        Self { mean, standard_error }
+    }
+}
+
+/// Population of a level of the potential energy.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Population {
+    /// The energy of the level, or the middle of a bin `[energy]`.
+    pub energy: f64,
+    /// Width of the bin; 0 for an exact level `[energy]`.
+    pub width: f64,
+    /// The part of all samples that is in it.
+    pub population: Measured,
+}
+
+/// What was measured at a temperature, over whichever replica was there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct TemperatureResult {
+    /// The temperature `[energy]`.
+    pub temperature: f64,
+    /// Means by name: those of [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that mean something for the scene, and
+    /// `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 + <(U - <U>)^2> / (N T^2)`.
+    pub observables: BTreeMap<String, Measured>,
+    /// Populations of the levels of the potential energy, in ascending order; in `energies.csv`, not in `summary.json`.
+    #[serde(skip)]
+    pub populations: Vec<Population>,
+}
+
+/// Swaps between two neighbouring temperatures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Neighbours {
+    /// The two temperatures `[energy]`.
+    pub temperatures: [f64; 2],
+    /// Attempts while the exchange was measured,
+    pub attempts: u64,
+    /// and how many of them were accepted.
+    pub accepted: u64,
+    /// Their ratio with its standard error; `None` without an attempt.
+    pub acceptance: Option<Measured>,
+}
+
+/// Results of an exchange.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ExchangeResults {
+    /// Simulated time at which the averages begin, and how long they last `[time]`.
+    pub start: f64,
+    /// `[time]`
+    pub duration: f64,
+    /// Attempts in that time, each with a sample of all temperatures.
+    pub attempts: u64,
+    /// By temperature, in the order of the scene.
+    pub temperatures: Vec<TemperatureResult>,
+    /// Each temperature with the next one.
+    pub neighbours: Vec<Neighbours>,
+    /// Round trips from the highest temperature to the lowest and back, by replica.
+    pub round_trips: Vec<u64>,
+    /// What the audits of the replicas object to, in words; empty for a sound exchange.
+    pub faults: Vec<String>,
+}

@@ -1,0 +1,60 @@
+//! The numbers of an exchange, `summary.json`.
+
+use serde::{Deserialize, Serialize};
+
+use super::replicas::Exchange;
+use super::results::ExchangeResults;
+use crate::model::InputFile;
+
+/// Summary of an exchange: the content of its `summary.json`, with the populations of `energies.csv`. No number is one of the clock.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ExchangeSummary {
+    /// The version of Carom.
+    pub version: String,
+    /// Name of the scene.
+    pub scene: String,
+    /// Its seed.
+    pub seed: u64,
+    /// The files that the scene read, with their checksums.
+    pub inputs: Vec<InputFile>,
+    /// The engine of the replicas, in words.
+    pub engine: String,
+    /// Number of particles of each replica, static ones included.
+    pub particles: usize,
+    /// Number of axes along which particles move.
+    pub dimensions: usize,
+    /// Between two attempts to swap `[time]`.
+    pub interval: f64,
+    /// Of the heat baths, for each particle `[1 / time]`.
+    pub rate: f64,
+    /// The results.
+    #[serde(flatten)]
+    pub results: ExchangeResults,
+}
+
+impl ExchangeSummary {
+    /// Of an exchange as far as it has come.
+    #[must_use]
+    pub fn of(exchange: &Exchange) -> Self {
+        let (scene, simulation) = (exchange.scene(), exchange.example());
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scene: scene.name().to_owned(),
+            seed: scene.seed(),
+            inputs: scene.inputs().to_vec(),
+            engine: simulation.engine().to_string(),
+            particles: simulation.population().iter().sum(),
+            dimensions: simulation.dimensions(),
+            interval: exchange.plan().interval,
+            rate: exchange.plan().rate,
+            results: exchange.results(),
+        }
+    }
+
+    /// As it is written.
+    pub(super) fn text(&self) -> String {
+        // Numbers and words, all of which JSON has.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+}

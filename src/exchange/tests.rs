@@ -1,0 +1,165 @@
+//! Exchanges that are interrupted, and run on any number of threads.
+
+use std::cell::Cell;
+use std::convert::Infallible;
+use std::ops::ControlFlow;
+
+use super::*;
+use crate::Vector;
+use crate::engine::{NeedsRun, Simulation};
+use crate::model::{ExchangePlan, Limit, OutputPlan, Potential, RunPlan, Scene, Space};
+use crate::scene::{Amount, Lattice, SceneBuilder};
+
+fn fluid(interval: f64, attempts: u32) -> Scene {
+    let limit = Limit::time(f64::from(attempts) * interval);
+    SceneBuilder::new("fluid")
+        .species("A", 1.3, 1.0)
+        .interaction("A", "A", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+        .fill(Lattice::SimpleCubic, "A", 27, Amount::NumberDensity(0.4))
+        .exchange(ExchangePlan { temperatures: vec![2.0, 1.4, 1.0], interval, rate: 1.0 })
+        .output(OutputPlan { frame_interval: Some(2.0 * interval), ..OutputPlan::default() })
+        .run(RunPlan { equilibration: Limit::time(3.0 * interval), limit, ..RunPlan::default() })
+        .build()
+        .unwrap()
+}
+
+/// Keeps rows and frames as text, and a checkpoint each time that it is asked so often.
+struct Keeper {
+    every: usize,
+    asked: Cell<usize>,
+    lines: Vec<String>,
+    /// The checkpoints, and how many lines there were.
+    kept: Vec<(Vec<u8>, usize)>,
+}
+
+impl Keeper {
+    fn new(every: usize) -> Self {
+        Self { every, asked: Cell::new(0), lines: Vec::new(), kept: Vec::new() }
+    }
+}
+
+impl ExchangeRecorder for Keeper {
+    type Error = Infallible;
+
+    fn row(&mut self, row: &ExchangeRow<'_>) -> Result<(), Infallible> {
+        self.lines.push(format!("{row:?}"));
+        Ok(())
+    }
+
+    fn frame(&mut self, place: usize, simulation: &Simulation) -> Result<(), Infallible> {
+        self.lines.push(format!("{place} {:?}", simulation.snapshot()));
+        Ok(())
+    }
+
+    fn is_checkpoint_due(&self) -> bool {
+        self.asked.set(self.asked.get() + 1);
+        self.asked.get().is_multiple_of(self.every)
+    }
+
+    fn checkpoint(&mut self, exchange: &Exchange) -> Result<(), Infallible> {
+        self.kept.push((postcard::to_allocvec(exchange).unwrap(), self.lines.len()));
+        Ok(())
+    }
+}
+
+fn ran(exchange: Exchange, jobs: usize, every: usize) -> (Exchange, Keeper) {
+    let mut keeper = Keeper::new(every);
+    let exchange = exchange.execute(jobs, &mut keeper, &mut |_| ControlFlow::Continue(())).unwrap();
+    assert!(exchange.is_over());
+    (exchange, keeper)
+}
+
+/// Intervals of some events, and of more than there are between two questions whether to pause.
+#[test]
+fn what_is_interrupted_goes_on_to_the_same_bits() {
+    for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 3, 2)] {
+        let scene = fluid(interval, attempts);
+        let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
+        assert_eq!(told.lines.len(), (attempts + 3 * (attempts / 2)) as usize);
+        assert_eq!(whole.results().faults, [""; 0]);
+        let end = postcard::to_allocvec(&whole).unwrap();
+        for jobs in [1, 2] {
+            let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, every);
+            assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
+            assert!(keeper.kept.len() > 3, "{} checkpoints", keeper.kept.len());
+            for (bytes, lines) in keeper.kept.iter().rev().take(6) {
+                let (again, rest) = ran(postcard::from_bytes(bytes).unwrap(), 3 - jobs, usize::MAX);
+                assert!(rest.lines[..] == told.lines[*lines..]);
+                assert!(postcard::to_allocvec(&again).unwrap() == end);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_exchange_stops_where_it_is_told_to() {
+    let exchange = Exchange::new(fluid(1.0, 1_000_000)).unwrap();
+    let exchange = exchange.execute(2, &mut (), &mut |_| ControlFlow::Break(())).unwrap();
+    assert!(!exchange.is_over());
+    let [attempts, total] = exchange.attempts();
+    assert!(attempts < total && total == 1_000_003);
+}
+
+#[test]
+fn every_replica_has_the_temperature_of_its_place_and_its_own_random_numbers() {
+    let exchange = Exchange::new(fluid(1.0, 4)).unwrap();
+    let kinetic = |place: usize| exchange.simulation_at(place).unwrap().energy().kinetic;
+    // sqrt(2 / 81) of the mean is a standard deviation.
+    for (place, temperature) in exchange.temperatures().iter().enumerate() {
+        let relative = kinetic(place) / (1.5 * 27.0 * temperature);
+        assert!((relative - 1.0).abs() < 4.0 * (2.0_f64 / 81.0).sqrt(), "{place}: {relative}");
+    }
+    let velocities = |place: usize| exchange.simulation_at(place).unwrap().snapshot().velocities;
+    assert!(velocities(0)[0].normalize() != velocities(1)[0].normalize());
+    // Swaps scale velocities exactly, and count what that takes.
+    let (ended, _) = ran(exchange, 1, usize::MAX);
+    assert_eq!(ended.row().replicas.len(), 3);
+}
+
+#[test]
+fn only_an_exchange_runs_what_a_scene_plans_of_one() {
+    let scene = fluid(1.0, 10);
+    assert_eq!(Simulation::new(scene.clone()).err(), Some(NeedsRun::Exchange));
+    let mut parts = scene.into_parts();
+    parts.exchange = None;
+    assert_eq!(Exchange::new(Scene::new(parts).unwrap()).err(), Some(StartError::NoPlan));
+}
+
+#[test]
+fn one_falling_particle_has_the_barometric_energy() {
+    let plan = ExchangePlan { temperatures: vec![0.5, 1.0, 2.0], interval: 3.0, rate: 0.5 };
+    let walls = [
+        crate::model::space::Boundary::Periodic,
+        crate::model::space::Boundary::walls(1.0),
+        crate::model::space::Boundary::Periodic,
+    ];
+    let scene = SceneBuilder::new("column")
+        .space(Space { boundary: walls, ..Space::periodic_cube(5.0) })
+        .gravity(Vector::new(0.0, -0.7, 0.0))
+        .species("A", 1.3, 1.0)
+        .no_interaction("A", "A")
+        .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+        .exchange(plan)
+        .run(RunPlan { limit: Limit::time(9000.0), ..RunPlan::default() })
+        .build()
+        .unwrap();
+    let results = Exchange::new(scene).unwrap().finish().unwrap().results();
+    assert_eq!(results.faults, [""; 0]);
+    for at in &results.temperatures {
+        // Heights from 0.5 to 4.5, with the weight exp(- m g h / T).
+        let (weight, room) = (1.3 * 0.7, 4.0);
+        let x = weight * room / at.temperature;
+        let expected = weight * 0.5 + at.temperature * (1.0 - x / x.exp_m1());
+        let measured = at.observables["potential_energy_per_particle"];
+        let deviation = (measured.mean - expected) / measured.standard_error.unwrap();
+        assert!(deviation.abs() < 3.0, "{}: {measured:?}, expected {expected}", at.temperature);
+        let heat_capacity = at.observables["heat_capacity_per_particle"];
+        let expected = 1.5 + 1.0 - x * x * x.exp() / x.exp_m1().powi(2);
+        let deviation = (heat_capacity.mean - expected) / heat_capacity.standard_error.unwrap();
+        assert!(deviation.abs() < 3.0, "{}: {heat_capacity:?}, expected {expected}", at.temperature);
+        // Of a continuous energy there are bins.
+        assert!(at.populations.iter().all(|it| it.width > 0.0));
+        let all: f64 = at.populations.iter().map(|it| it.population.mean).sum();
+        assert!((all - 1.0).abs() < 1e-9);
+    }
+}

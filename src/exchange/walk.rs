@@ -1,0 +1,74 @@
+//! The way of each replica through the temperatures: round trips from the highest to the lowest and back.
+
+use serde::{Deserialize, Serialize};
+
+/// Where a replica has come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Heading {
+    /// Neither end yet.
+    Nowhere,
+    /// From the highest temperature.
+    Down,
+    /// From the lowest temperature, which it came to from the highest.
+    Up,
+}
+
+/// Round trips of all replicas between the ends of the temperatures.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(super) struct Walk {
+    /// Places of the highest and of the lowest temperature.
+    ends: [usize; 2],
+    /// By replica.
+    headings: Vec<Heading>,
+    trips: Vec<u64>,
+}
+
+impl Walk {
+    pub fn new(temperatures: &[f64]) -> Self {
+        let last = temperatures.len() - 1;
+        let ends = if temperatures[0] > temperatures[last] { [0, last] } else { [last, 0] };
+        let count = temperatures.len();
+        Self { ends, headings: vec![Heading::Nowhere; count], trips: vec![0; count] }
+    }
+
+    /// Takes note of which replica is at each temperature now; trips that end before the measurement are not counted.
+    pub fn see(&mut self, places: &[usize], is_measured: bool) {
+        let [highest, lowest] = self.ends.map(|end| places[end]);
+        if self.headings[highest] == Heading::Up && is_measured {
+            self.trips[highest] += 1;
+        }
+        self.headings[highest] = Heading::Down;
+        if self.headings[lowest] == Heading::Down {
+            self.headings[lowest] = Heading::Up;
+        }
+    }
+
+    /// Round trips so far, by replica.
+    pub fn trips(&self) -> &[u64] {
+        &self.trips
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trip_begins_and_ends_at_the_highest_temperature() {
+        let mut walk = Walk::new(&[1.0, 2.0, 3.0]);
+        // Replica 0 goes from the lowest temperature to the highest, down and up again.
+        for places in [[0, 1, 2], [1, 0, 2], [1, 2, 0], [1, 0, 2], [0, 1, 2], [1, 0, 2]] {
+            walk.see(&places, true);
+        }
+        assert_eq!(walk.trips(), [0, 0, 0]);
+        walk.see(&[1, 2, 0], true);
+        walk.see(&[1, 2, 0], true);
+        assert_eq!(walk.trips(), [1, 0, 0]);
+        let mut other = Walk::new(&[3.0, 1.0]);
+        for (places, is_measured) in [([0, 1], false), ([1, 0], false), ([0, 1], false), ([1, 0], true), ([0, 1], true)]
+        {
+            other.see(&places, is_measured);
+        }
+        assert_eq!(other.trips(), [1, 1]);
+    }
+}

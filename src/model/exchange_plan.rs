@@ -1,0 +1,46 @@
+//! What a scene plans of replica exchange: the table `[exchange]`.
+
+use serde::{Deserialize, Serialize};
+
+/// Replica exchange plan of a scene (parallel tempering): a replica for each temperature, and when neighbours are swapped.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExchangePlan {
+    /// Temperatures, ascending or descending; those next to each other are neighbours `[energy]`.
+    pub temperatures: Vec<f64>,
+    /// Between two attempts to swap `[time]`.
+    pub interval: f64,
+    /// How often each particle gets a velocity from the heat bath of its replica, in the mean `[1 / time]`.
+    pub rate: f64,
+}
+
+impl ExchangePlan {
+    /// How many intervals a duration `[time]` has, where it is a whole number of them but for rounding.
+    #[must_use]
+    pub fn attempts(&self, duration: f64) -> Option<u64> {
+        let (count, whole) = (duration / self.interval, (duration / self.interval).round());
+        let is_whole = (count - whole).abs() <= ROUNDING * whole && whole <= MOST_ATTEMPTS;
+        is_whole.then(|| crate::base::numbers::trunc_to_u64(whole))
+    }
+}
+
+/// Of a number of intervals: what rounding makes of decimal fractions.
+const ROUNDING: f64 = 1e-9;
+
+/// More than any computer does, and few enough that each has a stream of random numbers for each of its replicas.
+pub(crate) const MOST_ATTEMPTS: f64 = 1e12;
+
+/// Most temperatures.
+pub(crate) const MOST_TEMPERATURES: usize = 1000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn durations_are_whole_numbers_of_intervals() {
+        let plan = ExchangePlan { temperatures: vec![1.0, 2.0], interval: 0.1, rate: 1.0 };
+        assert_eq!(plan.attempts(0.3), Some(3));
+        assert_eq!(plan.attempts(1e6), Some(10_000_000));
+        assert_eq!([plan.attempts(0.35), plan.attempts(0.04), plan.attempts(1e50)], [None; 3]);
+    }
+}

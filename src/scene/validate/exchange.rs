@@ -1,0 +1,209 @@
+//! Validates the table `[exchange]`: temperatures, whole numbers of intervals, what else the scene may have, and whether there is an equilibrium.
+
+use crate::base::text::shortest;
+use crate::model::exchange_plan::{MOST_ATTEMPTS, MOST_TEMPERATURES};
+use crate::model::space::{AXES, Boundary, Face};
+use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene};
+use crate::scene::builder::SceneBuilder;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::limits::{affordable, positive};
+
+fn refuse<T>(at: ConfigPath, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
+    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
+}
+
+impl SceneBuilder {
+    /// The plan of an exchange, and what it leaves no room for.
+    pub(super) fn check_exchange(&self) -> Result<(), SceneError> {
+        let Some(plan) = &self.exchange else { return Ok(()) };
+        check_temperatures(&plan.temperatures)?;
+        let at = ConfigPath::root().key("exchange");
+        positive(plan.interval, at.key("interval"))?;
+        positive(plan.rate, at.key("rate"))?;
+        self.check_times(plan)?;
+        self.check_company()
+    }
+
+    /// Durations that are whole numbers of intervals.
+    fn check_times(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
+        let (run, output) = (ConfigPath::root().key("run"), ConfigPath::root().key("output"));
+        if self.run.limit.time.is_none() {
+            let why = "replicas are swapped at even times, so that an [exchange] ends at one".to_owned();
+            return Err(SceneError::new(run, SceneErrorKind::Missing { key: "until_time", why }));
+        }
+        let events = [(self.run.limit.events, "until_events"), (self.run.equilibration.events, "equilibration_events")];
+        for (count, key) in events {
+            if let Some(count) = count {
+                let expected = "none beside [exchange], whose replicas are swapped at even times: give until_time and equilibration_time";
+                return refuse(run.key(key), count, expected);
+            }
+        }
+        if self.run.until_stationary {
+            let expected = "none beside [exchange]: give equilibration_time";
+            return refuse(run.key("equilibration"), "\"auto\"", expected);
+        }
+        for (time, at) in [
+            (self.run.limit.time, run.key("until_time")),
+            (self.run.equilibration.time, run.key("equilibration_time")),
+            (self.output.frame_interval, output.key("frame_interval")),
+        ] {
+            let Some(time) = time else { continue };
+            if plan.attempts(time).is_none_or(|attempts| attempts == 0) {
+                let expected = format!(
+                    "a whole number, from 1 to {MOST_ATTEMPTS:e}, of times {}, which is exchange.interval",
+                    shortest(plan.interval)
+                );
+                return refuse(at, shortest(time), expected);
+            }
+        }
+        Ok(())
+    }
+
+    /// Tables and keys that only a run has a use for.
+    fn check_company(&self) -> Result<(), SceneError> {
+        let root = ConfigPath::root();
+        if !self.run.stages.is_empty() {
+            let expected = "none beside [exchange]: prepare the particles with `carom run`, and start from the end of that run, start.from";
+            return refuse(ConfigPath::entry("stage", 0), "given", expected);
+        }
+        if self.run.thermostat.is_some() {
+            let expected = "none beside [exchange], which has temperatures and a rate of its own";
+            return refuse(root.key("run").key("thermostat"), "given", expected);
+        }
+        if let Some(key) = instrument(&self.measure) {
+            let expected = "none beside [exchange], which measures energies, temperatures, pressures, heat capacities and populations: \
+                            measure it with `carom run` at one temperature, with an Andersen thermostat in [run]";
+            return refuse(root.key("measure").key(key), "given", expected);
+        }
+        let (at, output) = (root.key("output"), &self.output);
+        for (is_given, key) in [
+            (output.thermo_interval.is_some(), "thermo_interval"),
+            (output.has_contacts, "contacts"),
+            (output.has_event_log, "events"),
+            (!output.regions.is_empty(), "count"),
+        ] {
+            if is_given {
+                let expected = "none beside [exchange], which has a row for each attempt to swap, and trajectories";
+                return refuse(at.key(key), "given", expected);
+            }
+        }
+        if let Some(format) = output.formats.first().map(|format| Format::name(*format)) {
+            let expected =
+                format!("none beside [exchange]: `carom convert DIR/trajectory-1.xyz --to {format}` does it");
+            return refuse(at.key("formats"), "given", expected);
+        }
+        if self.allow_invalid_start {
+            let expected = "false beside [exchange], which averages over valid states: let `carom run` part the particles, and start from \
+                            the end of that run, start.from";
+            return refuse(root.key("allow_invalid_start"), "true", expected);
+        }
+        Ok(())
+    }
+
+    /// Whether the system of the scene has an equilibrium at each temperature.
+    pub(in crate::scene) fn check_equilibrium(&self, scene: &Scene) -> Result<(), SceneError> {
+        let Some(plan) = &scene.exchange else { return Ok(()) };
+        let root = ConfigPath::root();
+        let lossy = |restitution: f64| restitution < 1.0;
+        if let Some(index) = self.interactions.iter().position(|it| lossy(it.restitution)) {
+            let at = ConfigPath::entry("interaction", index).key("restitution");
+            return refuse(at, shortest(self.interactions[index].restitution), LOSSLESS);
+        }
+        if let Some((index, interaction)) = scene.interactions.iter().enumerate().find(|(_, it)| lossy(it.restitution))
+        {
+            let restitution = shortest(interaction.restitution);
+            if scene.predecessor.is_some() {
+                let value = format!("a run with an interaction of restitution {restitution}");
+                return refuse(root.key("start").key("from"), value, LOSSLESS);
+            }
+            return refuse(ConfigPath::entry("interaction", index).key("restitution"), restitution, LOSSLESS);
+        }
+        if let Some(rate) = scene.shear_rate {
+            let expected = "no shear beside [exchange]: a sheared fluid has no equilibrium";
+            return refuse(root.key("space").key("shear_rate"), rate, expected);
+        }
+        for (axis, name) in AXES.into_iter().enumerate() {
+            check_axis(scene, axis, &root.key("space").key(name))?;
+        }
+        let at = root.key("exchange").key("temperatures");
+        if scene.particles.iter().all(|particle| scene.species[particle.species.0 as usize].is_static()) {
+            return refuse(at, "given for a scene in which nothing moves", "particles that move");
+        }
+        affordable((scene.particles.len() as u64).saturating_mul(plan.temperatures.len() as u64), &at)
+    }
+}
+
+const LOSSLESS: &str = "1 beside [exchange]: what loses energy in contacts has no equilibrium";
+
+/// Several positive temperatures, one after the other.
+fn check_temperatures(temperatures: &[f64]) -> Result<(), SceneError> {
+    let at = ConfigPath::root().key("exchange").key("temperatures");
+    let count = temperatures.len();
+    if !(2..=MOST_TEMPERATURES).contains(&count) {
+        let expected =
+            format!("2 to {MOST_TEMPERATURES}, ascending or descending: replicas at neighbouring ones are swapped");
+        return refuse(at, format!("a list of {count}"), expected);
+    }
+    for (index, temperature) in temperatures.iter().enumerate() {
+        positive(*temperature, at.index(index))?;
+    }
+    let is_ascending = temperatures[1] > temperatures[0];
+    let is_wrong = |pair: &[f64]| pair[0] == pair[1] || (pair[1] > pair[0]) != is_ascending;
+    if let Some(index) = temperatures.windows(2).position(is_wrong) {
+        let (before, here) = (temperatures[index], temperatures[index + 1]);
+        let order = if is_ascending { "above" } else { "below" };
+        let expected = if before == here {
+            "another temperature than the one before".to_owned()
+        } else {
+            format!("one {order} {}, the one before: temperatures ascend or descend", shortest(before))
+        };
+        return refuse(at.index(index + 1), shortest(here), expected);
+    }
+    Ok(())
+}
+
+/// The first instrument that is asked for.
+fn instrument(plan: &MeasurementPlan) -> Option<&'static str> {
+    let given = [
+        (plan.pressure_tensor.is_some(), "pressure_tensor"),
+        (plan.radial_distribution.is_some(), "radial_distribution"),
+        (plan.structure_factor.is_some(), "structure_factor"),
+        (plan.diffusion.is_some(), "diffusion"),
+        (plan.transport.is_some(), "transport"),
+        (plan.free_paths.is_some(), "free_paths"),
+        (plan.speeds.is_some(), "speeds"),
+        (plan.chains.is_some(), "chains"),
+        (plan.bond_order.is_some(), "bond_order"),
+        (!plan.profiles.is_empty(), "profile"),
+        (!plan.flows.is_empty(), "flow"),
+    ];
+    given.into_iter().find_map(|(is_given, key)| is_given.then_some(key))
+}
+
+/// Whether an axis keeps particles where a temperature decides what they do.
+fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneError> {
+    if let Some(temperature) = scene.wall_temperatures[axis] {
+        let expected = "none beside [exchange], whose replicas have temperatures of their own";
+        return refuse(at.key("temperature"), shortest(temperature), expected);
+    }
+    match scene.space.boundary[axis] {
+        Boundary::Flat => Ok(()),
+        Boundary::Bounded { lower, upper } => [lower, upper].into_iter().try_for_each(|face| match face {
+            Face::Open => {
+                let expected = "\"wall\" or \"periodic\" beside [exchange]: what can fly away has no equilibrium";
+                refuse(at.clone(), "open", expected)
+            }
+            Face::Wall { restitution } if restitution < 1.0 => {
+                refuse(at.key("restitution"), shortest(restitution), LOSSLESS)
+            }
+            Face::Wall { .. } => Ok(()),
+        }),
+        Boundary::Periodic => {
+            let falls = scene.species.iter().position(|species| species.acceleration[axis] != 0.0);
+            let Some(index) = falls else { return Ok(()) };
+            let expected = "\"wall\" beside [exchange]: what falls for ever has no equilibrium";
+            refuse(at.clone(), format!("periodic, and `{}` falls along it", scene.species[index].name), expected)
+        }
+    }
+}

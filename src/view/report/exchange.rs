@@ -1,0 +1,267 @@
+//! The page of a replica exchange: temperatures with their averages and acceptance, energies, populations, and the ways of the replicas.
+
+use std::path::{Path, PathBuf};
+
+use super::figures::{Entry, capitalised, figure};
+use super::html::{brackets, escape, symbols};
+use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
+use super::results::value;
+use super::{Page, shell};
+use crate::analysis::observables::OBSERVABLES;
+use crate::base::text::{digits, plural, unit};
+use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, Measured, TemperatureResult};
+
+/// Rows of which the ways of replicas are drawn at most, and from how many of all that are chosen: those of some round trips.
+const MOST_ROWS: u64 = 120;
+const ROUND_TRIPS: u64 = 4;
+
+/// Replicas whose ways can still be told apart.
+const MOST_WAYS: usize = 3;
+
+/// Curves in a plot: as many as there are colours.
+const MOST_CURVES: usize = plot::COLOURS;
+
+/// Temperatures that span a larger ratio have a logarithmic axis.
+const LONG: f64 = 10.0;
+
+/// What follows from fluctuations has its place beside the observables.
+const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
+
+/// What an exchange is mostly about; all else follows.
+const FIRST: [&str; 3] = ["temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
+
+/// Makes the page of an exchange that is complete, from its files.
+///
+/// # Errors
+/// [`ExchangeFolderError::Read`] if one of them is missing or damaged.
+pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
+    let summary = ExchangeFolder::read(folder)?;
+    let [every, rows] = drawn(&summary).map(|rows| usize::try_from(rows).unwrap_or(usize::MAX));
+    let places = ExchangeFolder::read_places(folder, every, rows)?;
+    let scene = std::fs::read_to_string(ExchangeFolder::scene_of(folder)).unwrap_or_default();
+    let results = &summary.results;
+    let verdict = if results.faults.is_empty() {
+        "<span class=\"verdict sound\">✓ audit sound</span>"
+    } else {
+        "<span class=\"verdict failed\">✗ audit failed</span>"
+    };
+    let heading = format!(
+        "<h1>{} {verdict}</h1>\n<p class=\"subtitle\">Replica exchange of {} at {}</p>\n<p class=\"facts\">seed {} · {} · carom {}</p>\n",
+        escape(&summary.scene),
+        plural(summary.particles as u64, "particle"),
+        plural(results.temperatures.len() as u64, "temperature"),
+        summary.seed,
+        escape(&summary.engine),
+        escape(&summary.version),
+    );
+    let sections = [
+        ("temperatures", "Temperatures", temperatures(&summary)),
+        ("plots", "Plots", plots(&summary, &places)),
+        ("swaps", "Swaps", swaps(&summary)),
+        ("scene", "The scene", scene_section(&scene)),
+    ];
+    let notes: Vec<String> = results.faults.clone();
+    Ok(Page { html: shell(&summary.scene, &heading, &super::notes(&notes), &sections), notes })
+}
+
+/// Which rows are drawn: every so many-th, up to which one.
+fn drawn(summary: &ExchangeSummary) -> [u64; 2] {
+    let attempts = summary.results.attempts;
+    let trips = summary.results.round_trips.iter().copied().max().unwrap_or(0);
+    let rows = (attempts / (trips + 1)).saturating_mul(ROUND_TRIPS).clamp(MOST_ROWS.min(attempts), attempts);
+    [rows.div_ceil(MOST_ROWS), rows]
+}
+
+/// Where the page of an exchange is, in its folder.
+#[must_use]
+pub fn exchange_page_in(folder: &Path) -> PathBuf {
+    folder.join("exchange.html")
+}
+
+/// What some temperature has a mean of, with its unit.
+fn quantities(summary: &ExchangeSummary) -> Vec<(&'static str, String)> {
+    let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
+    let mut all: Vec<_> = OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).filter(|(name, _)| has(name)).collect();
+    all.sort_by_key(|(name, _)| FIRST.iter().position(|first| first == name).unwrap_or(FIRST.len()));
+    all.into_iter().map(|(name, of)| (name, unit(of, summary.dimensions))).collect()
+}
+
+fn measured(at: &TemperatureResult, name: &str) -> Option<Measured> {
+    at.observables.get(name).copied()
+}
+
+fn words(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+fn table(caption: &str, heads: &[String], rows: &[String]) -> String {
+    let class = |column: usize| if column == 0 { "" } else { " class=\"n\"" };
+    let head = |(column, head): (usize, &String)| format!("<th scope=\"col\"{}>{}</th>", class(column), escape(head));
+    let heads: String = heads.iter().enumerate().map(head).collect();
+    format!(
+        "<div class=\"wide\"><table class=\"results\">\n<caption>{}</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
+        escape(caption),
+        rows.concat()
+    )
+}
+
+fn temperatures(summary: &ExchangeSummary) -> String {
+    let (results, quantities) = (&summary.results, quantities(summary));
+    let fixed = ["temperature [energy]", "swaps with the next"].map(str::to_owned);
+    let names = quantities.iter().map(|(name, unit)| match *name {
+        "temperature" => format!("kinetic temperature{}", brackets(unit)),
+        name => format!("{}{}", words(name), brackets(unit)),
+    });
+    let heads: Vec<String> = fixed.into_iter().chain(names).collect();
+    let row = |(place, at): (usize, &TemperatureResult)| {
+        let acceptance = results.neighbours.get(place).and_then(|it| it.acceptance);
+        let acceptance = acceptance.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error));
+        let cells = quantities.iter().map(|(name, _)| match measured(at, name) {
+            Some(it) => format!("<td class=\"n\">{}</td>", value(Some(it.mean), it.standard_error)),
+            None => "<td class=\"n\"></td>".to_owned(),
+        });
+        let temperature = escape(&super::html::number(&digits(at.temperature)));
+        format!(
+            "<tr><th scope=\"row\">{temperature}</th><td class=\"n\">{acceptance}</td>{}</tr>\n",
+            cells.collect::<String>()
+        )
+    };
+    let rows: Vec<String> = results.temperatures.iter().enumerate().map(row).collect();
+    let caption =
+        format!("Averages over {} attempts to swap, a time of {}", results.attempts, digits(results.duration));
+    table(&caption, &heads, &rows)
+        + "<p class=\"aside\">Averages of a temperature are over whichever replica was there. The heat capacity is that at constant volume, in units of k_B: D / 2 \
+           and the fluctuations of the potential energy. The same numbers are in <code>summary.json</code>.</p>\n"
+}
+
+fn swaps(summary: &ExchangeSummary) -> String {
+    let results = &summary.results;
+    let heads = ["between", "and", "attempts", "swaps", "acceptance"].map(str::to_owned);
+    let row = |it: &crate::exchange::Neighbours| {
+        let [one, other] = it.temperatures.map(|temperature| escape(&super::html::number(&digits(temperature))));
+        let acceptance = it.acceptance.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error));
+        format!(
+            "<tr><th scope=\"row\">{one}</th><td class=\"n\">{other}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{acceptance}</td></tr>\n",
+            it.attempts, it.accepted
+        )
+    };
+    let rows: Vec<String> = results.neighbours.iter().map(row).collect();
+    let trips = |(number, trips): (usize, &u64)| {
+        format!("<tr><th scope=\"row\">{}</th><td class=\"n\">{trips}</td></tr>\n", number + 1)
+    };
+    let of_replicas: Vec<String> = results.round_trips.iter().enumerate().map(trips).collect();
+    table("Swaps between neighbouring temperatures", &heads, &rows)
+        + &table("Round trips of the replicas", &["replica", "round trips"].map(str::to_owned), &of_replicas)
+        + "<p class=\"aside\">A round trip leads from the highest temperature to the lowest and back. A low acceptance asks for more temperatures there, few round trips \
+           for a longer run. The replica at each temperature, and its potential energy, are in <code>exchange.csv</code>.</p>\n"
+}
+
+fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
+    let along = summary.results.temperatures.iter().map(|at| at.temperature);
+    let [least, most] = along.fold([f64::INFINITY, 0.0], |[a, b]: [f64; 2], x| [a.min(x), b.max(x)]);
+    let is_logarithmic = most / least > LONG;
+    let of_quantities = quantities(summary).into_iter().filter(|(name, _)| *name != "temperature");
+    let figures = of_quantities.filter_map(|(name, unit)| against_temperature(summary, name, &unit, is_logarithmic));
+    let others = [acceptance(summary, is_logarithmic), populations(summary), ways(summary, places, is_logarithmic)];
+    let figures: String = figures.chain(others.into_iter().flatten()).collect();
+    format!("<div class=\"plots\">\n{figures}</div>\n")
+}
+
+fn dot(x: f64, it: Measured) -> Option<Dot> {
+    it.mean.is_finite().then_some(Dot { x, y: it.mean, error: it.standard_error.unwrap_or(0.0) })
+}
+
+/// A figure of curves in the order of their legend.
+fn curves(
+    title: &str,
+    titles: [String; 2],
+    is_logarithmic: [bool; 2],
+    lines: Vec<Line>,
+    legend: &[Entry],
+    text: &str,
+) -> Option<String> {
+    let svg = Curves { label: title.to_owned(), titles, is_logarithmic, lines, level: None }.svg()?;
+    Some(figure(title, &svg, legend, text))
+}
+
+fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_logarithmic: bool) -> Option<String> {
+    let means = || summary.results.temperatures.iter().map(|at| measured(at, name));
+    // What is the same at all temperatures, as the energy of hard spheres, is in the table.
+    let mut all = means().flatten().map(|it| it.mean);
+    let first = all.next()?;
+    if all.all(|mean| mean == first) {
+        return None;
+    }
+    let temperatures = summary.results.temperatures.iter().map(|at| at.temperature);
+    let points = temperatures.zip(means()).map(|(x, it)| dot(x, it?)).collect();
+    let lines = vec![Line { style: LineStyle::Measured, points }];
+    let titles = ["temperature [energy]".to_owned(), format!("{}{}", symbols(&words(name)), brackets(unit))];
+    curves(&capitalised(&words(name)), titles, [is_logarithmic, false], lines, &[], "Error bars: standard errors.")
+}
+
+fn acceptance(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
+    let middle = |[a, b]: [f64; 2]| (a * b).sqrt();
+    let points = summary.results.neighbours.iter().map(|it| dot(middle(it.temperatures), it.acceptance?)).collect();
+    let lines = vec![Line { style: LineStyle::Measured, points }];
+    let titles = ["temperature [energy]".to_owned(), "acceptance".to_owned()];
+    let text = "Of swaps between two neighbours, at their geometric mean. Error bars: standard errors.";
+    curves("Acceptance", titles, [is_logarithmic, false], lines, &[], text)
+}
+
+fn populations(summary: &ExchangeSummary) -> Option<String> {
+    let temperatures = &summary.results.temperatures;
+    // As even as there are colours for.
+    let step = temperatures.len().div_ceil(MOST_CURVES);
+    let shown = || temperatures.iter().step_by(step);
+    if temperatures.iter().all(|at| at.populations.len() < 2) {
+        return None;
+    }
+    let line = |at: &TemperatureResult| Line {
+        style: LineStyle::Measured,
+        points: at.populations.iter().map(|it| dot(it.energy, it.population)).collect(),
+    };
+    let entry =
+        |(index, at): (usize, &TemperatureResult)| (format!("s{index}"), format!("T = {}", digits(at.temperature)));
+    let legend: Vec<Entry> = shown().enumerate().map(entry).collect();
+    let is_binned = temperatures.iter().flat_map(|at| &at.populations).any(|it| it.width > 0.0);
+    let what =
+        if is_binned { "Of bins of the potential energy" } else { "Of the exact levels of the potential energy" };
+    let text = format!("{what}, all particles together. Error bars: standard errors. From <code>energies.csv</code>.");
+    let titles = ["potential energy [energy]".to_owned(), "population".to_owned()];
+    curves("Populations", titles, [false; 2], shown().map(line).collect(), &legend, &text)
+}
+
+fn ways(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic: bool) -> Option<String> {
+    let temperatures = &summary.results.temperatures;
+    let shown: Vec<usize> = (0..temperatures.len()).step_by(temperatures.len().div_ceil(MOST_WAYS)).collect();
+    let line = |replica: &usize| Line {
+        style: LineStyle::TimeSeries,
+        points: places
+            .iter()
+            .map(|(time, replicas)| {
+                let place = replicas.iter().position(|number| number == replica)?;
+                Some(Dot { x: *time, y: temperatures.get(place)?.temperature, error: 0.0 })
+            })
+            .collect(),
+    };
+    let entry = |(index, replica): (usize, &usize)| (format!("s{index}"), format!("replica {}", replica + 1));
+    let legend: Vec<Entry> = shown.iter().enumerate().map(entry).collect();
+    let titles = ["time".to_owned(), "temperature [energy]".to_owned()];
+    let [every, rows] = drawn(summary);
+    let which = match (every > 1, rows < summary.results.attempts) {
+        (true, true) => format!("every {every}th of the first {rows} rows"),
+        (true, false) => format!("every {every}th row"),
+        (false, true) => format!("the first {rows} rows"),
+        (false, false) => "all rows".to_owned(),
+    };
+    let text = format!("Where replicas are, from {which} of <code>exchange.csv</code>.");
+    curves("Ways of replicas", titles, [false, is_logarithmic], shown.iter().map(line).collect(), &legend, &text)
+}
+
+fn scene_section(text: &str) -> String {
+    format!(
+        "<p>From this text and seed the exchange can be made again, bit for bit, on any number of threads.</p>\n\
+         <details>\n<summary>scene.toml</summary>\n<pre><code>{}</code></pre>\n</details>\n",
+        escape(text)
+    )
+}

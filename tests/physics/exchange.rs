@@ -1,0 +1,197 @@
+//! Replica exchange of systems whose populations are known exactly: two particles in a square well, and a chain of four.
+
+use std::f64::consts::PI;
+
+use carom::Vector;
+use carom::exchange::{Exchange, ExchangeResults, Measured};
+use carom::model::exchange_plan::ExchangePlan;
+use carom::model::{Limit, Potential, RunPlan, Scene, Space};
+use carom::scene::SceneBuilder;
+
+const TEMPERATURES: [f64; 4] = [0.3, 0.42, 0.63, 1.1];
+const LENGTH: f64 = 4.0;
+const LAMBDA: f64 = 1.5;
+const DEPTH: f64 = 0.9;
+
+fn scene(builder: SceneBuilder, seed: u64, temperatures: &[f64], interval: f64, attempts: u32) -> Scene {
+    let plan = ExchangePlan { temperatures: temperatures.to_vec(), interval, rate: 0.7 };
+    let [equilibration, limit] = [50, attempts].map(|count| Limit::time(f64::from(count) * interval));
+    builder.seed(seed).exchange(plan).run(RunPlan { equilibration, limit, ..RunPlan::default() }).build().unwrap()
+}
+
+fn results(scene: Scene) -> ExchangeResults {
+    let results = Exchange::new(scene).unwrap().finish().unwrap().results();
+    assert_eq!(results.faults, [""; 0]);
+    results
+}
+
+/// Two particles of unequal masses with a square well.
+fn pair() -> SceneBuilder {
+    SceneBuilder::new("pair")
+        .space(Space::periodic_cube(LENGTH))
+        .species("A", 1.3, 1.0)
+        .species("B", 0.37, 1.0)
+        .no_interaction("A", "A")
+        .no_interaction("B", "B")
+        .interaction("A", "B", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
+        .particle("A", Vector::new(1.0, 1.0, 1.0), Vector::zeros())
+        .particle("B", Vector::new(2.7, 2.7, 2.7), Vector::zeros())
+}
+
+/// The part of the time that the two are bound.
+fn bound(temperature: f64) -> f64 {
+    let sphere = |radius: f64| 4.0 / 3.0 * PI * radius.powi(3);
+    let weight = (sphere(LAMBDA) - sphere(1.0)) * (DEPTH / temperature).exp();
+    weight / (weight + LENGTH.powi(3) - sphere(LAMBDA))
+}
+
+fn deviation(measured: Measured, expected: f64) -> f64 {
+    (measured.mean - expected) / measured.standard_error.expect("long enough for an error")
+}
+
+/// The population of an exact level at a temperature.
+fn population(results: &ExchangeResults, place: usize, energy: f64) -> Measured {
+    let level = results.temperatures[place].populations.iter().find(|it| (it.energy - energy).abs() < 1e-12);
+    let level = level.unwrap_or_else(|| panic!("no level {energy} in {:?}", results.temperatures[place].populations));
+    assert_eq!(level.width, 0.0);
+    level.population
+}
+
+#[test]
+fn two_particles_in_a_well_have_their_exact_populations() {
+    let results = results(scene(pair(), 1, &TEMPERATURES, 2.0, 20_000));
+    for (place, temperature) in TEMPERATURES.into_iter().enumerate() {
+        let p = bound(temperature);
+        let of = |name: &str| results.temperatures[place].observables[name];
+        let heat_capacity = 1.5 + DEPTH * DEPTH * p * (1.0 - p) / (2.0 * temperature * temperature);
+        let deviations = [
+            deviation(population(&results, place, -DEPTH), p),
+            deviation(population(&results, place, 0.0), 1.0 - p),
+            deviation(of("potential_energy_per_particle"), -0.5 * DEPTH * p),
+            deviation(of("heat_capacity_per_particle"), heat_capacity),
+            deviation(of("temperature"), temperature),
+        ];
+        assert!(deviations.iter().all(|it| it.abs() < 3.0), "{temperature}: {deviations:?}");
+    }
+    // Of two independent replicas: both bound, both unbound, or the one at the lower temperature bound and the other not.
+    for (pair, neighbours) in TEMPERATURES.windows(2).zip(&results.neighbours) {
+        let [cold, hot] = [bound(pair[0]), bound(pair[1])];
+        let expected = 1.0 - cold * (1.0 - hot) * (1.0 - (-DEPTH * (1.0 / pair[0] - 1.0 / pair[1])).exp());
+        let measured = neighbours.acceptance.unwrap();
+        assert!(deviation(measured, expected).abs() < 3.0, "{pair:?}: {measured:?}, expected {expected}");
+        assert_eq!(neighbours.attempts, 10_000);
+    }
+    assert!(results.round_trips.iter().all(|trips| *trips > 500), "{:?}", results.round_trips);
+}
+
+#[test]
+fn errors_are_those_of_the_scatter_of_seeds() {
+    let mut squares = Vec::new();
+    for seed in 1..=16 {
+        let results = results(scene(pair(), seed, &TEMPERATURES, 2.0, 500));
+        for (place, temperature) in TEMPERATURES.into_iter().enumerate() {
+            squares.push(deviation(population(&results, place, -DEPTH), bound(temperature)).powi(2));
+        }
+    }
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    // Of independent deviates 1 +- sqrt(2 / 64); neighbouring temperatures are not quite independent.
+    assert!((mean - 1.0).abs() < 0.5, "{mean}");
+}
+
+/// Nodes and weights of the Gauss-Legendre rule of `n` points in [0, 1].
+fn gauss(n: u32) -> Vec<(f64, f64)> {
+    let order = f64::from(n);
+    let node = |k: u32| {
+        let mut x = (PI * (f64::from(k) + 0.75) / (order + 0.5)).cos();
+        let mut slope = 0.0;
+        for _ in 0..50 {
+            let (mut p, mut before) = (x, 1.0);
+            for degree in 2..=n {
+                let j = f64::from(degree);
+                (p, before) = (((2.0 * j - 1.0) * x * p - (j - 1.0) * before) / j, p);
+            }
+            slope = order * (x * p - before) / (x * x - 1.0);
+            x -= p / slope;
+        }
+        (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
+    };
+    (0..n).map(node).collect()
+}
+
+/// Longest bond, and depth of the wells, of a chain of four; cores are 1.
+const BOND: f64 = 1.2;
+
+/// The volumes of the states of the chain with 0 to 3 pairs in wells, in arbitrary units.
+///
+/// Bonds `b_1`, `b_2`, `b_3` have the lengths `r_k`; the squares `s`, `t` of the distances of next neighbours are linear in the cosines of the
+/// angles between them, so that the element of volume is `r_1 r_3 dr_1 dr_2 dr_3 ds dt dphi`. The square of the distance of the ends is `A + B cos(phi)`, of which
+/// the part of the angles below a limit is known.
+fn volumes(points: u32) -> [f64; 4] {
+    let (rule, well) = (gauss(points), LAMBDA * LAMBDA);
+    let on = |from: f64, to: f64| -> Vec<(f64, f64)> {
+        rule.iter().map(|(x, weight)| (from + (to - from) * x, (to - from) * weight)).collect()
+    };
+    let mut volumes = [0.0; 4];
+    let bonds = on(1.0, BOND);
+    for &(r1, w1) in &bonds {
+        for &(r2, w2) in &bonds {
+            for &(r3, w3) in &bonds {
+                let squares = |a: f64, b: f64| {
+                    let inside = on(1.0, well).into_iter().map(|it| (it, 1));
+                    inside.chain(on(well, (a + b) * (a + b)).into_iter().map(|it| (it, 0))).collect::<Vec<_>>()
+                };
+                for ((s, ws), in_s) in squares(r1, r2) {
+                    for ((t, wt), in_t) in squares(r2, r3) {
+                        let c1 = (s - r1 * r1 - r2 * r2) / (2.0 * r1 * r2);
+                        let c2 = (t - r2 * r2 - r3 * r3) / (2.0 * r2 * r3);
+                        let sines = ((1.0 - c1 * c1) * (1.0 - c2 * c2)).max(0.0).sqrt();
+                        let (a, b) = (s + t - r2 * r2 + 2.0 * r1 * r3 * c1 * c2, 2.0 * r1 * r3 * sines);
+                        let below = |limit: f64| 1.0 - ((limit - a) / b).clamp(-1.0, 1.0).acos() / PI;
+                        let weight = r1 * r3 * w1 * w2 * w3 * ws * wt;
+                        let (in_core, in_well) = (below(1.0), below(well));
+                        volumes[in_s + in_t + 1] += weight * (in_well - in_core);
+                        volumes[in_s + in_t] += weight * (1.0 - in_well);
+                    }
+                }
+            }
+        }
+    }
+    volumes
+}
+
+#[test]
+fn a_chain_of_four_has_the_populations_of_its_volumes() {
+    let (coarse, volumes) = (volumes(7), volumes(10));
+    let total: f64 = volumes.iter().sum();
+    for (coarse, fine) in coarse.iter().zip(&volumes) {
+        assert!((coarse - fine).abs() < 1e-3 * total, "{coarse} {fine}");
+    }
+    let temperatures = [1.2, 0.7, 0.45, 0.35];
+    let builder = SceneBuilder::new("chain")
+        .space(Space::periodic_cube(9.0))
+        .species("bead", 1.3, 1.0)
+        .interaction("bead", "bead", Potential::square_well(1.0, LAMBDA, DEPTH).unwrap(), 1.0)
+        .bond_interaction("bond", Potential::bond(1.0, BOND).unwrap(), 1.0);
+    let builder = (0..4).fold(builder, |builder, bead| {
+        let builder = builder.particle("bead", Vector::new(1.0 + 1.1 * f64::from(bead), 4.0, 4.0), Vector::zeros());
+        if bead > 0 { builder.bond(bead - 1, bead, "bond") } else { builder }
+    });
+    let results = results(scene(builder, 5, &temperatures, 2.0, 12_000));
+    for (place, temperature) in temperatures.into_iter().enumerate() {
+        let depth = |wells: u32| DEPTH * f64::from(wells);
+        let weights: Vec<f64> = (0..4).zip(&volumes).map(|(n, it)| it * (depth(n) / temperature).exp()).collect();
+        let sum: f64 = weights.iter().sum();
+        // One molecule of four particles, whose centre of mass may be anywhere.
+        let compressibility = results.temperatures[place].observables["compressibility_factor"];
+        assert!(deviation(compressibility, 0.25).abs() < 3.0, "{temperature}: {compressibility:?}");
+        for (wells, weight) in (0..4).zip(&weights) {
+            let measured = population(&results, place, -depth(wells));
+            eprintln!("{temperature} {wells} {}", deviation(measured, weight / sum));
+            assert!(
+                deviation(measured, weight / sum).abs() < 3.0,
+                "{temperature}, {wells} wells: {measured:?}, expected {}",
+                weight / sum
+            );
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! `carom exchange`: its files, which no number of threads and no kill changes, and what it refuses.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use super::place::{FLUID, Place, code, contents, errors, line, words};
+
+/// A chain of four particles with wells between those that are not bonded.
+pub const CHAIN: &str = r#"
+name = "chain"
+seed = 3
+
+[space]
+size = [9.0, 9.0, 9.0]
+
+[[species]]
+name = "bead"
+mass = 1.3
+diameter = 1.0
+
+[[interaction]]
+species = ["bead", "bead"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 1.0
+
+[[interaction]]
+name = "spring"
+potential = "bond"
+diameter = 1.0
+lambda = 1.2
+
+[[chain]]
+species = "bead"
+bond = "spring"
+length = 4
+count = 1
+spacing = 1.1
+start = [2.0, 4.0, 4.0]
+direction = [1.0, 0.0, 0.0]
+
+[exchange]
+temperatures = [0.35, 0.6, 1.0]
+interval = 1.5
+rate = 0.8
+
+[run]
+equilibration_time = 15.0
+until_time = 900.0
+"#;
+
+fn exchange<'a>(more: &[&'a str]) -> Vec<&'a str> {
+    ["exchange", "scene.toml", "--quiet"].into_iter().chain(more.iter().copied()).collect()
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    contents(folder).into_keys().collect()
+}
+
+#[test]
+fn an_exchange_leaves_tables_trajectories_and_a_page() {
+    let place = Place::with(CHAIN);
+    let output = place.carom(&exchange(&["--jobs", "2"]));
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("chain, 600 attempts to swap"), "{}", words(&output));
+    let folder = "runs/chain-exchange";
+    let expected = [
+        ".exchange",
+        "energies.csv",
+        "exchange.checkpoint",
+        "exchange.csv",
+        "exchange.html",
+        "scene.toml",
+        "summary.json",
+        "trajectory-1.xyz",
+        "trajectory-2.xyz",
+        "trajectory-3.xyz",
+    ];
+    assert_eq!(files(&place.path().join(folder)), expected);
+    let summary = place.summary(folder);
+    assert_eq!((&summary["seed"], &summary["attempts"], &summary["duration"]), (&3.into(), &600.into(), &900.0.into()));
+    assert_eq!(summary["faults"].as_array().unwrap().len(), 0);
+    // What the tables have is what the summary says.
+    let rows = place.read(&format!("{folder}/exchange.csv"));
+    let mut lines = rows.lines();
+    let heads = "time [time],replica_1 [1],potential_1 [energy],replica_2 [1],potential_2 [energy],replica_3 [1],potential_3 [energy]";
+    assert_eq!(lines.next(), Some(heads));
+    let rows: Vec<Vec<f64>> =
+        lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect::<Vec<f64>>()).collect();
+    assert_eq!((rows.len(), rows[0][0], rows[599][0]), (600, 16.5, 915.0));
+    for row in &rows {
+        let mut replicas = [row[1], row[3], row[5]];
+        replicas.sort_by(f64::total_cmp);
+        assert_eq!(replicas, [1.0, 2.0, 3.0]);
+    }
+    let energies = place.read(&format!("{folder}/energies.csv"));
+    for (at, temperature) in [0.35, 0.6, 1.0].into_iter().enumerate() {
+        let mean = rows.iter().map(|row| row[2 + 2 * at]).sum::<f64>() / 600.0;
+        let observables = &summary["temperatures"][at]["observables"];
+        let measured = &observables["potential_energy_per_particle"]["mean"];
+        assert!((4.0 * measured.as_f64().unwrap() - mean).abs() < 1e-12);
+        let square = rows.iter().map(|row| (row[2 + 2 * at] - mean).powi(2)).sum::<f64>() / 600.0;
+        let heat_capacity = observables["heat_capacity_per_particle"]["mean"].as_f64().unwrap();
+        assert!((heat_capacity - 1.5 - square / (4.0 * temperature * temperature)).abs() < 1e-12);
+        let bound = rows.iter().filter(|row| row[2 + 2 * at] == -3.0).count() as f64 / 600.0;
+        let line = energies.lines().find(|line| line.starts_with(&format!("{temperature},-3,0,"))).unwrap();
+        let population: f64 = line.split(',').nth(3).unwrap().parse().unwrap();
+        assert!((population - bound).abs() < 1e-12, "{line}, {bound}");
+        let trajectory = place.read(&format!("{folder}/trajectory-{}.xyz", at + 1));
+        assert_eq!(trajectory.matches("Properties").count(), 20);
+    }
+    let page = place.read(&format!("{folder}/exchange.html"));
+    for word in ["Populations", "Heat capacity per particle", "Ways of replicas", "Round trips", "audit sound"] {
+        assert!(page.contains(word), "{word}");
+    }
+    // Each trajectory is one like any other.
+    let output = place.carom(&["convert", "runs/chain-exchange/trajectory-2.xyz", "--to", "csv"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+}
+
+#[test]
+fn the_number_of_threads_changes_no_byte() {
+    let place = Place::with(CHAIN);
+    for (out, jobs) in [("one", "1"), ("two", "2"), ("many", "9")] {
+        let output = place.carom(&exchange(&["--jobs", jobs, "--out", out, "--set", "run.until_time=300"]));
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+    }
+    let one = contents(&place.path().join("one"));
+    assert!(one == contents(&place.path().join("two")));
+    assert!(one == contents(&place.path().join("many")));
+    let output = place.carom(&exchange(&["--out", "other", "--seed", "4", "--set", "run.until_time=300"]));
+    assert_eq!(code(&output), 0);
+    assert!(one["exchange.csv"] != contents(&place.path().join("other"))["exchange.csv"]);
+}
+
+fn start(place: &Place, out: &str) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
+    command.args(exchange(&["--jobs", "2", "--checkpoint-every", "0.005", "--out", out]));
+    command.args(["--set", "run.until_time=3000"]);
+    command.current_dir(place.path()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.spawn().unwrap()
+}
+
+#[test]
+fn an_exchange_that_is_killed_again_and_again_comes_to_the_same_bytes() {
+    let place = Place::with(CHAIN);
+    assert!(start(&place, "whole").wait().unwrap().success());
+    let (mut kills, mut wait) = (0, 20);
+    loop {
+        let mut child = start(&place, "killed");
+        std::thread::sleep(Duration::from_millis(wait));
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success());
+            break;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+        // Ever longer, so that it comes to an end on any machine.
+        wait = if kills < 10 { 20 + 13 * (kills % 7) } else { 2 * wait };
+    }
+    let [whole, killed] = ["whole", "killed"].map(|out| contents(&place.path().join(out)));
+    assert_eq!(whole.keys().collect::<Vec<_>>(), killed.keys().collect::<Vec<_>>());
+    for (name, bytes) in &whole {
+        assert!(*bytes == killed[name], "{name} after {kills} kills");
+    }
+    assert!(kills > 0);
+}
+
+#[test]
+fn what_is_complete_stays_and_what_is_something_else_is_not_touched() {
+    let place = Place::with(CHAIN);
+    let short = ["--set", "run.until_time=150"];
+    let with = |more: &[&'static str]| exchange(&[short.as_slice(), more].concat());
+    assert_eq!(code(&place.carom(&with(&[]))), 0);
+    let folder = place.path().join("runs/chain-exchange");
+    let before = contents(&folder);
+    std::fs::remove_file(folder.join("exchange.html")).unwrap();
+    for arguments in [with(&[]), vec!["exchange", "runs/chain-exchange"]] {
+        let output = place.carom(&arguments);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        assert!(words(&output).contains("It was complete already"), "{}", words(&output));
+        assert!(contents(&folder) == before);
+    }
+    let refused = |arguments: &[&str], expected: &str| {
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
+        assert!(line(&output).contains(expected), "{arguments:?}: {}", line(&output));
+    };
+    refused(&with(&["--seed", "8"]), "holds the exchange of another scene");
+    refused(&["exchange", "runs/chain-exchange", "--seed", "8"], "an exchange goes on as it was");
+    std::fs::create_dir(place.path().join("thesis")).unwrap();
+    place.write("thesis/thesis.tex", "");
+    refused(&with(&["--out", "thesis"]), "holds something that is not a replica exchange");
+    refused(&["exchange", "thesis"], "is not the folder of a replica exchange");
+    refused(&["run", "scene.toml"], "has [exchange]");
+    refused(&["run", "scene.toml", "--out", "runs/chain-exchange"], "run it with `carom exchange`");
+    refused(&["verify", "scene.toml"], "has [exchange]");
+    refused(&["sweep", "scene.toml", "--vary", "seed=1..2"], "a sweep varies runs");
+    place.write("next.toml", "run.until_time = 1.0");
+    refused(&["run", "next.toml", "--from", "runs/chain-exchange"], "not the folder of a run");
+    let table = "[exchange]\ntemperatures = [0.35, 0.6, 1.0]\ninterval = 1.5\nrate = 0.8\n";
+    place.write("plain.toml", &CHAIN.replace(table, ""));
+    refused(&["exchange", "plain.toml"], "plain.toml has no [exchange]");
+    refused(&["run", "plain.toml", "--out", "runs/chain-exchange"], "something that is not a run");
+    assert!(contents(&folder) == before);
+    assert_eq!(code(&place.carom(&["report", "runs/chain-exchange", "--out", "page.html"])), 0);
+    assert!(place.read("page.html").as_bytes() == before["exchange.html"]);
+    let output = place.carom(&["check", "scene.toml"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let expected =
+        "3 replicas at temperatures 0.35, 0.6, 1, in heat baths of rate 0.8, are swapped at intervals of 1.5";
+    assert!(words(&output).contains(expected), "{}", words(&output));
+}
+
+#[test]
+fn two_processes_do_not_write_to_one_folder() {
+    let place = Place::with(CHAIN);
+    let mut child = place
+        .command(&exchange(&["--set", "run.until_time=1.5e7"]))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let checkpoint = place.path().join("runs/chain-exchange/exchange.checkpoint");
+    for _ in 0..600 {
+        if checkpoint.exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let output = place.carom(&exchange(&["--set", "run.until_time=1.5e7"]));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_eq!(code(&output), 2, "{}", errors(&output));
+    assert!(line(&output).contains("another process is at the exchange"), "{}", line(&output));
+    // A checkpoint that is damaged is refused, and nothing is changed.
+    std::fs::write(&checkpoint, "carom checkpoint").unwrap();
+    let before = contents(&place.path().join("runs/chain-exchange"));
+    let output = place.carom(&exchange(&["--set", "run.until_time=1.5e7"]));
+    assert_eq!(code(&output), 2, "{}", errors(&output));
+    assert!(line(&output).contains("is damaged"), "{}", line(&output));
+    assert!(contents(&place.path().join("runs/chain-exchange")) == before);
+}
+
+#[test]
+fn the_scene_of_the_documents_runs() {
+    let page = include_str!("../../docs/studies.md");
+    let scenes: Vec<&str> = page.split("```toml\n").skip(1).filter_map(|rest| rest.split("```").next()).collect();
+    let [scene] = scenes.as_slice() else { panic!("{} scenes", scenes.len()) };
+    let place = Place::with(scene);
+    let output = place.carom(&exchange(&["--set", "run.until_time=400", "--set", "run.equilibration_time=20"]));
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let summary = place.summary("runs/chain-exchange");
+    assert_eq!((summary["temperatures"].as_array().unwrap().len(), &summary["attempts"]), (6, &200.into()));
+}
+
+#[test]
+fn an_exchange_starts_from_the_end_of_a_run() {
+    let place = Place::with(FLUID);
+    assert_eq!(code(&place.carom(&["run", "scene.toml", "--quiet"])), 0);
+    place.write(
+        "next.toml",
+        "start.from = \"runs/scene\"\n[exchange]\ntemperatures = [1.0, 2.5]\ninterval = 0.5\nrate = 1.0\n[run]\nuntil_time = 10.0\n",
+    );
+    let output = place.carom(&["exchange", "next.toml", "--quiet"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let (run, summary) = (place.summary("runs/scene"), place.summary("runs/next-exchange"));
+    assert_eq!(summary["start"], run["time"]);
+    // Hard spheres have no energy that could keep them apart.
+    let neighbours = &summary["neighbours"][0];
+    assert_eq!((&neighbours["attempts"], &neighbours["accepted"]), (&20.into(), &20.into()));
+    for (at, temperature) in [1.0, 2.5].into_iter().enumerate() {
+        let observables = &summary["temperatures"][at]["observables"];
+        let number = |name: &str| observables[name]["mean"].as_f64().unwrap();
+        // Of 108 particles at 20 times, as many as independent: 4 sqrt(2 / 324 / 5); Carnahan and Starling have 3.97 at 0.3.
+        assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");
+        assert!((number("compressibility_factor") / 3.97 - 1.0).abs() < 0.1, "{observables}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_exchange_goes_on_to_the_same_bytes() {
+    let place = Place::with(CHAIN);
+    let arguments = exchange(&["--set", "run.until_time=12000", "--jobs", "2"]);
+    let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    // The first checkpoint comes after a second.
+    let checkpoint = place.path().join("runs/chain-exchange/exchange.csv.partial");
+    for _ in 0..600 {
+        if checkpoint.exists() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    std::thread::sleep(Duration::from_millis(100));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert!(line(&output).contains("interrupted; what was simulated is kept"), "{}", line(&output));
+    let output = place.carom(&["exchange", "runs/chain-exchange", "--jobs", "1"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let whole = exchange(&["--set", "run.until_time=12000", "--jobs", "1", "--out", "whole"]);
+    assert_eq!(code(&place.carom(&whole)), 0);
+    assert!(contents(&place.path().join("whole")) == contents(&place.path().join("runs/chain-exchange")));
+}
