@@ -8,10 +8,10 @@ use crate::io::number::Cell;
 
 /// The first line of `exchange.csv`; temperatures and replicas count from 1.
 pub(super) fn header(temperatures: usize) -> String {
-    let mut line = "time [time]".to_owned();
+    let mut line = "time".to_owned();
     for place in 1..=temperatures {
         // Writing to a string cannot fail.
-        let _ = write!(line, ",replica_{place} [1],potential_{place} [energy]");
+        let _ = write!(line, ",replica_{place},potential_{place}");
     }
     line + "\n"
 }
@@ -33,7 +33,7 @@ pub(super) fn places(line: &str) -> Option<(f64, Vec<usize>)> {
     Some((time, replicas.collect::<Option<_>>()?))
 }
 
-const HEADS: &str = "temperature [energy],energy [energy],width [energy],population [1],population_error [1]";
+const HEADS: &str = "temperature,energy,width,population,population_error";
 
 /// `energies.csv`.
 pub(super) fn energies(results: &ExchangeResults) -> String {
