@@ -170,29 +170,34 @@ impl SceneBuilder {
             }
             check_box(profile.lower, profile.upper, space, &at)?;
         }
-        for (index, flow) in self.measure.flows.iter().enumerate() {
-            let at = at.key("flow").index(index);
-            let axis = AXES.iter().position(|word| *word == flow.axis);
-            if axis.is_none() {
-                return Err(SceneError::new(at.key("axis"), SceneErrorKind::unknown_word("axis", &flow.axis, AXES)));
-            }
-            finite(flow.at, at.key("at"))?;
-            check_box(flow.lower, flow.upper, space, &at)?;
-            if let Some(word) = flow.direction.as_ref().filter(|word| !DIRECTIONS.contains(&word.as_str())) {
-                return Err(SceneError::new(
-                    at.key("direction"),
-                    SceneErrorKind::unknown_word("direction", word, DIRECTIONS),
-                ));
-            }
-            if let Some([from, to]) = flow.window
-                && !(from >= 0.0 && from < to && to.is_finite())
-            {
-                let expected = "start and end of a time after the start of the measurement, such as [2.0, 10.0]";
-                return refuse(at.key("window"), format!("[{from}, {to}]"), expected);
-            }
-        }
-        Ok(())
+        check_flows(&self.measure, space, &at)
     }
+}
+
+/// Planes, directions and windows of flows.
+fn check_flows(plan: &MeasurementPlan, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    for (index, flow) in plan.flows.iter().enumerate() {
+        let at = at.key("flow").index(index);
+        let axis = AXES.iter().position(|word| *word == flow.axis);
+        if axis.is_none() {
+            return Err(SceneError::new(at.key("axis"), SceneErrorKind::unknown_word("axis", &flow.axis, AXES)));
+        }
+        finite(flow.at, at.key("at"))?;
+        check_box(flow.lower, flow.upper, space, &at)?;
+        if let Some(word) = flow.direction.as_ref().filter(|word| !DIRECTIONS.contains(&word.as_str())) {
+            return Err(SceneError::new(
+                at.key("direction"),
+                SceneErrorKind::unknown_word("direction", word, DIRECTIONS),
+            ));
+        }
+        if let Some([from, to]) = flow.window
+            && !(from >= 0.0 && from < to && to.is_finite())
+        {
+            let expected = "start and end of a time after the start of the measurement, such as [2.0, 10.0]";
+            return refuse(at.key("window"), format!("[{from}, {to}]"), expected);
+        }
+    }
+    Ok(())
 }
 
 fn check_box(
