@@ -141,9 +141,10 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>) -> String {
 fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     let Some(plan) = scene.exchange() else { return run };
     let (replicas, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
+    let frames = ExchangeFolder::expected_frames(scene);
     SizeEstimate {
         rows: Some((time / plan.interval).round()),
-        frames: run.frames.map(|frames| replicas * frames),
+        frames: Some(frames),
         events: run.events.map(|events| replicas * events),
         memory: replicas * run.memory,
         bytes: ExchangeFolder::expected_bytes(scene),

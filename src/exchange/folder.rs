@@ -268,8 +268,18 @@ impl ExchangeFolder {
         let Some(plan) = scene.exchange() else { return 0.0 };
         let (temperatures, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
         let rows = time / plan.interval;
-        let frames = scene.output().frame_interval.map_or(20.0, |interval| time / interval);
-        rows * NUMBER * (1.0 + 2.0 * temperatures) + frames * temperatures * scene.particles().len() as f64 * PARTICLE
+        let of_frames = Self::expected_frames(scene) * scene.particles().len() as f64 * PARTICLE;
+        rows * NUMBER * (1.0 + 2.0 * temperatures) + of_frames
+    }
+
+    /// How many frames the exchange of a scene will write, those of all temperatures together.
+    #[must_use]
+    pub fn expected_frames(scene: &Scene) -> f64 {
+        let Some(plan) = scene.exchange() else { return 0.0 };
+        let attempts = |time: Option<f64>| time.map_or(0.0, |time| (time / plan.interval).round());
+        let measured = attempts(scene.run().limit.time);
+        let every = scene.output().frame_interval.map_or_else(|| (measured / 20.0).ceil(), |time| attempts(Some(time)));
+        (measured / every.max(1.0)).floor() * plan.temperatures.len() as f64
     }
 }
 

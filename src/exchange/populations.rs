@@ -6,11 +6,11 @@ use crate::analysis::statistics::BlockAverage;
 use crate::model::Scene;
 
 /// More levels than these become bins of even width.
-const MOST_LEVELS: usize = 200;
+const MOST_LEVELS: usize = 100;
 
 /// Bins into which as many levels are put: they may become twice as many before they are merged.
-const BINS: f64 = 80.0;
-const MOST_BINS: usize = 160;
+const BINS: f64 = 40.0;
+const MOST_BINS: usize = 80;
 
 /// Values that a series has at most for its error: fewer than usual, because there are many series.
 const MOST_VALUES: usize = 128;

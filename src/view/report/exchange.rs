@@ -94,15 +94,35 @@ fn words(name: &str) -> String {
     name.replace('_', " ")
 }
 
-fn table(caption: &str, heads: &[String], rows: &[String]) -> String {
+/// A table whose first cells are heads of their rows. On a narrow page, each of the others names its column.
+fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     let class = |column: usize| if column == 0 { "" } else { " class=\"n\"" };
     let head = |(column, head): (usize, &String)| format!("<th scope=\"col\"{}>{}</th>", class(column), escape(head));
-    let heads: String = heads.iter().enumerate().map(head).collect();
+    let cell = |(head, cell): (&String, &String)| match cell.is_empty() {
+        true => "<td class=\"n\"></td>".to_owned(),
+        false => format!("<td class=\"n\" data-head=\"{}\">{cell}</td>", escape(head)),
+    };
+    let row = |cells: &Vec<String>| {
+        let first = cells.first().map(String::as_str).unwrap_or_default();
+        let others: String = heads.iter().zip(cells).skip(1).map(cell).collect();
+        format!("<tr><th scope=\"row\">{first}</th>{others}</tr>\n")
+    };
     format!(
-        "<div class=\"wide\"><table class=\"results\">\n<caption>{}</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
+        "<div class=\"wide\"><table class=\"exchange\">\n<caption>{}</caption>\n<thead><tr>{}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
         escape(caption),
-        rows.concat()
+        heads.iter().enumerate().map(head).collect::<String>(),
+        rows.iter().map(row).collect::<String>()
     )
+}
+
+/// A cell of a mean with its error; empty where there is none.
+fn mean(measured: Option<Measured>) -> String {
+    measured.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error))
+}
+
+/// A number that was given.
+fn given(number: f64) -> String {
+    escape(&super::html::number(&digits(number)))
 }
 
 fn temperatures(summary: &ExchangeSummary) -> String {
@@ -115,18 +135,10 @@ fn temperatures(summary: &ExchangeSummary) -> String {
     let heads: Vec<String> = fixed.into_iter().chain(names).collect();
     let row = |(place, at): (usize, &TemperatureResult)| {
         let acceptance = results.neighbours.get(place).and_then(|it| it.acceptance);
-        let acceptance = acceptance.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error));
-        let cells = quantities.iter().map(|(name, _)| match measured(at, name) {
-            Some(it) => format!("<td class=\"n\">{}</td>", value(Some(it.mean), it.standard_error)),
-            None => "<td class=\"n\"></td>".to_owned(),
-        });
-        let temperature = escape(&super::html::number(&digits(at.temperature)));
-        format!(
-            "<tr><th scope=\"row\">{temperature}</th><td class=\"n\">{acceptance}</td>{}</tr>\n",
-            cells.collect::<String>()
-        )
+        let means = quantities.iter().map(|(name, _)| mean(measured(at, name)));
+        [given(at.temperature), mean(acceptance)].into_iter().chain(means).collect()
     };
-    let rows: Vec<String> = results.temperatures.iter().enumerate().map(row).collect();
+    let rows: Vec<Vec<String>> = results.temperatures.iter().enumerate().map(row).collect();
     let caption =
         format!("Averages over {} attempts to swap, a time of {}", results.attempts, digits(results.duration));
     table(&caption, &heads, &rows)
@@ -138,18 +150,12 @@ fn swaps(summary: &ExchangeSummary) -> String {
     let results = &summary.results;
     let heads = ["between", "and", "attempts", "swaps", "acceptance"].map(str::to_owned);
     let row = |it: &crate::exchange::Neighbours| {
-        let [one, other] = it.temperatures.map(|temperature| escape(&super::html::number(&digits(temperature))));
-        let acceptance = it.acceptance.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error));
-        format!(
-            "<tr><th scope=\"row\">{one}</th><td class=\"n\">{other}</td><td class=\"n\">{}</td><td class=\"n\">{}</td><td class=\"n\">{acceptance}</td></tr>\n",
-            it.attempts, it.accepted
-        )
+        let [one, other] = it.temperatures.map(given);
+        vec![one, other, it.attempts.to_string(), it.accepted.to_string(), mean(it.acceptance)]
     };
-    let rows: Vec<String> = results.neighbours.iter().map(row).collect();
-    let trips = |(number, trips): (usize, &u64)| {
-        format!("<tr><th scope=\"row\">{}</th><td class=\"n\">{trips}</td></tr>\n", number + 1)
-    };
-    let of_replicas: Vec<String> = results.round_trips.iter().enumerate().map(trips).collect();
+    let rows: Vec<Vec<String>> = results.neighbours.iter().map(row).collect();
+    let trips = |(trips, number): (&u64, u64)| vec![number.to_string(), trips.to_string()];
+    let of_replicas: Vec<Vec<String>> = results.round_trips.iter().zip(1..).map(trips).collect();
     table("Swaps between neighbouring temperatures", &heads, &rows)
         + &table("Round trips of the replicas", &["replica", "round trips"].map(str::to_owned), &of_replicas)
         + "<p class=\"aside\">A round trip leads from the highest temperature to the lowest and back. A low acceptance asks for more temperatures there, few round trips \
@@ -249,8 +255,8 @@ fn ways(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic:
     let titles = ["time".to_owned(), "temperature [energy]".to_owned()];
     let [every, rows] = drawn(summary);
     let which = match (every > 1, rows < summary.results.attempts) {
-        (true, true) => format!("every {every}th of the first {rows} rows"),
-        (true, false) => format!("every {every}th row"),
+        (true, true) => format!("one in {every} of the first {rows} rows"),
+        (true, false) => format!("one in {every} rows"),
         (false, true) => format!("the first {rows} rows"),
         (false, false) => "all rows".to_owned(),
     };
