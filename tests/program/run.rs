@@ -326,7 +326,7 @@ fn counting_regions_and_heights_are_columns() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let thermo = place.measured("runs/scene");
     assert!(thermo.starts_with("time,events,kinetic,potential"), "{thermo}");
-    assert!(thermo.lines().next().unwrap().ends_with("height [length],in floor [1],stage"), "{thermo}");
+    assert!(thermo.lines().next().unwrap().ends_with("height,in_floor,stage"), "{thermo}");
     // At t = 1 the ball has fallen by 1/2 to 1; it touches the floor at sqrt(2).
     let row: Vec<&str> = thermo.lines().nth(3).unwrap().split(',').collect();
     assert_eq!((row[0], row[row.len() - 2]), ("1", "0"));

@@ -236,6 +236,7 @@ fn the_reader_knows_the_same_words() {
         ("run.equilibration", "'?'"),
         ("stage.0.thermostat.axes", "['?']"),
         ("measure.flow.0.axis", "'?'"),
+        ("measure.flow.0.direction", "'?'"),
         ("output.formats", "['?']"),
         ("species.0.diameter", "{ distribution = '?' }"),
     ] {

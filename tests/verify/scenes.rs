@@ -61,6 +61,16 @@ fn the_end_of_the_run_ends_the_proof() {
 }
 
 #[test]
+fn stages_belong_to_the_run() {
+    let stages = "[[stage]]\nname = \"a\"\nuntil_time = 0.25\n\
+        [[stage]]\nname = \"b\"\nmeasure = true\nequilibration_time = 0.125\nuntil_time = 0.5\n";
+    let fluid = scene(&format!("{FLUID}{stages}")).with_limit(carom::model::Limit::time(0.5)).unwrap();
+    let certificate = prove(fluid, 0, 1_000_000);
+    assert_eq!(certificate.end, End::RunEnded);
+    assert!((certificate.duration - 1.375).abs() < 1e-12, "{certificate:?}");
+}
+
+#[test]
 fn late_starts_lose_nothing() {
     let early = prove(scene(WELL), 0, 2000);
     let late = prove(scene(&format!("start_time = 1e12\n{WELL}")), 0, 2000);

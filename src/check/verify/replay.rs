@@ -4,8 +4,7 @@ use super::certificate::{Certificate, Counts, End};
 use super::verifier::Verifier;
 use super::violation::{Fault, Violation};
 use crate::engine::{EngineError, Reason, Simulation, States, Until};
-use crate::model::{Limit, RunPlan, Scene};
-use crate::run::{Settings, Stage};
+use crate::model::{Equilibration, Limit, RunPlan, Scene};
 use std::ops::ControlFlow;
 
 /// Events between two calls of `watch` on the way to the range.
@@ -136,12 +135,13 @@ fn certify(
 
 /// The stages of a run that are left, the next one last.
 fn stages(plan: &RunPlan) -> Vec<Limit> {
-    let planned: Vec<Settings> = Stage::all(plan).map(|stage| stage.settings(plan)).filter(Settings::has_end).collect();
+    let until = |limit| Equilibration { limit, until_stationary: false };
+    let listed = plan.stages.iter().flat_map(|stage| [stage.measured.unwrap_or_default(), until(stage.limit)]);
+    let all: Vec<Equilibration> = listed.chain([plan.last_equilibration(), until(plan.limit)]).collect();
+    let ends = all.iter().rev().map(|stage| stage.limit).filter(|limit| *limit != Limit::default());
+    let ends: Vec<Limit> = ends.collect();
     // A scene that does not say how long to run, or whose equilibration ends by what it measures, can be replayed for ever.
-    if planned.is_empty() || planned.iter().any(|settings| settings.until_stationary) {
-        return vec![Limit::default()];
-    }
-    planned.iter().rev().map(|settings| settings.limit).collect()
+    if ends.is_empty() || all.iter().any(|stage| stage.until_stationary) { vec![Limit::default()] } else { ends }
 }
 
 struct Replay {
