@@ -81,7 +81,9 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
         for jobs in [1, 2] {
             let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, every);
             assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
-            assert!(keeper.kept.len() > 3, "{} checkpoints", keeper.kept.len());
+            // How often several threads come to one depends on the clock.
+            let fewest = if jobs == 1 { 4 } else { 1 };
+            assert!(keeper.kept.len() >= fewest, "{} checkpoints", keeper.kept.len());
             for (bytes, lines) in keeper.kept.iter().rev().take(3) {
                 let (again, rest) = ran(postcard::from_bytes(bytes).unwrap(), 3 - jobs, usize::MAX);
                 assert!(rest.lines[..] == told.lines[*lines..]);
