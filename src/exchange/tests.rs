@@ -23,7 +23,7 @@ fn fluid(interval: f64, attempts: u32) -> Scene {
         .unwrap()
 }
 
-/// Keeps rows and frames as text, and a checkpoint each time that it is asked so often.
+/// Keeps rows and frames as text, and a checkpoint after it has been asked so often.
 struct Keeper {
     every: usize,
     asked: Cell<usize>,
@@ -53,10 +53,11 @@ impl ExchangeRecorder for Keeper {
 
     fn is_checkpoint_due(&self) -> bool {
         self.asked.set(self.asked.get() + 1);
-        self.asked.get().is_multiple_of(self.every)
+        self.asked.get() >= self.every
     }
 
     fn checkpoint(&mut self, exchange: &Exchange) -> Result<(), Infallible> {
+        self.asked.set(0);
         self.kept.push((postcard::to_allocvec(exchange).unwrap(), self.lines.len()));
         Ok(())
     }
@@ -72,7 +73,7 @@ fn ran(exchange: Exchange, jobs: usize, every: usize) -> (Exchange, Keeper) {
 /// Intervals of some events, and of more than there are between two questions whether to pause.
 #[test]
 fn what_is_interrupted_goes_on_to_the_same_bits() {
-    for (interval, attempts, every) in [(0.5, 20, 5), (60.0, 2, 2)] {
+    for (interval, attempts, every) in [(0.5, 20, 5), (100.0, 2, 1)] {
         let scene = fluid(interval, attempts);
         let (whole, told) = ran(Exchange::new(scene.clone()).unwrap(), 1, usize::MAX);
         assert_eq!(told.lines.len(), (attempts + 3 * (attempts / 2)) as usize);
@@ -82,7 +83,7 @@ fn what_is_interrupted_goes_on_to_the_same_bits() {
             let (paused, keeper) = ran(Exchange::new(scene.clone()).unwrap(), jobs, every);
             assert!(keeper.lines == told.lines && postcard::to_allocvec(&paused).unwrap() == end);
             // How often several threads come to one depends on the clock.
-            let fewest = if jobs == 1 { 4 } else { 1 };
+            let fewest = if jobs == 1 { 3 } else { 1 };
             assert!(keeper.kept.len() >= fewest, "{} checkpoints", keeper.kept.len());
             for (bytes, lines) in keeper.kept.iter().rev().take(3) {
                 let (again, rest) = ran(postcard::from_bytes(bytes).unwrap(), 3 - jobs, usize::MAX);
