@@ -124,6 +124,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn columns_have_names_that_are_identifiers_and_differ() {
+        let names = ["g(r) A,B", "in the bin", "in_the_bin", "in-the-bin", "|v|", "a_b_2", "a b", "a-b"];
+        let expected = ["g_r_A_B", "in_the_bin", "in_the_bin_2", "in_the_bin_3", "v", "a_b_2", "a_b", "a_b_3"];
+        assert_eq!(identifiers(names), expected);
+    }
+
+    #[test]
     fn units_have_the_dimension_of_the_scene() {
         let all = |text: &str| [1, 2, 3].map(|dimensions| unit(text, dimensions));
         assert_eq!(all("energy / length^D"), ["energy / length", "energy / length^2", "energy / length^3"]);

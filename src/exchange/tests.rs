@@ -114,9 +114,21 @@ fn every_replica_has_the_temperature_of_its_place_and_its_own_random_numbers() {
     }
     let velocities = |place: usize| exchange.simulation_at(place).unwrap().snapshot().velocities;
     assert!(velocities(0)[0].normalize() != velocities(1)[0].normalize());
-    // Swaps scale velocities exactly, and count what that takes.
     let (ended, _) = ran(exchange, 1, usize::MAX);
     assert_eq!(ended.row().replicas.len(), 3);
+}
+
+#[test]
+fn a_row_has_the_energies_of_the_replicas_that_are_at_the_temperatures_from_then_on() {
+    let mut swapped = 0;
+    for attempts in 1..8 {
+        let (ended, _) = ran(Exchange::new(fluid(1.0, attempts)).unwrap(), 1, usize::MAX);
+        let row = ended.row();
+        let energies: Vec<f64> = (0..3).map(|place| ended.simulation_at(place).unwrap().energy().potential).collect();
+        assert_eq!(row.potential, energies);
+        swapped += usize::from(row.replicas != [0, 1, 2]);
+    }
+    assert!(swapped > 2, "{swapped}");
 }
 
 #[test]

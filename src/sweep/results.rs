@@ -285,6 +285,19 @@ mod tests {
     }
 
     #[test]
+    fn published_values_are_means_over_runs() {
+        let value = |quantity: &str, value| PublishedValue {
+            quantity: quantity.into(),
+            value,
+            label: "mKLM".into(),
+            source: String::new(),
+        };
+        let runs = [vec![value("z", 1.0), value("p", 5.0)], vec![value("z", 2.0)], vec![value("z", 6.0)]];
+        let means = mean_of_published(runs.iter().map(Vec::as_slice));
+        assert_eq!(means, [value("z", 3.0), value("p", 5.0)]);
+    }
+
+    #[test]
     fn runs_are_pooled_with_equal_weights() {
         let value = |mean: f64, error: f64| Value { mean, error: Some(error) };
         let three = pooled(&[value(1.0, 0.3), value(2.0, 0.0), value(6.0, 0.4)]).unwrap();

@@ -246,6 +246,21 @@ fn gravity_walls_and_gates_are_what_the_scene_says() {
 }
 
 #[test]
+fn another_contact_time_counts_from_the_start_on() {
+    let place = Place::with(&format!("{RAIN}{GRAINS}{}", run_until("4.0")));
+    run(&place, &["scene.toml", "--out", "runs/a"]);
+    let dissipated = |name: &str, contact_time: &str| {
+        let dynamics = format!("[dynamics]\ngravity = [0.0, 0.0, -1.0]\ncontact_time = {contact_time}\n");
+        started(&place, name, &format!("{dynamics}{}", run_until("2.0")));
+        run(&place, &[&format!("{name}.toml"), "--from", "runs/a", "--out", &format!("runs/{name}")]);
+        place.summary(&format!("runs/{name}"))["energy"]["dissipated"].as_f64().unwrap()
+    };
+    // Nearly all contacts follow others of the same grain within this time, and lose nothing.
+    let (short, long) = (dissipated("short", "1e-3"), dissipated("long", "100.0"));
+    assert!(long < 0.2 * short, "{long} and {short}");
+}
+
+#[test]
 fn spheres_that_have_grown_stay_as_large() {
     let grow = "[[stage]]\nname = \"grow\"\ngrow = { rate = 0.1, packing_fraction = 0.4 }\n";
     let hard = WELLS.replace("square-well", "hard-sphere").replace("lambda = 1.5\nwell_depth = 1.0\n", "");
