@@ -1,8 +1,6 @@
 //! The numbers of all runs of a sweep, and their means over seeds.
 
 use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
 
 use super::folder::SweepFolder;
 use super::plan::{Point, Sweep};
@@ -10,7 +8,7 @@ use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
 use crate::base::text::unit;
-use crate::io::{Folder, FolderState, Summary};
+use crate::io::{Folder, FolderState, Measurements, Summary};
 
 /// What a study is mostly about, in this order; all else follows in the order in which it first appears, and then what is checked only.
 const FIRST: [&str; 8] = [
@@ -159,8 +157,8 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<Quantity>
         Ok(summary) => summary,
         Err(error) => return none(Standing::Failed(format!("its summary.json cannot be read: {error}"))),
     };
-    let measured = match measured_in(&path) {
-        Ok(measured) => measured,
+    let measured = match Measurements::read(&path) {
+        Ok(measurements) => measurements.unwrap_or_default().last,
         Err(error) => return none(Standing::Failed(format!("its measurements.json cannot be read: {error}"))),
     };
     let mut values = Vec::new();
@@ -179,14 +177,6 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<Quantity>
         events: Some(summary.events.total),
         values,
         published: summary.published,
-    }
-}
-
-fn measured_in(run: &Path) -> std::io::Result<Measured> {
-    match fs::read(Folder::measurements_of(run)) {
-        Ok(bytes) => serde_json::from_slice(&bytes).map_err(std::io::Error::other),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Measured::default()),
-        Err(error) => Err(error),
     }
 }
 

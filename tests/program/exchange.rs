@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::place::{FLUID, Place, code, contents, errors, line, words};
+use super::place::{FLUID, Place, code, contents, errors, kill_until_done, line, words};
 
 /// A chain of four particles with wells between those that are not bonded.
 pub const CHAIN: &str = r#"
@@ -146,20 +146,7 @@ fn start(place: &Place, out: &str) -> Child {
 fn an_exchange_that_is_killed_again_and_again_comes_to_the_same_bytes() {
     let place = Place::with(CHAIN);
     assert!(start(&place, "whole").wait().unwrap().success());
-    let (mut kills, mut wait) = (0, 20);
-    loop {
-        let mut child = start(&place, "killed");
-        std::thread::sleep(Duration::from_millis(wait));
-        if let Some(status) = child.try_wait().unwrap() {
-            assert!(status.success());
-            break;
-        }
-        child.kill().unwrap();
-        child.wait().unwrap();
-        kills += 1;
-        // Ever longer, so that it comes to an end on any machine.
-        wait = if kills < 10 { 20 + 13 * (kills % 7) } else { 2 * wait };
-    }
+    let kills = kill_until_done(10, || start(&place, "killed"));
     let [whole, killed] = ["whole", "killed"].map(|out| contents(&place.path().join(out)));
     assert_eq!(whole.keys().collect::<Vec<_>>(), killed.keys().collect::<Vec<_>>());
     for (name, bytes) in &whole {

@@ -101,6 +101,31 @@ impl Place {
     }
 }
 
+/// Runs scenes that come to a sound end.
+pub fn run(place: &Place, arguments: &[&str]) {
+    let output = place.carom(&[&["run", "-q"], arguments].concat());
+    assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+}
+
+/// Starts a program again and again, and kills it, until it comes to its end; the number of kills.
+///
+/// From `patience` kills on, each start has twice as long, so that it comes to an end on any machine.
+pub fn kill_until_done(patience: u64, start: impl Fn() -> Child) -> u64 {
+    let (mut kills, mut wait) = (0, 20);
+    loop {
+        let mut child = start();
+        std::thread::sleep(Duration::from_millis(wait));
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success());
+            return kills;
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+        wait = if kills < patience { 20 + 13 * (kills % 7) } else { 2 * wait };
+    }
+}
+
 pub fn code(output: &Output) -> i32 {
     output.status.code().unwrap()
 }

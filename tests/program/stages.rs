@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use super::place::{Place, code, errors};
+use super::place::{Place, run};
 
 const FLUID: &str = r#"
 [[species]]
@@ -43,15 +43,6 @@ const MEASURED: &str = "[measure]\nradial_distribution = true\nspeeds = true\nfr
     [output]\nthermo_interval = 0.03125\nframe_interval = 0.25\n";
 
 const TEMPERATURES: [&str; 5] = ["1.5", "1.25", "1.0", "0.75", "0.5"];
-
-fn run(place: &Place, arguments: &[&str]) {
-    let output = place.carom(&[&["run", "-q"], arguments].concat());
-    assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
-}
-
-fn summary(place: &Place, folder: &str) -> Value {
-    serde_json::from_str(&place.read(&format!("{folder}/summary.json"))).unwrap()
-}
 
 /// The rows of a stage, without what is counted from the start of a run on.
 fn rows(place: &Place, folder: &str, stage: &str) -> Vec<Vec<String>> {
@@ -97,13 +88,13 @@ fn an_anneal_that_is_measured_is_the_same_in_stages_and_in_runs() {
         let stages: String = TEMPERATURES[..4].iter().map(stage).collect();
         let place = Place::with(&format!("{FLUID}{stages}[run]\n{}{MEASURED}", plan("0.5")));
         run(&place, &["scene.toml", "--out", "runs/whole"]);
-        let whole = summary(&place, "runs/whole");
+        let whole = place.summary("runs/whole");
         let trajectory = place.read("runs/whole/trajectory.xyz");
         for (k, t) in TEMPERATURES.iter().enumerate() {
             let start = if k == 0 { FLUID.to_owned() } else { format!("start.from = \"runs/{}\"\n", k - 1) };
             fs::write(place.path().join("one.toml"), format!("{start}[run]\n{}{MEASURED}", plan(t))).unwrap();
             run(&place, &["one.toml", "--out", &format!("runs/{k}")]);
-            let one = summary(&place, &format!("runs/{k}"));
+            let one = place.summary(&format!("runs/{k}"));
             let (name, all, tables) = match k {
                 4 => ("measurement".to_owned(), &whole, "runs/whole/measurements".to_owned()),
                 _ => (format!("T{t}"), &whole["stages"][k], format!("runs/whole/measurements/T{t}")),
@@ -157,7 +148,7 @@ temperature = 1.0
     run(&place, &["scene.toml", "--out", "runs/whole"]);
     fs::write(place.path().join("one.toml"), format!("{spheres}[run]\nuntil_events = 2000\n")).unwrap();
     run(&place, &["one.toml", "--out", "runs/one"]);
-    let (whole, one) = (summary(&place, "runs/whole"), summary(&place, "runs/one"));
+    let (whole, one) = (place.summary("runs/whole"), place.summary("runs/one"));
     assert!(one["published"].as_array().is_some_and(|all| all.len() > 1));
     agree(&whole["stages"][0]["published"], &one["published"], "published");
     assert_ne!(whole["published"], one["published"]);
@@ -213,7 +204,7 @@ thermo_interval = 10.0
 "#;
     let place = Place::with(scene);
     run(&place, &["scene.toml", "--out", "runs/a"]);
-    let summary = summary(&place, "runs/a");
+    let summary = place.summary("runs/a");
     let of = |value: &Value| value["observables"]["temperature"]["mean"].as_f64().unwrap();
     // 2 K' / 3 with the kinetic energy K' relative to the common velocity: 0.5 mu |v|^2.
     let free = 2.7 * 0.6 / 3.3 * (3.0_f64.powi(2) + 0.2_f64.powi(2) + 0.3_f64.powi(2)) / 3.0;

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::place::{Place, code, errors, line, words};
+use super::place::{Place, code, errors, line, run, words};
 
 const WELLS: &str = r#"
 [[species]]
@@ -75,11 +75,6 @@ fn run_until(time: &str) -> String {
 
 fn started(place: &Place, name: &str, text: &str) {
     fs::write(place.path().join(format!("{name}.toml")), text).unwrap();
-}
-
-fn run(place: &Place, arguments: &[&str]) {
-    let output = place.carom(&[&["run", "-q"], arguments].concat());
-    assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
 }
 
 /// The last frame of a run, with all bits.

@@ -4,9 +4,8 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
 
-use super::place::{FLUID, Place, code, errors, words};
+use super::place::{FLUID, Place, code, errors, kill_until_done, words};
 
 const AXES: [&str; 4] = ["--vary", "fill.0.packing_fraction=0.1,0.3", "--vary", "seed=1..3"];
 
@@ -119,20 +118,7 @@ fn start(place: &Place, out: &str) -> Child {
 fn a_sweep_that_is_killed_again_and_again_comes_to_the_same_bits() {
     let place = Place::with(FLUID);
     assert!(start(&place, "whole").wait().unwrap().success());
-    let (mut kills, mut wait) = (0, 20);
-    loop {
-        let mut child = start(&place, "killed");
-        std::thread::sleep(Duration::from_millis(wait));
-        if let Some(status) = child.try_wait().unwrap() {
-            assert!(status.success());
-            break;
-        }
-        child.kill().unwrap();
-        child.wait().unwrap();
-        kills += 1;
-        // Ever longer, so that it comes to an end on any machine.
-        wait = if kills < 20 { 20 + 13 * (kills % 7) } else { 2 * wait };
-    }
+    let kills = kill_until_done(20, || start(&place, "killed"));
     assert!(bits(&place.path().join("whole")) == bits(&place.path().join("killed")), "after {kills} kills");
     assert!(kills > 0);
 }

@@ -27,7 +27,7 @@ pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) ->
     Ok(())
 }
 
-/// Whether a name of a stage, a profile or a flow can be that of a file on every system.
+/// Whether the name of a measured stage can be that of a folder on every system.
 fn is_file_name(name: &str) -> bool {
     let is_good = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     !name.starts_with('.') && !name.ends_with('.') && name.len() <= 50 && name.chars().all(is_good)
