@@ -13,7 +13,6 @@ mod run;
 mod schema;
 mod signals;
 mod sweep;
-mod table;
 mod validate;
 mod verify;
 

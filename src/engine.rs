@@ -57,8 +57,7 @@ pub use neighbours::Search;
 pub(crate) use neighbours::cell_list::CellList;
 pub use observe::Flow;
 pub use set_state::{PairStates, SetStateError};
-pub(crate) use snapshot::ParticleNow;
-pub use snapshot::{Energy, Snapshot};
+pub use snapshot::{Energy, ParticleNow, Snapshot};
 pub use start::NeedsRun;
 pub use states::{Elapsed, States};
 
@@ -328,12 +327,16 @@ impl Simulation {
     }
 
     /// Calls `visit` for every particle as it is now, in the order of their ids: a snapshot that takes no memory.
-    pub(crate) fn for_each_now<E>(&self, visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
+    ///
+    /// # Errors
+    /// That of `visit`, which ends it.
+    pub fn for_each_now<E>(&self, visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         with_engine!(&self.engine, engine => engine.for_each_now(visit))
     }
 
-    /// Displacement of the next image up, as in a [`Snapshot`].
-    pub(crate) fn displacement(&self) -> f64 {
+    /// Displacement of the next image up, as in a [`Snapshot`] `[length]`.
+    #[must_use]
+    pub fn displacement(&self) -> f64 {
         with_engine!(&self.engine, engine => engine.displacement().0)
     }
 

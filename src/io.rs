@@ -34,6 +34,5 @@ pub use inputs::refuse_input;
 pub use measurements::{Measurements, StageMeasured};
 pub use occupied::FolderState;
 pub(crate) use owned::note;
-pub use scenes::read_scene;
-pub(crate) use scenes::scene_from_text;
+pub use scenes::{read_scene, read_scene_text};
 pub use summary::Summary;

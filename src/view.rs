@@ -4,6 +4,8 @@
 #![allow(clippy::disallowed_methods)]
 
 pub mod describe;
+pub mod description;
+pub mod final_table;
 pub mod movie;
 pub mod render;
 pub mod report;

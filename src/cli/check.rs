@@ -4,20 +4,17 @@ use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use carom::Vector;
-use carom::analysis::observables::ApplicableObservables;
-use carom::base::text::{digits, plural, size};
-use carom::engine::{EngineChoice, Reason, Simulation, Until};
+use carom::base::text::{clock, size};
+use carom::engine::{Reason, Simulation, Until};
 use carom::exchange::ExchangeFolder;
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
-use carom::model::{Limit, Scene, Species};
-use carom::run::{self, Burden};
-use carom::view::describe::{self};
+use carom::model::Scene;
+use carom::run;
+use carom::view::description;
 use clap::Args;
 
 use super::SceneArgs;
 use super::failure::Failure;
-use super::progress::clock;
 
 /// Says in words what will be simulated, and finds what is wrong
 #[derive(Debug, Args)]
@@ -32,8 +29,8 @@ impl Check {
         let scene = self.scene.load()?;
         let per_second = per_second(&scene);
         let estimate = of_replicas(&scene, SizeEstimate::of(&scene, run::expected_rate(&scene)));
-        let mut warnings = warnings(&scene);
-        let mut text = description(&scene);
+        let mut warnings = description::warnings(&scene);
+        let mut text = description::text(&scene);
         text.push_str(&needs(&estimate, per_second));
         let folder = PathBuf::from("runs").join(scene.name());
         warnings.extend(too_much(&estimate, free_disk(&folder)));
@@ -47,51 +44,6 @@ impl Check {
         });
         super::print(&text)
     }
-}
-
-fn description(scene: &Scene) -> String {
-    let mut lines = vec![format!("{}, seed {}", scene.name(), scene.seed())];
-    let mut add = |line: String| lines.push(format!("  {line}"));
-    if let Some(start) = describe::start(scene) {
-        add(format!("starts from {start}"));
-    }
-    add(describe::population(scene));
-    for species in scene.species() {
-        add(describe_species(species));
-    }
-    add(format!("space: {}", describe::space(scene)));
-    if let Some(density) = density(scene) {
-        add(density);
-    }
-    for interaction in describe::interactions(scene) {
-        add(interaction);
-    }
-    for surface in scene.static_surfaces() {
-        let hole = surface.hole.map_or_else(String::new, |hole| format!(", holes up to {} in radius", digits(hole)));
-        add(format!("mesh `{}`: {}{hole}", surface.name, plural(surface.particles.len(), "sphere")));
-    }
-    if let Some(time) = scene.contact_time() {
-        add(format!("TC model: contacts closer than {time} in time are elastic"));
-    }
-    if let Some(rate) = scene.shear_rate() {
-        add(format!("sheared along x across y at a rate of {}", digits(rate)));
-    }
-    let choice = EngineChoice::new(scene);
-    add(format!("engine: {choice}, {}", describe::reasons(scene, choice)));
-    for stage in &scene.run().stages {
-        add(format!("stage {}", describe::stage(stage)));
-    }
-    if scene.run().until_stationary || scene.run().equilibration != Limit::default() {
-        add(format!("equilibrates {}", describe::equilibration(scene.run())));
-    }
-    add(format!("measures {}", describe::limit(&scene.run().limit)));
-    if let Some(plan) = scene.exchange() {
-        add(format!("meanwhile {}; `carom exchange` runs it", describe::exchange(plan)));
-    }
-    if let Some(thermostat) = &scene.run().thermostat {
-        add(format!("meanwhile {}", describe::thermostat(thermostat)));
-    }
-    lines.join("\n") + "\n"
 }
 
 /// Events per second of a short try on the clock: the one number here that differs from call to call. `None` where nothing happens for [`PATIENCE`], or
@@ -166,159 +118,4 @@ fn too_much(estimate: &SizeEstimate, free: Option<f64>) -> Option<String> {
             "a run would write some {bytes}; beyond {most} it asks for --force: choose longer intervals in [output]"
         )
     })
-}
-
-fn describe_species(species: &Species) -> String {
-    let mass = if species.is_static() { "static".to_owned() } else { format!("mass {}", digits(species.mass)) };
-    let acceleration = species.acceleration;
-    let falling = if acceleration.norm() > 0.0 {
-        let [x, y, z] = [0, 1, 2].map(|k| digits(acceleration[k]));
-        format!(", acceleration [{x}, {y}, {z}]")
-    } else {
-        String::new()
-    };
-    format!("{}: diameter {}, {mass}{falling}", species.name, digits(species.diameter))
-}
-
-/// Number density and packing fraction of what moves, where the box has a volume that means something.
-fn density(scene: &Scene) -> Option<String> {
-    if !scene.space().is_fully_periodic() {
-        return None;
-    }
-    let volume = scene.space().volume();
-    let dimensions = scene.space().dimensions();
-    let body = |diameter: f64| match dimensions {
-        1 => diameter,
-        2 => std::f64::consts::FRAC_PI_4 * diameter * diameter,
-        _ => std::f64::consts::PI / 6.0 * diameter * diameter * diameter,
-    };
-    let moving = || {
-        let all = scene.particles().iter().map(|particle| (particle, &scene.species()[particle.species.0 as usize]));
-        all.filter(|(_, species)| !species.is_static())
-    };
-    let number_density = moving().count() as f64 / volume;
-    let packing_fraction = moving().map(|(_, species)| body(species.diameter)).sum::<f64>() / volume;
-    let temperature =
-        temperature(scene).map_or_else(String::new, |now| format!(", temperature {} at the start", digits(now)));
-    let (number_density, packing_fraction) = (digits(number_density), digits(packing_fraction));
-    Some(format!("number density {number_density}, packing fraction {packing_fraction}{temperature}"))
-}
-
-/// The kinetic temperature at the start, as a run writes it into its first row.
-fn temperature(scene: &Scene) -> Option<f64> {
-    let mut kinetic = 0.0;
-    let mut momentum = Vector::zeros();
-    for particle in scene.particles() {
-        let species = &scene.species()[particle.species.0 as usize];
-        if !species.is_static() {
-            let velocity = particle.velocity - scene.streaming_velocity(&particle.position);
-            kinetic += 0.5 * species.mass * velocity.norm_squared();
-            momentum += velocity * species.mass;
-        }
-    }
-    ApplicableObservables::of(scene).temperature(kinetic, &momentum)
-}
-
-/// Where coordinates, or the energies of pairs, leave so few digits that overlaps become visible: a millionth of a diameter is the most that
-/// an audit calls round-off.
-fn few_digits(scene: &Scene) -> Vec<String> {
-    const ROUNDINGS: f64 = 32.0;
-    const MOST: f64 = 1e-8;
-    let mut warnings = Vec::new();
-    let used = || scene.particles().iter().map(|particle| &scene.species()[particle.species.0 as usize]);
-    let smallest = used().map(|species| species.diameter).fold(f64::INFINITY, f64::min);
-    let farthest = scene.space().lower.amax().max(scene.space().upper().amax());
-    let lost = ROUNDINGS * f64::EPSILON * farthest / smallest;
-    if smallest.is_finite() && lost > MOST {
-        warnings.push(format!(
-            "coordinates of up to {} leave {} of the smallest diameter to rounding; the audit allows overlaps of 1e-6 at the most",
-            digits(farthest),
-            digits(lost)
-        ));
-    }
-    let steps =
-        |energies: &[f64]| energies.iter().filter(|energy| energy.is_finite()).fold(0.0, |a: f64, e| a.max(e.abs()));
-    let deepest = scene.interactions().iter().map(|it| steps(it.potential.energies())).fold(0.0, f64::max);
-    let kinetic = scene
-        .particles()
-        .iter()
-        .map(|particle| (&scene.species()[particle.species.0 as usize], particle.velocity.norm_squared()))
-        .filter(|(species, _)| !species.is_static())
-        .map(|(species, squared)| 0.5 * species.mass * squared)
-        .fold(0.0, f64::max);
-    let lost = f64::EPSILON * deepest / kinetic;
-    if kinetic > 0.0 && lost > MOST {
-        warnings.push(format!(
-            "steps of up to {} leave {} of the kinetic energies to rounding",
-            digits(deepest),
-            digits(lost)
-        ));
-    }
-    warnings
-}
-
-/// What is allowed, but probably not meant.
-fn warnings(scene: &Scene) -> Vec<String> {
-    let mut warnings = Vec::new();
-    for leak in scene.leaks() {
-        warnings.push(format!(
-            "mesh `{}` leaks {}: a hole of radius {} where contact is at {}; make its spacing smaller",
-            leak.surface,
-            leak.species,
-            digits(leak.hole),
-            digits(leak.contact)
-        ));
-    }
-    for gap in scene.gaps() {
-        warnings.push(format!(
-            "meshes `{}` and `{}` are joined with a gap of {} that {} passes",
-            gap.surface,
-            gap.other,
-            digits(gap.width),
-            gap.species
-        ));
-    }
-    warnings.extend(few_digits(scene));
-    let moving = scene.particles().iter().any(|particle| !scene.species()[particle.species.0 as usize].is_static());
-    if !moving {
-        warnings.push("nothing in the scene moves".to_owned());
-    }
-    let is_endless = scene.run().until_stationary && scene.run().equilibration == Limit::default();
-    if is_endless && scene.cools_for_ever() {
-        warnings.push(
-            "contacts lose energy and nothing supplies any, so that the system cools for ever and equilibration = \"auto\" gives up: set run.equilibration_time or \
-             run.equilibration_events"
-                .to_owned(),
-        );
-    }
-    if scene.run().limit == Limit::default() {
-        warnings.push("nothing says how long to measure".to_owned());
-    }
-    warnings.extend(burdens(scene));
-    let is_dissipative = scene.interactions().iter().any(|interaction| interaction.restitution < 1.0);
-    let is_falling = scene.species().iter().any(|species| species.acceleration.norm() > 0.0);
-    if is_dissipative && is_falling && scene.contact_time().is_none() {
-        warnings.push(
-            "particles that fall and lose energy come to rest in ever more contacts: consider dynamics.contact_time"
-                .to_owned(),
-        );
-    }
-    warnings
-}
-
-/// What makes the run far longer than its events, with the time that it takes.
-pub fn burdens(scene: &Scene) -> Vec<String> {
-    let line = |burden: Burden| format!("{}: some {} on the clock", burden.cause, on_the_clock(burden.seconds));
-    run::burdens(scene).into_iter().map(line).collect()
-}
-
-/// A time on the clock, to the order of magnitude.
-fn on_the_clock(seconds: f64) -> String {
-    match seconds {
-        ..120.0 => format!("{seconds:.0} seconds"),
-        ..7_200.0 => format!("{:.0} minutes", seconds / 60.0),
-        ..172_800.0 => format!("{:.0} hours", seconds / 3_600.0),
-        ..63_072_000.0 => format!("{:.0} days", seconds / 86_400.0),
-        _ => format!("{} years", digits(seconds / 31_536_000.0)),
-    }
 }

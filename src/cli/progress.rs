@@ -3,6 +3,7 @@
 use std::io::{IsTerminal, Write};
 use std::time::{Duration, Instant};
 
+use carom::base::text::{clock, short};
 use carom::check::verify;
 use carom::model::Scene;
 use carom::run::{self, Stage};
@@ -166,40 +167,12 @@ fn left(fraction: f64, elapsed: Duration) -> String {
     format!(", {} left", clock(seconds))
 }
 
-/// Seconds as people read them.
-pub fn clock(seconds: f64) -> String {
-    match seconds {
-        s if s < 9.95 => format!("{s:.1} s"),
-        s if s < 99.5 => format!("{s:.0} s"),
-        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
-        s if s < 172_800.0 => format!("{:.1} h", s / 3600.0),
-        s => format!("{:.0} days", s / 86_400.0),
-    }
-}
-
-/// Three digits and a letter.
-pub fn short(number: f64) -> String {
-    for (unit, letter) in [(1e12, " T"), (1e9, " G"), (1e6, " M"), (1e3, " k")] {
-        if number >= unit {
-            let scaled = number / unit;
-            let digits = if scaled < 10.0 { 2 } else { usize::from(scaled < 100.0) };
-            return format!("{scaled:.digits$}{letter}");
-        }
-    }
-    format!("{number:.0}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short() {
-        assert_eq!(short(999.0), "999");
-        assert_eq!(short(1234.0), "1.23 k");
-        assert_eq!(short(123_456_789.0), "123 M");
-        assert_eq!(clock(3.04), "3.0 s");
-        assert_eq!(clock(600.0), "10 min");
+    fn what_is_left_follows_from_the_speed_so_far() {
         assert_eq!(left(0.25, Duration::from_secs(10)), ", 30 s left");
         assert_eq!(left(0.0, Duration::from_secs(10)), "");
     }

@@ -9,12 +9,13 @@ use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::io::{Completed, Folder, refuse_input};
 use carom::model::{Limit, Scene};
 use carom::run::{self, Ending, Finished, Jam, Recorder};
+use carom::view::{description, final_table};
 use clap::Args;
 
 use super::Changes;
 use super::failure::Failure;
 use super::progress::Display;
-use super::{signals, table};
+use super::signals;
 
 /// Simulates a scene
 #[derive(Debug, Args)]
@@ -119,7 +120,7 @@ impl Run {
             .checkpoint_every(self.checkpoint_every)
             .at_most(most);
         folder.keep_scene(&record)?;
-        for burden in super::check::burdens(&scene) {
+        for burden in description::burdens(&scene) {
             super::warn(&format!("warning: {burden}"));
         }
         signals::watch();
@@ -178,7 +179,7 @@ impl Run {
 
 /// Files, table and verdict.
 fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
-    let report = table::text(finished);
+    let report = final_table::text(finished);
     let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
     let done = folder.complete(finished, &report)?;
     super::print(&format!("{report}\nThe files are in {}\n{}", done.folder.display(), stay(finished, &done)))?;

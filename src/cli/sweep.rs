@@ -13,13 +13,13 @@ use carom::model::Scene;
 use carom::run;
 use carom::scene::SceneError;
 use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
-use carom::view::describe;
 use carom::view::report;
+use carom::view::{describe, final_table};
 use clap::Args;
 
 use super::failure::Failure;
+use super::signals;
 use super::{Changes, borrowed};
-use super::{signals, table};
 use display::Display;
 
 /// Runs a scene for all combinations of values
@@ -86,7 +86,7 @@ impl SweepCommand {
             share: self.share.unwrap_or(Share::ALL),
             checkpoint_every: self.checkpoint_every,
             most_bytes: if self.force { f64::INFINITY } else { allowance(free_disk(&path)) },
-            report: &table::text,
+            report: &final_table::text,
         };
         let watch = |place: usize, news: News<'_>| {
             display.show(&sweep, place, &news);

@@ -2,20 +2,20 @@
 
 use std::path::{Path, PathBuf};
 
-use carom::base::text::{self, digits, tiny};
+use carom::base::text::{self, digits, short, tiny};
 use carom::check::verify::{self, Certificate, Counts, End, EventRange, Fault, RunEnd, Violation};
 use carom::engine::{Arrest, InvariantBroken};
 use carom::io::{Folder, Summary};
 use carom::model::Scene;
-use carom::view::describe::{self};
+use carom::view::describe;
+use carom::view::final_table::{Lines, kinds};
 use clap::Args;
 
 use super::Changes;
 use super::failure::Failure;
-use super::progress::{Display, short};
+use super::progress::Display;
 use super::run::count;
 use super::signals;
-use super::table::{Lines, kinds};
 
 /// Proves a range of events of a run
 #[derive(Debug, Args)]

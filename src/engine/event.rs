@@ -28,6 +28,21 @@ pub enum EventKind {
     Thermostat,
 }
 
+impl EventKind {
+    /// Its number in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the walls -x, +x, -y, +y, -z, +z, 10 thermostat.
+    #[must_use]
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Pair(Outcome::Core) => 0,
+            Self::Pair(Outcome::Capture) => 1,
+            Self::Pair(Outcome::Release) => 2,
+            Self::Pair(Outcome::Bounce) => 3,
+            Self::Wall { axis, is_upper } => 4 + 2 * axis + u8::from(is_upper),
+            Self::Thermostat => 10,
+        }
+    }
+}
+
 /// A physical event, as it happened.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]

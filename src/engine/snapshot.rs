@@ -27,11 +27,16 @@ pub struct Snapshot {
 }
 
 /// A particle at one time.
-pub(crate) struct ParticleNow {
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ParticleNow {
+    /// Its name in every output.
     pub id: ParticleId,
+    /// Its species.
     pub species: SpeciesId,
-    /// Position and velocity, as in a [`Snapshot`].
+    /// Position `[length]`, as in a [`Snapshot`].
     pub position: Vector,
+    /// Velocity `[length / time]`.
     pub velocity: Vector,
     /// Periods travelled, as in a [`Snapshot`].
     pub image: [i32; 3],

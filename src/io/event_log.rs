@@ -20,8 +20,7 @@ use super::error::OutputError;
 use super::npy::array::{HEADER_SIZE, header};
 use super::partial::PartialFile;
 use crate::base::numbers::index;
-use crate::engine::event::{Event, EventKind};
-use crate::physics::response::Outcome;
+use crate::engine::event::Event;
 use crate::run::checkpoint::{CheckpointError, Manifest, ManifestEntry};
 
 /// The folder of the columns.
@@ -80,7 +79,7 @@ impl EventLog {
         let partner = event.partner.map_or(-1, |partner| i64::from(partner.0));
         let entries: [&[u8]; 9] = [
             &event.time.to_le_bytes(),
-            &[code(event.kind)],
+            &[event.kind.code()],
             &event.particle.0.to_le_bytes(),
             &partner.to_le_bytes(),
             &numbers(&event.positions),
@@ -115,15 +114,4 @@ impl EventLog {
 /// The files of the columns, in the folder of a run.
 pub(super) fn names() -> impl Iterator<Item = String> {
     COLUMNS.iter().map(|(name, ..)| format!("{FOLDER}/{name}"))
-}
-
-fn code(kind: EventKind) -> u8 {
-    match kind {
-        EventKind::Pair(Outcome::Core) => 0,
-        EventKind::Pair(Outcome::Capture) => 1,
-        EventKind::Pair(Outcome::Release) => 2,
-        EventKind::Pair(Outcome::Bounce) => 3,
-        EventKind::Wall { axis, is_upper } => 4 + 2 * axis + u8::from(is_upper),
-        EventKind::Thermostat => 10,
-    }
 }

@@ -40,9 +40,16 @@ pub fn read_scene(path: impl AsRef<Path>, overrides: &[(&str, &str)]) -> Result<
     Scene::from_toml_and_run(read_text(path)?, path, overrides, &open)
 }
 
-/// The same from its text.
-pub(crate) fn scene_from_text(text: String, path: &Path, overrides: &[(&str, &str)]) -> Result<Scene, SceneError> {
-    Scene::from_toml_and_run(text, path, overrides, &open)
+/// Reads a scene from its text, as [`Scene::from_toml_with`] does; the scene may start from a run. `name` stands for the file.
+///
+/// # Errors
+/// As [`read_scene`], but for those of the file.
+pub fn read_scene_text(
+    text: impl Into<String>,
+    name: impl AsRef<Path>,
+    overrides: &[(&str, &str)],
+) -> Result<Scene, SceneError> {
+    Scene::from_toml_and_run(text.into(), name.as_ref(), overrides, &open)
 }
 
 /// A run that is over, at its end.

@@ -30,13 +30,11 @@ impl Scene {
         self.record_of(read_text(path)?, path, overrides)
     }
 
-    /// The same of a text that has been read from `path`.
-    pub(crate) fn record_of(
-        &self,
-        text: String,
-        path: &Path,
-        overrides: &[(&str, &str)],
-    ) -> Result<String, SceneError> {
+    /// The same of a text that has been read from `path`, or stands for it.
+    ///
+    /// # Errors
+    /// As [`Scene::from_toml_with`], if the text is not that of the scene.
+    pub fn record_of(&self, text: String, path: &Path, overrides: &[(&str, &str)]) -> Result<String, SceneError> {
         let source = Source::new(&path.to_string_lossy(), text, overrides);
         let failed = |message: String| SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message });
         let tree = source.tree()?;

@@ -96,8 +96,8 @@ impl SweepFolder {
             while is_over.load(Ordering::Relaxed) == 0 {
                 let Some(&place) = places.get(next.fetch_add(1, Ordering::Relaxed)) else { return Ok(()) };
                 let point = &sweep.points()[place];
-                let fate = self.run(sweep, point, orders, &mut |progress| watch(place, News::Progress(progress)));
-                self.keep_fate(point, &fate)?;
+                let progress = &mut |progress: &Progress| watch(place, News::Progress(progress));
+                let fate = self.execute_point(sweep, point, orders, progress)?;
                 let flow = watch(place, News::Over(&fate));
                 if flow.is_break() || fate == Fate::Interrupted {
                     is_over.store(1, Ordering::Relaxed);
@@ -119,6 +119,23 @@ impl SweepFolder {
         let mut fates = fates.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
         fates.sort_unstable_by_key(|(place, _)| *place);
         Ok(fates)
+    }
+
+    /// Runs a point if it is not there yet, and says what became of it, as [`Self::execute`] does for all. `jobs` and `share` mean nothing here: the caller, a
+    /// scheduler of its own, decides what runs when and where. Several processes may ask for the same point: one runs it.
+    ///
+    /// # Errors
+    /// [`SweepError::Write`] if it cannot be kept why the run has failed. A run that fails is no error.
+    pub fn execute_point(
+        &self,
+        sweep: &Sweep,
+        point: &Point,
+        orders: &Orders<'_>,
+        watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Fate, SweepError> {
+        let fate = self.run(sweep, point, orders, watch);
+        self.keep_fate(point, &fate)?;
+        Ok(fate)
     }
 
     fn keep_fate(&self, point: &Point, fate: &Fate) -> Result<(), SweepError> {

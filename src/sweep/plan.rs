@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use super::axis::{Axis, MOST};
 use super::error::SweepError;
 use crate::base::checksum::checksum;
-use crate::io::scene_from_text;
+use crate::io::read_scene_text;
 use crate::model::Scene;
 use crate::scene::{SceneError, read_text};
 
@@ -172,7 +172,7 @@ impl Sweep {
     /// # Errors
     /// [`SceneError`] with the first mistake.
     pub fn scene_at(&self, point: &Point) -> Result<Scene, SceneError> {
-        scene_from_text(self.text.clone(), &self.scene, &self.overrides(point))
+        read_scene_text(self.text.clone(), &self.scene, &self.overrides(point))
     }
 
     /// Whether the text of the scene has all keys that are varied and set, with values of their types. Cheap: no particle is placed.

@@ -13,7 +13,7 @@ use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::PublishedValue;
 use crate::io::rates::Rate;
 use crate::io::summary::{Column, Observable};
-use crate::io::{Folder, Measurements, Summary, scene_from_text};
+use crate::io::{Folder, Measurements, Summary, read_scene_text};
 use crate::model::Scene;
 use crate::model::run_plan::MEASUREMENT;
 
@@ -148,7 +148,7 @@ fn scene(run: &Path, notes: &mut Vec<String>) -> (Option<String>, Option<Scene>)
     let path = Folder::scene_of(run);
     let text = noted("scene.toml", notes, || fs::read_to_string(&path).map_err(|error| cannot_read(&error)));
     let scene = text.as_ref().and_then(|text| {
-        noted("scene.toml", notes, || scene_from_text(text.clone(), &path, &[]).map_err(|error| error.to_string()))
+        noted("scene.toml", notes, || read_scene_text(text.clone(), &path, &[]).map_err(|error| error.to_string()))
     });
     (text, scene)
 }

@@ -1,19 +1,18 @@
-//! The final table of a run.
+//! The final table of a run: the content of `report.txt`.
 
 use std::fmt::Write;
 
-use carom::analysis::observables::{Equilibrium, OBSERVABLES};
-use carom::base::text::{self, digits, tiny};
-use carom::io::rates::{rates_of, told_apart};
-use carom::run::{Ending, Finished, Stage};
-use carom::view::describe::{self};
-
-use super::progress::{clock, short};
+use crate::analysis::observables::{Equilibrium, OBSERVABLES};
+use crate::base::text::{self, clock, digits, short, tiny};
+use crate::io::rates::{rates_of, told_apart};
+use crate::run::{Ending, Finished, Stage};
+use crate::view::describe;
 
 /// Rates that have a line.
 const MOST_RATES: usize = 12;
 
 /// What was simulated, how it ended, what was measured, and whether it can be trusted.
+#[must_use]
 pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;
     let scene = simulation.scene();
@@ -84,6 +83,7 @@ fn stages(lines: &mut Lines, finished: &Finished) {
 }
 
 /// Numbers of events by kind: `12 core, 3 wall`.
+#[must_use]
 pub fn kinds(core: u64, capture: u64, release: u64, bounce: u64, wall: u64) -> String {
     let kinds = [("core", core), ("capture", capture), ("release", release), ("bounce", bounce), ("wall", wall)];
     let kinds: Vec<String> = kinds.iter().filter(|(_, n)| *n > 0).map(|(name, n)| format!("{n} {name}")).collect();
@@ -110,7 +110,6 @@ fn ending(finished: &Finished) -> String {
         Ending::Jammed(jam) => format!("FAILED at t = {time}{stage}: {jam}"),
         Ending::Arrested(arrest) => format!("FAILED at t = {time}{stage}: {arrest}"),
         Ending::Broken(broken) => format!("FAILED at t = {time}{stage}: {broken}"),
-        _ => format!("at t = {time}{stage}"),
     }
 }
 
@@ -156,24 +155,29 @@ fn audit(lines: &mut Lines, finished: &Finished) {
     }
 }
 
-/// Lines of names and values.
-#[derive(Default)]
+/// Lines of names and values, in two columns.
+#[derive(Debug, Clone, Default)]
 pub struct Lines(String);
 
 impl Lines {
+    /// Adds a name and its value.
     pub fn pair(&mut self, name: &str, value: &str) {
         // Writing to a string cannot fail.
         let _ = writeln!(self.0, "{name:<32}{value}");
     }
 
+    /// Adds a heading.
     pub fn title(&mut self, title: &str) {
         let _ = writeln!(self.0, "\n{title}");
     }
 
+    /// Adds a line.
     pub fn line(&mut self, line: &str) {
         let _ = writeln!(self.0, "{line}");
     }
 
+    /// All lines.
+    #[must_use]
     pub fn text(self) -> String {
         self.0
     }
