@@ -245,6 +245,21 @@ impl Finished {
             && self.audit.faults().is_empty()
     }
 
+    /// Why it is not, in a line; `None` also where it was interrupted, which is no fault of its own.
+    #[must_use]
+    pub fn trouble(&self) -> Option<String> {
+        let faults: Vec<String> = self.audit.faults().iter().map(ToString::to_string).collect();
+        match self.ending {
+            Ending::Jammed(jam) => Some(jam.to_string()),
+            Ending::Arrested(arrest) => Some(arrest.to_string()),
+            Ending::Broken(broken) => Some(broken.to_string()),
+            _ if !faults.is_empty() => Some(format!("the audit failed: {}", faults.join("; "))),
+            Ending::GaveUp => Some("nothing has happened for a million rows, or for very long".to_owned()),
+            Ending::Unsettled => Some("the equilibration did not come to an end by itself".to_owned()),
+            _ => None,
+        }
+    }
+
     /// Whether going on with it may lead to such an end.
     #[must_use]
     pub fn can_go_on(&self) -> bool {

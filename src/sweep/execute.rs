@@ -214,24 +214,10 @@ fn finish(folder: Folder, run: Run, orders: &Orders<'_>, watch: &mut dyn FnMut(&
     }
     match folder.complete(&finished, &(orders.report)(&finished)) {
         Err(error) => fate_of(error),
-        Ok(done) => match trouble(&finished).or_else(|| done.failures.first().map(|failure| one_line(failure))) {
+        Ok(done) => match finished.trouble().or_else(|| done.failures.first().map(|failure| one_line(failure))) {
             Some(trouble) => Fate::Failed(trouble),
             None => Fate::Done,
         },
-    }
-}
-
-/// Why a run that has ended is not sound.
-fn trouble(finished: &Finished) -> Option<String> {
-    let faults: Vec<String> = finished.audit.faults().iter().map(ToString::to_string).collect();
-    match finished.ending {
-        Ending::Jammed(jam) => Some(one_line(&jam)),
-        Ending::Arrested(arrest) => Some(one_line(&arrest)),
-        Ending::Broken(broken) => Some(one_line(&broken)),
-        _ if !faults.is_empty() => Some(format!("the audit failed: {}", faults.join("; "))),
-        Ending::GaveUp => Some("nothing has happened for a million rows, or for very long".to_owned()),
-        Ending::Unsettled => Some("the equilibration did not come to an end by itself".to_owned()),
-        _ => None,
     }
 }
 

@@ -1,5 +1,6 @@
 //! The folder of a sweep: `sweep.toml`, which says what is in it, a folder for each point, and the tables.
 
+use std::ffi::OsStr;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,9 +12,13 @@ use super::error::SweepError;
 use super::plan::{Point, Sweep};
 use crate::io::Existing;
 use crate::io::atomic::write_atomically;
+use crate::scene::read_text;
 
 /// What is in the folder.
 const SWEEP: &str = "sweep.toml";
+
+/// The scene, where it has no file of its own.
+const SCENE: &str = "scene.toml";
 
 /// Why runs have failed, a file for each, by the name of the point's folder.
 const FAILURES: &str = "failures";
@@ -60,7 +65,13 @@ impl Sweep {
         let file = SweepFile::read(path)?;
         let set: Vec<(&str, &str)> = file.set.iter().filter_map(|pair| pair.split_once('=')).collect();
         let scene = path.parent().unwrap_or(Path::new("")).join(&file.scene);
-        let sweep = Self::new(scene, &set, file.axes()?)?;
+        // Its own copy, which this very folder keeps: it stays where the folder goes.
+        let is_kept = file.checksum.is_some() && file.scene == SCENE && path.file_name() == Some(OsStr::new(SWEEP));
+        let sweep = if is_kept {
+            Self::of_text(read_text(&scene)?, scene, &set, file.axes()?)?
+        } else {
+            Self::new(scene, &set, file.axes()?)?
+        };
         if file.checksum.is_some_and(|checksum| checksum != sweep.checksum()) {
             return Err(SweepError::Changed { scene: sweep.scene().to_owned(), folder: path.to_owned() });
         }
@@ -69,7 +80,10 @@ impl Sweep {
 
     /// What `sweep.toml` says of it.
     fn file(&self) -> SweepFile {
-        let absolute = std::path::absolute(self.scene()).unwrap_or_else(|_| self.scene().to_owned());
+        let absolute = match self.text_alone() {
+            Some(_) => PathBuf::from(SCENE),
+            None => std::path::absolute(self.scene()).unwrap_or_else(|_| self.scene().to_owned()),
+        };
         let pair = |(key, value): &(String, String)| format!("{key}={value}");
         SweepFile {
             scene: absolute.to_string_lossy().into_owned(),
@@ -110,6 +124,21 @@ impl SweepFolder {
         }
         let text = toml::to_string(&now).map_err(|error| wrong(&record)(io::Error::other(error)))?;
         write_atomically(&record, Existing::Replace, |file| write!(file, "{HEADER}{text}")).map_err(wrong(&record))?;
+        if let Some(text) = sweep.text_alone() {
+            let scene = folder.path.join(SCENE);
+            write_atomically(&scene, Existing::Replace, |file| file.write_all(text.as_bytes()))
+                .map_err(wrong(&scene))?;
+        }
+        Ok(folder)
+    }
+
+    /// The folder of a sweep that is there, which stays as it is: for processes that run points of a sweep which another one has begun.
+    ///
+    /// # Errors
+    /// [`SweepError::Read`] if it is not one.
+    pub fn existing(path: impl AsRef<Path>) -> Result<Self, SweepError> {
+        let folder = Self { path: path.as_ref().to_owned() };
+        SweepFile::read(&folder.record())?;
         Ok(folder)
     }
 
@@ -200,10 +229,10 @@ fn is_draft(path: &Path) -> bool {
 mod tests {
     use super::*;
 
-    const SCENE: &str = "configs/hard_sphere_fluid.toml";
+    const FLUID: &str = "configs/hard_sphere_fluid.toml";
 
     fn sweep(set: &[(&str, &str)], axes: &[&str]) -> Sweep {
-        Sweep::new(SCENE, set, axes.iter().map(|axis| axis.parse().unwrap()).collect()).unwrap()
+        Sweep::new(FLUID, set, axes.iter().map(|axis| axis.parse().unwrap()).collect()).unwrap()
     }
 
     #[test]
@@ -225,7 +254,7 @@ mod tests {
         let set = sweep(&[], &["seed=1..3", "fill.0.packing_fraction=0.1,0.2"]);
         assert!(matches!(refused(&set), SweepError::Other { why, .. } if why.contains("until_events=10, not nothing")));
         let changed = directory.path().join("changed.toml");
-        fs::write(&changed, fs::read_to_string(SCENE).unwrap() + "\n").unwrap();
+        fs::write(&changed, fs::read_to_string(FLUID).unwrap() + "\n").unwrap();
         let axes = ["seed=1..3", "fill.0.packing_fraction=0.1,0.2"].map(|axis| axis.parse().unwrap());
         let changed = Sweep::new(&changed, &[("run.until_events", "10")], axes.into()).unwrap();
         assert!(matches!(refused(&changed), SweepError::Changed { .. }));
@@ -241,9 +270,28 @@ mod tests {
     }
 
     #[test]
+    fn a_scene_without_a_file_is_kept_in_the_folder() {
+        let directory = tempfile::tempdir().unwrap();
+        let text = fs::read_to_string(FLUID).unwrap();
+        let path = directory.path().join("sweep");
+        let axes = || vec!["seed=1,2".parse().unwrap()];
+        let sweep = Sweep::of_text(text.as_str(), "fluid.toml", &[("run.until_events", "10")], axes()).unwrap();
+        SweepFolder::open(&path, &sweep).unwrap();
+        let again = Sweep::from_file(SweepFolder::file_in(&path)).unwrap();
+        assert_eq!((again.points(), again.set()), (sweep.points(), sweep.set()));
+        SweepFolder::open(&path, &again).unwrap();
+        assert!(fs::read_to_string(path.join(SWEEP)).unwrap().contains("scene = \"scene.toml\""));
+        // The same sweep, whether its scene is a text or the file in the folder; another text is another sweep.
+        SweepFolder::open(&path, &sweep).unwrap();
+        assert_eq!(fs::read_to_string(path.join(SCENE)).unwrap(), text);
+        let other = Sweep::of_text(text + "\n", "fluid.toml", &[("run.until_events", "10")], axes()).unwrap();
+        assert!(matches!(SweepFolder::open(&path, &other), Err(SweepError::Changed { .. })));
+    }
+
+    #[test]
     fn a_file_of_a_sweep_starts_at_its_own_folder() {
         let directory = tempfile::tempdir().unwrap();
-        fs::copy(SCENE, directory.path().join("fluid.toml")).unwrap();
+        fs::copy(FLUID, directory.path().join("fluid.toml")).unwrap();
         let file = directory.path().join("study.toml");
         fs::write(&file, "scene = \"fluid.toml\"\nvary = [\"seed=1..3\"]\nset = [\"run.until_events=10\"]\n").unwrap();
         let sweep = Sweep::from_file(&file).unwrap();

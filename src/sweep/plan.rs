@@ -21,6 +21,8 @@ const LONGEST: usize = 120;
 #[derive(Debug, Clone)]
 pub struct Sweep {
     scene: PathBuf,
+    /// Whether the scene has a file of its own; else its text is kept in the folder of the sweep.
+    has_file: bool,
     text: String,
     set: Vec<(String, String)>,
     axes: Vec<Axis>,
@@ -62,8 +64,32 @@ impl Sweep {
     pub fn new(scene: impl AsRef<Path>, set: &[(&str, &str)], axes: Vec<Axis>) -> Result<Self, SweepError> {
         let scene = scene.as_ref().to_owned();
         let text = read_text(&scene)?;
+        Self::of(scene, true, text, set, axes)
+    }
+
+    /// The same of a scene that has no file: its text is kept in the folder of the sweep, where its relative paths start, and `name` stands for the file in
+    /// messages.
+    ///
+    /// # Errors
+    /// As [`Sweep::new`], but for those of the file.
+    pub fn of_text(
+        text: impl Into<String>,
+        name: impl AsRef<Path>,
+        set: &[(&str, &str)],
+        axes: Vec<Axis>,
+    ) -> Result<Self, SweepError> {
+        Self::of(name.as_ref().to_owned(), false, text.into(), set, axes)
+    }
+
+    fn of(
+        scene: PathBuf,
+        has_file: bool,
+        text: String,
+        set: &[(&str, &str)],
+        axes: Vec<Axis>,
+    ) -> Result<Self, SweepError> {
         let set = set.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect();
-        let mut sweep = Self { scene, text, set, axes, points: Vec::new() };
+        let mut sweep = Self { scene, has_file, text, set, axes, points: Vec::new() };
         sweep.check_keys()?;
         sweep.points = sweep.combinations()?;
         Ok(sweep)
@@ -116,6 +142,11 @@ impl Sweep {
     #[must_use]
     pub fn scene(&self) -> &Path {
         &self.scene
+    }
+
+    /// The text of a scene that has no file.
+    pub(super) fn text_alone(&self) -> Option<&str> {
+        (!self.has_file).then_some(&self.text)
     }
 
     /// What replaces values of the scene at all points.
