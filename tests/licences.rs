@@ -1,4 +1,4 @@
-//! Every dependency has a licence that goes with those of Carom, and `THIRD-PARTY.md` names all that the program is built from.
+//! Every dependency has a licence that goes with those of Carom, and `THIRD-PARTY.md` names all that the program and the Python package are built from.
 //!
 //! After a change of `Cargo.lock`: `cargo test --test licences -- --ignored` writes that file anew.
 
@@ -43,24 +43,29 @@ struct Crate {
     authors: String,
     source: String,
     folder: String,
-    /// Whether the program is built from it; others are for tests and benchmarks.
+    /// Whether the program or the Python package is built from it; others are for tests and benchmarks.
     is_built_in: bool,
 }
 
 /// All dependencies on Linux, by name and version.
 fn dependencies() -> Vec<Crate> {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    let arguments = "metadata --format-version 1 --offline --locked --filter-platform x86_64-unknown-linux-gnu";
-    let output =
-        Command::new(cargo).args(arguments.split(' ')).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap();
+    let arguments = "metadata --format-version 1 --locked --filter-platform x86_64-unknown-linux-gnu";
+    let ask = |more: &[&str]| {
+        let words = arguments.split(' ').chain(more.iter().copied());
+        Command::new(&cargo).args(words).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
+    };
+    // What only the Python package needs may not be here yet.
+    let offline = ask(&["--offline"]);
+    let output = if offline.status.success() { offline } else { ask(&[]) };
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let metadata: Value = serde_json::from_slice(&output.stdout).unwrap();
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let nodes: HashMap<String, &Value> =
         metadata["resolve"]["nodes"].as_array().unwrap().iter().map(|node| (text(&node["id"]), node)).collect();
-    let root = text(&metadata["resolve"]["root"]);
-    let mut built_in = BTreeSet::from([root.clone()]);
-    let mut open = vec![root.clone()];
+    let own: BTreeSet<String> = metadata["workspace_members"].as_array().unwrap().iter().map(text).collect();
+    let mut built_in = own.clone();
+    let mut open: Vec<String> = own.iter().cloned().collect();
     while let Some(id) = open.pop() {
         for dependency in nodes[&id]["deps"].as_array().unwrap() {
             // Those without a kind are neither for tests nor for build scripts.
@@ -72,7 +77,7 @@ fn dependencies() -> Vec<Crate> {
         }
     }
     let packages = metadata["packages"].as_array().unwrap().iter();
-    let used = packages.filter(|package| nodes.contains_key(&text(&package["id"])) && text(&package["id"]) != root);
+    let used = packages.filter(|package| nodes.contains_key(&text(&package["id"])) && !own.contains(&text(&package["id"])));
     let mut crates: Vec<Crate> = used
         .map(|package| Crate {
             name: text(&package["name"]),
@@ -161,7 +166,7 @@ fn texts(it: &Crate) -> Vec<String> {
 
 fn notice(crates: &[Crate]) -> String {
     let mut text = "# Third-party software\n\n\
-        The program `carom` is built from these crates, each under its own licence; where several are joined by `OR`, Carom uses the first \
+        The program `carom` and the Python package are built from these crates, each under its own licence; where several are joined by `OR`, Carom uses the first \
         of MIT, MPL-2.0 and Apache-2.0 that is among them. `priority-queue` is used as published: its source is at the address beside it. \
         The list is that of a build for Linux; elsewhere, a few crates for the operating system take the place of others.\n\n\
         Written by `cargo test --test licences -- --ignored`.\n\n\

@@ -1,0 +1,107 @@
+"""Event-driven particle dynamics: hard spheres, square wells, bonds, stepped potentials, gravity and granular flow.
+
+Reduced units: lengths, masses and energies are what the scene makes them, and Boltzmann's constant is 1. ``[length]``, ``[mass]``, ``[energy]`` and
+``[time]`` name the dimension of a quantity. A run is a function of its scene and seed: the same bits as those of the program, every time.
+
+The examples of this package use ``carom``, ``np`` (NumPy) and these dictionaries::
+
+    fluid = {
+        "name": "fluid",
+        "seed": 1,
+        "species": [{"name": "sphere", "mass": 1.0, "diameter": 1.0}],
+        "interaction": [{"species": ["sphere", "sphere"], "potential": "hard-sphere"}],
+        "fill": [
+            {"species": "sphere", "arrangement": "fcc", "count": 108, "packing_fraction": 0.3, "temperature": 1.0}
+        ],
+        "run": {"until_events": 20_000},
+    }
+
+and ``pair``, the scene of the example of :func:`exchange`.
+
+======================  ==========================================================
+to                      use
+======================  ==========================================================
+describe what is        :class:`Scene`, from a file, TOML or a dictionary
+simulate step by step   :class:`Simulation`: advance, look, change, see every event
+run and measure         :func:`run`, and :func:`resume` to go on
+run many                :func:`sweep`, with any executor; :func:`exchange`
+read what is there      :func:`open`, whichever program made it
+======================  ==========================================================
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from carom._carom import __version__
+from carom._errors import CaromError, CaromWarning, FolderError, SceneError, SimulationError, SweepError
+from carom._exchange import Exchange, exchange
+from carom._frame import Frame
+from carom._run import EventLog, Run, Stage, Trajectory, path_of, resume, run
+from carom._scene import Scene
+from carom._simulation import EVENT, EVENT_KINDS, Simulation
+from carom._sweep import Sweep, sweep
+from carom._tables import Curve, Observable, Table
+
+__all__ = [
+    "EVENT",
+    "EVENT_KINDS",
+    "CaromError",
+    "CaromWarning",
+    "Curve",
+    "EventLog",
+    "Exchange",
+    "FolderError",
+    "Frame",
+    "Observable",
+    "Run",
+    "Scene",
+    "SceneError",
+    "Simulation",
+    "SimulationError",
+    "Stage",
+    "Sweep",
+    "SweepError",
+    "Table",
+    "Trajectory",
+    "__version__",
+    "exchange",
+    "open",
+    "resume",
+    "run",
+    "sweep",
+]
+
+
+def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:
+    """Opens what is in a folder: a run, a sweep or a replica exchange, made by this package or by the program.
+
+    Parameters
+    ----------
+    folder : path
+        Such as ``runs/fluid``.
+
+    Raises
+    ------
+    FolderError
+        If there is none of these, or a run that is not over: :func:`resume` goes on with that.
+
+    Examples
+    --------
+    >>> run = carom.run(fluid, out="runs/fluid")
+    >>> carom.open("runs/fluid").summary["seed"]
+    1
+    """
+    path = path_of("folder", folder)
+    if (path / "sweep.toml").is_file():
+        return Sweep(path)
+    if (path / "energies.csv").is_file() and (path / "exchange.csv").is_file():
+        return Exchange(path)
+    if (path / "summary.json").is_file():
+        return Run(path)
+    cure = "give the folder of a run, a sweep or an exchange"
+    why = f"{path} is no folder of Carom" if path.is_dir() else f"there is no folder {path}"
+    if path.is_dir() and any((path / name).exists() for name in ("checkpoint", "thermo.csv.partial")):
+        why, cure = f"the run in {path} is not over", "go on with carom.resume"
+    raise FolderError(f"{why}\n  help: {cure}", cure=cure)

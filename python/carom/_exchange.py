@@ -1,0 +1,245 @@
+"""Replica exchange: replicas of a scene at several temperatures, which are swapped."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom import _carom
+from carom._errors import FolderError, SceneError, SimulationError
+from carom._run import Progress, Trajectory, _json, framed, path_of
+from carom._scene import Scene, SceneLike, whole
+from carom._tables import Observable, Table
+
+__all__ = ["Exchange", "exchange"]
+
+
+def exchange(
+    scene: SceneLike,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    seed: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    jobs: int | None = None,
+    checkpoint_every: float = 300.0,
+    progress: bool = True,
+) -> Exchange:
+    """Runs the replicas of a scene that has the table ``[exchange]``, as ``carom exchange`` does: the same files, the same bits, for any number of jobs.
+
+    Parameters
+    ----------
+    scene : Scene, path or dict
+        As for :class:`Scene`.
+    out : path, optional
+        Folder of the results, a temporary one if not given. One that was interrupted goes on; one that is complete is read.
+    seed, set
+        As for :class:`Scene`.
+    jobs : int, optional
+        Threads; as many as there are processors if not given.
+    checkpoint_every, progress
+        As for :func:`run`.
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong, or has no ``[exchange]``.
+    FolderError
+        If the folder holds something else.
+    SimulationError
+        If a replica cannot go on, or an audit failed.
+
+    Examples
+    --------
+    >>> pair = {
+    ...     "name": "pair", "space": {"size": [4.0, 4.0, 4.0]},
+    ...     "species": [{"name": "A", "mass": 1.0, "diameter": 1.0}],
+    ...     "interaction": [{"species": ["A", "A"], "potential": "square-well", "lambda": 1.5, "well_depth": 1.0}],
+    ...     "particle": [{"species": "A", "position": [1, 1, 1]}, {"species": "A", "position": [3, 3, 3]}],
+    ...     "exchange": {"temperatures": [0.4, 0.6, 1.0], "interval": 2.0, "rate": 1.0},
+    ...     "run": {"equilibration_time": 20.0, "until_time": 4000.0},
+    ... }
+    >>> result = carom.exchange(pair)
+    >>> bool(abs(result.populations["population"][0] - 0.709) < 0.1)
+    True
+    """
+    made = Scene(scene, seed=seed, set=set)
+    if not made._core.has_exchange():
+        cure = "add the table exchange with temperatures, interval and rate; carom.run runs a scene without it"
+        raise SceneError(f"the scene {made.name} has no [exchange]\n  help: {cure}", cure=cure)
+    threads = (os.cpu_count() or 1) if jobs is None else whole("jobs", jobs, 1)
+    folder = None if out is None else path_of("out", out)
+    temporary = None
+    if folder is None:
+        temporary = tempfile.TemporaryDirectory(prefix="carom-")
+        folder = Path(temporary.name) / f"{made.name}-exchange"
+    with Progress(progress, made.name) as bar:
+        faults = _carom.exchange(made._core, folder, threads, float(checkpoint_every), bar.callback)
+    result = Exchange(folder, _temporary=temporary)
+    if faults:
+        raise SimulationError(f"the audit failed: {'; '.join(faults)}", folder=folder)
+    return result
+
+
+class Exchange:
+    """A replica exchange that is complete, in its folder.
+
+    Parameters
+    ----------
+    folder : path
+        Made by :func:`exchange` or by the program.
+
+    Raises
+    ------
+    FolderError
+        If there is no such exchange.
+
+    Examples
+    --------
+    :func:`exchange` returns one:
+
+    >>> result = carom.exchange(pair)
+    >>> result.temperatures
+    array([0.4, 0.6, 1. ])
+    """
+
+    def __init__(
+        self, folder: str | os.PathLike[str], *, _temporary: tempfile.TemporaryDirectory[str] | None = None
+    ) -> None:
+        self._temporary = _temporary
+        #: The folder.
+        self.folder: Path = path_of("folder", folder)
+        #: Content of ``summary.json``.
+        self.summary: Mapping[str, Any] = _json(self.folder / "summary.json")
+        if "neighbours" not in self.summary:
+            raise FolderError(f"{self.folder} is not the folder of a replica exchange")
+
+    @property
+    def temperatures(self) -> NDArray[np.float64]:
+        """The temperatures, in the order of the scene `[energy]`.
+
+        Examples
+        --------
+        >>> carom.exchange(pair).temperatures.shape
+        (3,)
+        """
+        return np.array([it["temperature"] for it in self.summary["temperatures"]])
+
+    def observable(self, name: str) -> list[Observable]:
+        """The mean of a quantity at each temperature, with its standard error.
+
+        Parameters
+        ----------
+        name : str
+            Such as ``potential_energy_per_particle`` `[energy]` or ``heat_capacity_per_particle`` (in units of k_B).
+
+        Raises
+        ------
+        KeyError
+            If it was not measured.
+
+        Examples
+        --------
+        >>> u = carom.exchange(pair).observable("potential_energy_per_particle")
+        >>> u[0].mean < u[1].mean < u[2].mean
+        True
+        """
+        units = _carom.observable_units(self.summary["dimensions"])
+        found = [it["observables"].get(name) for it in self.summary["temperatures"]]
+        if any(it is None for it in found):
+            names = ", ".join(self.summary["temperatures"][0]["observables"])
+            raise KeyError(f"no quantity {name!r}; there are {names}")
+        return [Observable(it["mean"], it["standard_error"], units.get(name, "1")) for it in found]
+
+    @property
+    def acceptance(self) -> list[Observable]:
+        """Part of the attempted swaps between each temperature and the next that were accepted.
+
+        Examples
+        --------
+        >>> all(0.2 < it.mean < 1.0 for it in carom.exchange(pair).acceptance)
+        True
+        """
+        found = [it["acceptance"] or {"mean": float("nan"), "standard_error": None} for it in self.summary["neighbours"]]
+        return [Observable(it["mean"], it["standard_error"], "1") for it in found]
+
+    @property
+    def round_trips(self) -> NDArray[np.int64]:
+        """Round trips from the highest temperature to the lowest and back, by replica.
+
+        Examples
+        --------
+        >>> carom.exchange(pair).round_trips.shape
+        (3,)
+        """
+        return np.array(self.summary["round_trips"], dtype=np.int64)
+
+    @cached_property
+    def populations(self) -> Table:
+        """Populations of the levels of the potential energy: ``temperature``, ``energy`` and ``width`` of the level `[energy]`, ``population`` and
+        ``population_error``.
+
+        Examples
+        --------
+        >>> list(carom.exchange(pair).populations)[-1]
+        'population_error'
+        """
+        return Table.read(self.folder / "energies.csv")
+
+    @cached_property
+    def attempts(self) -> Table:
+        """Rows of ``exchange.csv``, one for each attempt to swap: ``time``, and at each temperature ``replica_1``, ``potential_1`` and so on.
+
+        Examples
+        --------
+        >>> "replica_1" in carom.exchange(pair).attempts
+        True
+        """
+        return Table.read(self.folder / "exchange.csv")
+
+    @property
+    def potential_energies(self) -> NDArray[np.float64]:
+        """Potential energy of the replica at each temperature at each attempt `[energy]`, of the shape ``(temperatures, attempts)``: what WHAM and
+        MBAR reweight.
+
+        Examples
+        --------
+        >>> carom.exchange(pair).potential_energies.shape[0]
+        3
+        """
+        rows = self.attempts
+        return np.array([rows[f"potential_{at}"] for at in range(1, len(self.temperatures) + 1)], dtype=float)
+
+    @cached_property
+    def frames(self) -> list[Trajectory]:
+        """The trajectory at each temperature, in the order of the temperatures.
+
+        Examples
+        --------
+        >>> len(carom.exchange(pair).frames)
+        3
+        """
+        count = len(self.temperatures)
+        return [Trajectory(self.folder / f"trajectory-{at}.xyz", _owner=self) for at in range(1, count + 1)]
+
+    def page(self) -> str:
+        """The page of the exchange as HTML.
+
+        Examples
+        --------
+        >>> "<!DOCTYPE html>" in carom.exchange(pair).page()
+        True
+        """
+        return (self.folder / "exchange.html").read_text(encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        return framed(self.page())
+
+    def __repr__(self) -> str:
+        return f"<Exchange of {self.summary['scene']}: {len(self.temperatures)} temperatures, {self.summary['attempts']} attempts>"

@@ -1,0 +1,566 @@
+"""A simulation: a scene in motion, from event to event."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from carom import _carom
+from carom._frame import Frame
+from carom._scene import Scene, SceneLike, whole
+
+__all__ = ["EVENT", "EVENT_KINDS", "Simulation"]
+
+#: Kinds of events, in the order of their numbers in the field ``kind``.
+EVENT_KINDS: tuple[str, ...] = (
+    "core",
+    "capture",
+    "release",
+    "bounce",
+    "wall -x",
+    "wall +x",
+    "wall -y",
+    "wall +y",
+    "wall -z",
+    "wall +z",
+    "thermostat",
+)
+
+#: Type of an event in the arrays of :meth:`Simulation.events`.
+EVENT: np.dtype[np.void] = np.dtype(
+    [
+        ("time", "=f8"),
+        ("kind", "u1"),
+        ("particle", "=u4"),
+        ("partner", "=i8"),
+        ("positions", "=f8", (2, 3)),
+        ("velocities_before", "=f8", (2, 3)),
+        ("velocities_after", "=f8", (2, 3)),
+        ("energy_step", "=f8"),
+        ("dissipated", "=f8"),
+        ("impulse", "=f8"),
+        ("distance", "=f8"),
+        ("normal", "=f8", (3,)),
+    ]
+)
+
+#: More than any simulation has.
+_ENDLESS = 2**64 - 1
+
+
+def _bits(kinds: str | Iterable[str] | None) -> int:
+    if kinds is None:
+        return (1 << len(EVENT_KINDS)) - 1
+    bits = 0
+    for kind in [kinds] if isinstance(kinds, str) else kinds:
+        numbers = [at for at, known in enumerate(EVENT_KINDS) if kind in (known, known.split()[0])]
+        if not numbers:
+            raise ValueError(f"kinds: expected some of {', '.join(EVENT_KINDS)}, or wall for all walls, found {kind!r}")
+        for number in numbers:
+            bits |= 1 << number
+    return bits
+
+
+def _finite(name: str, value: Any) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: expected a number, found {value!r}") from None
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: expected a finite number, found {number}")
+    return number
+
+
+def _vectors(name: str, value: ArrayLike, count: int) -> NDArray[np.float64]:
+    array = np.asarray(value)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
+    if array.shape != (count, 3):
+        raise ValueError(f"{name}: expected an array of the shape ({count}, 3), found {array.shape}")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+class Simulation:
+    """A simulation: a scene in motion. It goes on to the same bits however often it is stopped, looked at or copied.
+
+    While it advances, other threads of Python run, and Ctrl-C ends the call in good order: the simulation is at the event that it had come to, and
+    can go on. Two threads cannot use the same simulation at the same time; each can have a :meth:`copy`.
+
+    Parameters
+    ----------
+    scene : Scene, path or dict
+        As for :class:`Scene`.
+    plan : bool
+        Whether a scene is refused that plans what only a run does: stages, an equilibration, a thermostat that scales velocities. ``False``
+        leaves the plan out, with its thermostat, and takes the dynamics alone.
+    seed, set
+        As for :class:`Scene`.
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong, or needs a run.
+
+    Examples
+    --------
+    >>> simulation = carom.Simulation(fluid)
+    >>> simulation.advance(events=20_000)
+    'events'
+    >>> simulation.event_counts["core"]
+    20000
+    """
+
+    __slots__ = ("_core", "_scene")
+
+    _core: _carom.Simulation
+    _scene: Scene
+
+    def __init__(
+        self, scene: SceneLike, *, plan: bool = True, seed: int | None = None, set: dict[str, Any] | None = None
+    ) -> None:
+        self._scene = Scene(scene, seed=seed, set=set)
+        self._core = _carom.Simulation(self._scene._core, bool(plan))
+
+    # Going on
+
+    def _until(self, duration: Any, events: Any, until: Any) -> tuple[float, int]:
+        if duration is None and events is None and until is None:
+            raise ValueError("expected a duration, a number of events, or until=TIME; the first of them ends the call")
+        time = math.inf
+        if duration is not None:
+            length = _finite("duration", duration)
+            if length < 0.0:
+                raise ValueError(f"duration: expected a time of at least 0, found {length}")
+            time = self._core.time + length
+        if until is not None:
+            goal = _finite("until", until)
+            if goal < self._core.time:
+                raise ValueError(f"until: expected a time from {self._core.time} on, which is now, found {goal}")
+            time = min(time, goal)
+        count = _ENDLESS
+        if events is not None:
+            count = min(_ENDLESS, self._core.physical_events() + whole("events", events))
+        return time, count
+
+    def advance(
+        self,
+        duration: float | None = None,
+        *,
+        events: int | None = None,
+        until: float | None = None,
+        stop: Callable[[np.void], bool] | None = None,
+        kinds: str | Iterable[str] | None = None,
+    ) -> str:
+        """Goes on, until the first of what is given.
+
+        Parameters
+        ----------
+        duration : float
+            Simulated time from now `[time]`.
+        events : int
+            Number of physical events from now: all but those of thermostats.
+        until : float
+            Simulated time since the start of the scene `[time]`.
+        stop : callable
+            Is asked after each event of ``kinds``, with the event as an entry of type :data:`EVENT`; the call ends there if the answer is true. The
+            simulation is at that event when it is asked, so that it can be looked at, too. Some 3 microseconds for each event.
+        kinds : str or list of str
+            Some of :data:`EVENT_KINDS`, or ``"wall"``; all if not given.
+
+        Returns
+        -------
+        str
+            Why it ended: ``"time"``, ``"events"``, ``"stop"``, or ``"idle"`` if nothing will ever happen again.
+
+        Raises
+        ------
+        SimulationError
+            If the dynamics come to rest in a way that needs infinitely many events.
+        ValueError, TypeError
+            If nothing says where to end, or a number is negative, not finite or none.
+        KeyboardInterrupt
+            At Ctrl-C; the simulation can go on.
+
+        Examples
+        --------
+        >>> simulation = carom.Simulation(fluid)
+        >>> simulation.advance(2.0), simulation.time
+        ('time', 2.0)
+        >>> simulation.advance(events=10**6, stop=lambda event: 5 in (event["particle"], event["partner"]))
+        'stop'
+        """
+        time, count = self._until(duration, events, until)
+        if stop is None:
+            if kinds is not None:
+                raise ValueError("kinds: are those of the events that `stop` is asked about, and there is no `stop`")
+            return self._core.advance(time, count)
+        if not callable(stop):
+            raise TypeError(f"stop: expected a function of an event, found {stop!r}")
+        bits = _bits(kinds)
+        while True:
+            found, reason = self._core.events(1, time, count, bits)
+            if len(found) and stop(found.view(EVENT)[0]):
+                return "stop"
+            if reason is not None:
+                return reason
+
+    def events(
+        self,
+        duration: float | None = None,
+        *,
+        events: int | None = None,
+        until: float | None = None,
+        kinds: str | Iterable[str] | None = None,
+        batch: int = 65536,
+    ) -> Iterator[NDArray[np.void]]:
+        """Goes on as :meth:`advance` does, and hands out all events, a batch at a time.
+
+        The simulation is at the last event of a batch when that is handed out; a loop that is left early leaves it there.
+
+        Parameters
+        ----------
+        duration, events, until
+            Where it ends, as for :meth:`advance`.
+        kinds : str or list of str
+            Only events of these kinds; all if not given.
+        batch : int
+            Most events at a time; each takes 221 bytes.
+
+        Yields
+        ------
+        array of :data:`EVENT`, shape (m,)
+            ``time`` `[time]`; ``kind``, a number that :data:`EVENT_KINDS` names; ``particle`` and ``partner``, ids, -1 where there is no
+            partner; of both ``positions`` `[length]` within the box, ``velocities_before`` and ``velocities_after`` `[length / time]`,
+            of the shape (2, 3), 0 for no partner; ``energy_step``, the potential energy gained `[energy]`, of a thermostat the kinetic energy that it gave;
+            ``dissipated``, the kinetic energy lost to restitution `[energy]`; ``normal``, the unit vector from the partner to the particle; ``impulse``, the
+            momentum that the particle gained along it `[mass length / time]`; ``distance`` of the discontinuity `[length]`.
+
+        Raises
+        ------
+        As :meth:`advance`.
+
+        Examples
+        --------
+        The pressure of hard spheres by the virial, from the events:
+
+        >>> simulation = carom.Simulation(fluid, seed=2)
+        >>> _ = simulation.advance(events=20_000)
+        >>> start, virial = simulation.time, 0.0
+        >>> for batch in simulation.events(events=50_000):
+        ...     virial += (batch["impulse"] * batch["distance"]).sum()
+        >>> z = 1.0 + virial / (3 * 107 / 3 * 3 * (simulation.time - start))
+        >>> bool(abs(z - 3.95) < 0.1)
+        True
+        """
+        # Mistakes are found here, not at the first batch.
+        time, count = self._until(duration, events, until)
+        return self._batches(time, count, _bits(kinds), whole("batch", batch, 1))
+
+    def _batches(self, time: float, count: int, bits: int, batch: int) -> Iterator[NDArray[np.void]]:
+        while True:
+            found, reason = self._core.events(batch, time, count, bits)
+            if len(found):
+                yield found.view(EVENT)
+            if reason is not None:
+                return
+
+    def copy(self) -> Simulation:
+        """A copy, which goes on to the same bits.
+
+        Examples
+        --------
+        >>> one = carom.Simulation(fluid)
+        >>> two = one.copy()
+        >>> one.advance(1.0), two.advance(1.0)
+        ('time', 'time')
+        >>> bool((one.positions == two.positions).all())
+        True
+        """
+        copied = Simulation.__new__(Simulation)
+        copied._scene = self._scene
+        copied._core = self._core.copy()
+        return copied
+
+    def __copy__(self) -> Simulation:
+        return self.copy()
+
+    def __deepcopy__(self, _memo: Any) -> Simulation:
+        return self.copy()
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a simulation cannot be pickled: pickle its scene, or write a run with carom.run, which can be resumed")
+
+    # Looking
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that it started from.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).scene.name
+        'fluid'
+        """
+        return self._scene
+
+    @property
+    def time(self) -> float:
+        """Simulated time `[time]`.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).time
+        0.0
+        """
+        return self._core.time
+
+    @property
+    def engine(self) -> str:
+        """The engine that was chosen for the scene, in words.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).engine.split(",")[0]
+        'force-free particles'
+        """
+        return self._core.engine
+
+    @property
+    def event_counts(self) -> dict[str, int]:
+        """How often each kind of event has happened since the start: ``core``, ``capture``, ``release``, ``bounce``, ``wall``, ``thermostat``, and
+        ``transition``, the moves between cells and lists of neighbours, which are not physical.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).event_counts["core"]
+        0
+        """
+        return self._core.event_counts()
+
+    @property
+    def energy(self) -> dict[str, float]:
+        """Energies now `[energy]`: ``kinetic``; ``thermal``, without what streams in a sheared box; ``potential``; ``pair``, the part of
+        that which comes from pairs; and ``dissipated`` and ``supplied`` since the start. ``kinetic + potential + dissipated - supplied`` is
+        conserved.
+
+        Examples
+        --------
+        >>> round(carom.Simulation(fluid).energy["kinetic"], 9)  # 3 (N - 1) / 2
+        160.5
+        """
+        return self._core.energy()
+
+    @property
+    def momentum(self) -> NDArray[np.float64]:
+        """Total momentum `[mass length / time]`, of the shape ``(3,)``.
+
+        Examples
+        --------
+        >>> bool(abs(carom.Simulation(fluid).momentum).max() < 1e-12)
+        True
+        """
+        return np.array(self._core.momentum())
+
+    @property
+    def deepest_overlap(self) -> float:
+        """The deepest overlap now of all pairs and walls, relative to the distance that is needed; round-off, some 1e-15, in a sound simulation.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).deepest_overlap
+        0.0
+        """
+        return self._core.deepest_overlap()
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Positions now `[length]`, of the shape ``(n, 3)``, in the order of the ids; within the box along periodic axes but for round-off.
+
+        What is read is a new array, made in one pass. What is assigned is checked as the positions of a scene are, and the states of pairs follow from
+        the distances; the energy that this supplies is counted.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If an array is assigned of another shape, with numbers that are not finite, or in which particles overlap, leave a sheared box or move along
+            a flat axis; the simulation is as it was then.
+
+        Examples
+        --------
+        >>> simulation = carom.Simulation(fluid)
+        >>> simulation.positions = simulation.positions + [0.1, 0.0, 0.0]
+        >>> simulation.positions.shape
+        (108, 3)
+        """
+        return self._core.positions()
+
+    @positions.setter
+    def positions(self, positions: ArrayLike) -> None:
+        self.set_positions(positions)
+
+    def set_positions(self, positions: ArrayLike, *, keep_states: bool = False) -> None:
+        """Puts all particles elsewhere.
+
+        Parameters
+        ----------
+        positions : array, shape (n, 3)
+            `[length]`, in the order of the ids.
+        keep_states : bool
+            Whether captured pairs stay captured; positions that do not agree with that are refused. Otherwise the states follow from the distances.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As for :attr:`positions`.
+
+        Examples
+        --------
+        >>> simulation = carom.Simulation(fluid)
+        >>> try:
+        ...     simulation.set_positions(0.7 * simulation.positions)
+        ... except ValueError as error:
+        ...     print(str(error).split(" by ")[0])
+        positions: particle 106 overlaps with particle 107
+        """
+        self._core.set_positions(_vectors("positions", positions, len(self._scene)), bool(keep_states))
+
+    @property
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities now `[length / time]`, of the shape ``(n, 3)``, in the order of the ids. Assigning is :meth:`set_velocities`.
+
+        Examples
+        --------
+        >>> simulation = carom.Simulation(fluid)
+        >>> simulation.velocities = 2.0 * simulation.velocities
+        >>> round(simulation.energy["kinetic"], 9)
+        642.0
+        """
+        return self._core.velocities()
+
+    @velocities.setter
+    def velocities(self, velocities: ArrayLike) -> None:
+        self.set_velocities(velocities)
+
+    def set_velocities(self, velocities: ArrayLike) -> None:
+        """Gives all particles new velocities, now. The energy that this supplies is counted.
+
+        Parameters
+        ----------
+        velocities : array, shape (n, 3)
+            `[length / time]`, in the order of the ids; 0 along flat axes and for what is static.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the array has another shape, or numbers that are not finite or not real; the simulation is as it was then.
+
+        Examples
+        --------
+        >>> simulation = carom.Simulation(fluid)
+        >>> simulation.set_velocities(-simulation.velocities)
+        """
+        self._core.set_velocities(_vectors("velocities", velocities, len(self._scene)))
+
+    @property
+    def images(self) -> NDArray[np.int32]:
+        """Periods travelled along each axis since the start, of the shape ``(n, 3)``; :attr:`Frame.unwrapped` uses them.
+
+        Examples
+        --------
+        >>> int(abs(carom.Simulation(fluid).images).max())
+        0
+        """
+        return self._core.images()
+
+    @property
+    def species(self) -> NDArray[np.uint32]:
+        """Species of each particle, of the shape ``(n,)``: indices into ``scene.species_names``.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).species[:3]
+        array([0, 0, 0], dtype=uint32)
+        """
+        return self._core.species()
+
+    @property
+    def captured_pairs(self) -> NDArray[np.uint32]:
+        """Pairs within a well or beyond another step, each once, of the shape ``(pairs, 3)``: lower id, higher id, and how many steps they are inside.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).captured_pairs.shape
+        (0, 3)
+        """
+        return self._core.captured_pairs()
+
+    def frame(self) -> Frame:
+        """All particles now, with the box: for other programs, and for what needs positions, velocities and images of the same time.
+
+        Examples
+        --------
+        >>> simulation = carom.Simulation(fluid)
+        >>> _ = simulation.advance(1.0)
+        >>> simulation.frame().time
+        1.0
+        """
+        scene, core = self._scene, self._core
+        species = core.species()
+        return Frame(
+            time=core.time,
+            positions=core.positions(),
+            velocities=core.velocities(),
+            images=core.images(),
+            ids=np.arange(len(species), dtype=np.uint32),
+            species=species,
+            radii=0.5 * scene.diameters[species],
+            species_names=scene.species_names,
+            species_masses=scene.masses,
+            lower=scene.lower,
+            size=scene.size,
+            periodic=scene.periodic,
+            displacement=core.displacement,
+            bonds=scene.bonds,
+        )
+
+    def to_ase(self) -> Any:
+        """As :meth:`Frame.to_ase`, now.
+
+        Examples
+        --------
+        >>> len(carom.Simulation(fluid).to_ase())  # doctest: +ASE
+        108
+        """
+        return self.frame().to_ase()
+
+    def to_mdanalysis(self) -> Any:
+        """As :meth:`Frame.to_mdanalysis`, now.
+
+        Examples
+        --------
+        >>> carom.Simulation(fluid).to_mdanalysis().atoms.n_atoms  # doctest: +MDANALYSIS
+        108
+        """
+        return self.frame().to_mdanalysis()
+
+    def to_freud(self) -> tuple[Any, NDArray[np.float64]]:
+        """As :meth:`Frame.to_freud`, now.
+
+        Examples
+        --------
+        >>> box, points = carom.Simulation(fluid).to_freud()  # doctest: +FREUD
+        >>> len(points)  # doctest: +FREUD
+        108
+        """
+        return self.frame().to_freud()
+
+    def __len__(self) -> int:
+        return len(self._scene)
+
+    def __repr__(self) -> str:
+        scene = self._scene
+        return f"<Simulation of {scene.name} at time {self.time:g}: {len(scene)} particles>"

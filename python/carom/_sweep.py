@@ -1,0 +1,316 @@
+"""Sweeps: one scene with values that vary, a run for each combination, on whatever runs tasks."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor, as_completed
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom import _carom
+from carom._errors import CaromWarning, FolderError
+from carom._run import Progress, Run, framed, path_of
+from carom._scene import Scene, SceneLike, overrides, whole
+from carom._tables import Table
+
+__all__ = ["Sweep", "sweep"]
+
+#: Digits of a number that varies, as in the ranges of the program.
+_DIGITS = 12
+
+
+def sweep(
+    scene: SceneLike,
+    vary: Mapping[Any, Any] | None = None,
+    seeds: int | Iterable[int] | None = None,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    executor: Executor | None = None,
+    jobs: int | None = None,
+    set: Mapping[str, Any] | None = None,
+    checkpoint_every: float = 300.0,
+    progress: bool = True,
+) -> Sweep:
+    """Runs a scene for all combinations of values, as ``carom sweep`` does, in the same folder: what is there is not run again.
+
+    A sweep that was interrupted goes on where it stopped, to the same bits, whichever of the two began it; so do its runs, from their
+    checkpoints. It takes further values and seeds.
+
+    Parameters
+    ----------
+    scene : path, dict or Scene
+        As for :class:`Scene`.
+    vary : dict
+        Values by key of the scene: a list or an array (numbers are written with 12 digits), or text as ``--vary`` of the program takes it, such as
+        ``"0.05..0.49/12"``. A tuple of keys has a list of tuples: values that change together.
+    seeds : int or list of int, optional
+        Repetitions of each state point: so many, from 1, or with these seeds. Means are taken over them.
+    out : path, optional
+        The folder; ``runs/NAME-sweep`` if not given. Other processes and machines must find it under the same path.
+    executor : concurrent.futures.Executor, optional
+        What runs the points: ``ProcessPoolExecutor``, ``MPIPoolExecutor`` of mpi4py, ``client.get_executor()`` of Dask. Each point is a task of
+        its own, and a task that is run again, because its worker was lost, goes on from the last checkpoint. Threads of this process if not given.
+    jobs : int, optional
+        Number of these threads; as many as there are processors if not given.
+    set : dict, optional
+        Replaces values at all points, as for :class:`Scene`.
+    checkpoint_every, progress
+        As for :func:`run`.
+
+    Raises
+    ------
+    SweepError
+        If an axis is wrong, or the folder holds another sweep.
+    SceneError
+        If a key or a value is wrong.
+    FolderError
+        If the folder holds something else.
+
+    Warns
+    -----
+    CaromWarning
+        If runs have failed: :attr:`Sweep.failures` says why. The others are complete.
+
+    Examples
+    --------
+    >>> result = carom.sweep(fluid, {"fill.0.packing_fraction": [0.1, 0.2]}, seeds=2, out="sweep")
+    >>> result.mean["packing_fraction"], result.mean["runs"]
+    (array([0.1, 0.2]), array([2, 2]))
+    >>> z = result.mean["compressibility_factor"]
+    >>> bool(abs(z[1] - 2.4) < 0.1)
+    True
+    """
+    axes = [_axis(key, values) for key, values in (vary or {}).items()]
+    if seeds is not None:
+        if isinstance(seeds, Iterable):
+            numbers = [whole("seeds", seed) for seed in seeds]
+        else:
+            numbers = list(range(1, whole("seeds", seeds, 1) + 1))
+        axes.append("seed=" + ",".join(str(number) for number in numbers))
+    if isinstance(scene, (str, os.PathLike)) and not (isinstance(scene, str) and "\n" in scene):
+        path = Path(scene)
+        core = _carom.Sweep(path, None, overrides(None, set), axes)
+        name = path.stem
+    else:
+        made = Scene(scene)
+        core = _carom.Sweep(Path(f"{made.name}.toml"), made.to_toml(), overrides(None, set), axes)
+        name = made.name
+    core.check()
+    folder = Path("runs") / f"{name}-sweep" if out is None else path_of("out", out)
+    folder = Path(os.path.abspath(folder))
+    core.begin(folder)
+    if executor is None:
+        threads = (os.cpu_count() or 1) if jobs is None else whole("jobs", jobs, 1)
+        with Progress(progress, name) as bar:
+            core.run_all(folder, threads, float(checkpoint_every), bar.callback)
+    else:
+        if jobs is not None:
+            raise ValueError("jobs: are those of the threads of this process; an executor has a number of workers of its own")
+        _submit(core, folder, executor, float(checkpoint_every), progress, name)
+    return _finished(core, folder)
+
+
+def _text(key: str, value: Any) -> str:
+    """A value of an axis as the program takes it."""
+    if isinstance(value, str):
+        plain = value.replace("-", "").replace("_", "").replace(".", "").isalnum() and ".." not in value
+        return value if plain else _carom.Scene.value_of(value, key)
+    if isinstance(value, (float, np.floating)) and not isinstance(value, bool):
+        number = float(value)
+        if not np.isfinite(number):
+            raise ValueError(f"vary: {key} has the value {number}, expected finite numbers")
+        return f"{number:.{_DIGITS}g}"
+    return _carom.Scene.value_of(value, key)
+
+
+def _axis(keys: Any, values: Any) -> str:
+    """An axis as the program takes it."""
+    if isinstance(keys, str):
+        if isinstance(values, str):
+            return f"{keys}={values}"
+        if isinstance(values, Mapping) or not hasattr(values, "__iter__"):
+            raise TypeError(f"vary: {keys} has {values!r}, expected a list of values, or text such as '0.1..0.5/9'")
+        texts = [_text(keys, value) for value in values]
+        if not texts:
+            raise ValueError(f"vary: {keys} has no values")
+        return f"{keys}=" + ",".join(texts)
+    if not isinstance(keys, tuple) or not all(isinstance(key, str) for key in keys):
+        raise TypeError(f"vary: expected keys that are strings, or tuples of them, found {keys!r}")
+    rows = [tuple(row) for row in values]
+    if not rows:
+        raise ValueError(f"vary: {', '.join(keys)} have no values")
+    if any(len(row) != len(keys) for row in rows):
+        raise ValueError(f"vary: {', '.join(keys)} change together: expected a value of each in every entry")
+    columns = zip(keys, zip(*rows))
+    return "; ".join(f"{key}=" + ",".join(_text(key, value) for value in column) for key, column in columns)
+
+
+def _point(folder: str, name: str, checkpoint_every: float) -> tuple[str, str | None]:
+    """Runs a point of the sweep in a folder: the task of an executor, whose process has nothing but the folder."""
+    return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, checkpoint_every)
+
+
+def _submit(
+    core: _carom.Sweep, folder: Path, executor: Executor, checkpoint_every: float, progress: bool, name: str
+) -> None:
+    if not hasattr(executor, "submit"):
+        cure = "for Dask give client.get_executor()" if hasattr(executor, "get_executor") else "such as ProcessPoolExecutor()"
+        raise TypeError(f"executor: expected a concurrent.futures.Executor, {cure}")
+    if not isinstance(executor, Executor):
+        raise TypeError("executor: expected a concurrent.futures.Executor; for Dask give client.get_executor()")
+    standing = core.standing(folder)
+    missing = [point for point, state, _ in standing if state != "done"]
+    over = len(standing) - len(missing)
+    futures = [executor.submit(_point, str(folder), point, checkpoint_every) for point in missing]
+    lost: BaseException | None = None
+    with Progress(progress, name) as bar:
+        try:
+            for future in as_completed(futures):
+                error = future.exception()
+                lost = lost or error
+                over += error is None
+                if bar.callback is not None:
+                    bar.callback("sweeping", over / max(1, len(standing)), 0.0, over)
+        except BaseException:
+            for future in futures:
+                future.cancel()
+            raise
+    if lost is not None:
+        # The tables show what is there; the same call goes on.
+        core.write(folder)
+        raise lost
+
+
+def _finished(core: _carom.Sweep, folder: Path) -> Sweep:
+    core.write(folder)
+    result = Sweep(folder, _core=core)
+    if result.failures:
+        lines = [f"{name}: {why}" for name, why in result.failures.items()]
+        message = f"{len(lines)} of {len(result.points)} runs failed:\n" + "\n".join(lines)
+        warnings.warn(message, CaromWarning, stacklevel=3)
+    return result
+
+
+class Sweep:
+    """A sweep in its folder: its points, their runs and the tables of all.
+
+    Parameters
+    ----------
+    folder : path
+        Made by :func:`sweep` or by the program; it may still be under way.
+
+    Raises
+    ------
+    FolderError, SweepError
+        If there is no such sweep, or its scene has changed.
+
+    Examples
+    --------
+    >>> result = carom.sweep(fluid, {"fill.0.packing_fraction": [0.1, 0.2]}, seeds=2, out="sweep")
+    >>> result
+    <Sweep of packing_fraction, seed: 4 points, 4 done>
+    >>> result.points[1]
+    {'fill.0.packing_fraction': 0.1, 'seed': 2}
+    """
+
+    def __init__(self, folder: str | os.PathLike[str], *, _core: _carom.Sweep | None = None) -> None:
+        #: The folder.
+        self.folder: Path = path_of("folder", folder)
+        if not (self.folder / "sweep.toml").exists():
+            raise FolderError(f"{self.folder} is not the folder of a sweep: it has no sweep.toml")
+        self._core = _core or _carom.Sweep.open(self.folder)
+        self._standing = self._core.standing(self.folder)
+
+    @cached_property
+    def points(self) -> list[dict[str, Any]]:
+        """Keys and values of each point, in the order of the tables, the last key fastest.
+
+        Examples
+        --------
+        >>> carom.sweep(fluid, seeds=2, out="seeds").points
+        [{'seed': 1}, {'seed': 2}]
+        """
+        return [{key: _value(text) for key, text in settings} for _, settings in self._core.points()]
+
+    @property
+    def runs(self) -> list[Run | None]:
+        """The run of each point; ``None`` where it is not done.
+
+        Examples
+        --------
+        >>> [run.is_sound for run in carom.sweep(fluid, seeds=2, out="seeds").runs]
+        [True, True]
+        """
+        return [Run(self.folder / name) if state == "done" else None for name, state, _ in self._standing]
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Why runs have failed, by the name of their folder.
+
+        Examples
+        --------
+        >>> carom.sweep(fluid, seeds=2, out="seeds").failures
+        {}
+        """
+        return {name: why or "" for name, state, why in self._standing if state == "failed"}
+
+    @cached_property
+    def _units(self) -> dict[str, str]:
+        table = Table.read(self.folder / "sweep-columns.csv")
+        return dict(zip(table["column"].tolist(), table["unit"].tolist()))
+
+    @property
+    def table(self) -> Table:
+        """Rows of ``sweep.csv``, one for each run: the values that vary, and each quantity ``x`` with ``x_error``, its standard error.
+
+        Examples
+        --------
+        >>> carom.sweep(fluid, seeds=2, out="seeds").table["seed"]
+        array([1, 2])
+        """
+        return Table.read(self.folder / "sweep.csv", self._units)
+
+    @property
+    def mean(self) -> Table:
+        """Rows of ``sweep-mean.csv``, one for each state point: means over the seeds, ``x_error`` by the errors of the runs, and ``x_scatter`` by
+        how far the runs are apart, which should agree.
+
+        Examples
+        --------
+        >>> carom.sweep(fluid, seeds=2, out="seeds").mean["runs"]
+        array([2])
+        """
+        return Table.read(self.folder / "sweep-mean.csv", self._units)
+
+    def page(self) -> str:
+        """The page of the sweep as HTML: every quantity against the values that vary, with published curves beside.
+
+        Examples
+        --------
+        >>> "<!DOCTYPE html>" in carom.sweep(fluid, seeds=2, out="seeds").page()
+        True
+        """
+        return (self.folder / "sweep.html").read_text(encoding="utf-8")
+
+    def _repr_html_(self) -> str:
+        return framed(self.page())
+
+    def __len__(self) -> int:
+        return len(self._standing)
+
+    def __repr__(self) -> str:
+        done = sum(state == "done" for _, state, _ in self._standing)
+        return f"<Sweep of {', '.join(self._core.names())}: {len(self)} points, {done} done>"
+
+
+def _value(text: str) -> Any:
+    """A value as it was typed."""
+    try:
+        return _carom.parse_toml(f"v = {text}")["v"]
+    except ValueError:
+        return text

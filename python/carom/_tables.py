@@ -1,0 +1,239 @@
+"""Tables, observables and curves: what runs measure, as arrays."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Curve", "Observable", "Table"]
+
+
+@dataclass(frozen=True)
+class Observable:
+    """A mean with its standard error.
+
+    Attributes
+    ----------
+    mean : float
+    error : float or None
+        Standard error of the mean, from block averages; ``None`` where the run is too short for one.
+    unit : str
+        Unit; ``1`` for a pure number.
+    is_stationary : bool or None
+        Whether it was stationary while it was measured; ``None`` where that cannot be told.
+
+    Examples
+    --------
+    >>> z = carom.run(fluid).observables["compressibility_factor"]
+    >>> print(z)
+    3.977 +- 0.023 [1]
+    """
+
+    mean: float
+    error: float | None
+    unit: str
+    is_stationary: bool | None = None
+
+    def __float__(self) -> float:
+        return self.mean
+
+    def __str__(self) -> str:
+        if not self.error:
+            return f"{self.mean:.6g} [{self.unit}]"
+        digits = max(0, 1 - int(np.floor(np.log10(self.error))))
+        return f"{self.mean:.{digits}f} +- {self.error:.{digits}f} [{self.unit}]"
+
+
+class Table(Mapping[str, NDArray[Any]]):
+    """Columns by name: arrays of the same length, with their units. What is not known is not a number.
+
+    Examples
+    --------
+    >>> thermo = carom.run(fluid).thermo
+    >>> thermo["time"][0], thermo.units["time"]
+    (np.float64(0.0), 'time')
+    """
+
+    def __init__(self, columns: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> None:
+        self._columns = dict(columns)
+        #: Unit of each column, where it is known.
+        self.units = dict(units or {})
+
+    @classmethod
+    def read(cls, path: Path, units: Mapping[str, str] | None = None) -> Table:
+        """Reads a table of Carom, with a line of headings and commas between the cells.
+
+        Examples
+        --------
+        >>> run = carom.run(fluid)
+        >>> len(carom.Table.read(run.folder / "thermo.csv")) == len(run.thermo)
+        True
+        """
+        with open(path, newline="", encoding="utf-8") as file:
+            rows = csv.reader(file)
+            heads = next(rows, [])
+            cells = list(zip(*rows)) or [() for _ in heads]
+        return cls({head: _column(values) for head, values in zip(heads, cells)}, units)
+
+    def to_pandas(self) -> Any:
+        """The table as a ``pandas.DataFrame``.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> list(carom.run(fluid).thermo.to_pandas().columns)[:2]  # doctest: +PANDAS
+        ['time', 'events']
+        """
+        from pandas import DataFrame
+
+        return DataFrame(self._columns)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        try:
+            return self._columns[name]
+        except KeyError:
+            raise KeyError(f"no column {name!r}; there are {', '.join(self._columns)}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+    def __repr__(self) -> str:
+        rows = len(next(iter(self._columns.values()), ()))
+        return f"<Table of {rows} rows: {', '.join(self._columns)}>"
+
+
+def _column(cells: tuple[str, ...]) -> NDArray[Any]:
+    try:
+        return np.array([int(cell) for cell in cells], dtype=np.int64)
+    except (ValueError, OverflowError):
+        pass
+    try:
+        return np.array([float(cell) if cell else np.nan for cell in cells])
+    except ValueError:
+        return np.array(cells, dtype=object)
+
+
+@dataclass(frozen=True, repr=False)
+class Curve:
+    """A measured function, such as a radial distribution function, with standard errors.
+
+    Attributes
+    ----------
+    name, title, method : str
+        What it is, and how it was measured.
+    variables : dict of str to array
+        What it is a function of: one variable, or those of a grid, all of the same length.
+    values : dict of str to array
+        The quantities; not a number where there is nothing.
+    errors : dict of str to array
+        Their standard errors; not a number where there are too few data.
+    units : dict of str to str
+        Of variables and values.
+    published : list of dict
+        What theory or other simulations say, where that is known.
+
+    Examples
+    --------
+    >>> run = carom.run(fluid, set={"measure.radial_distribution": True})
+    >>> g = run.curves["radial_distribution"]
+    >>> g.x.shape == g.y.shape == g.error.shape
+    True
+    """
+
+    name: str
+    title: str
+    method: str
+    variables: dict[str, NDArray[np.float64]]
+    values: dict[str, NDArray[np.float64]]
+    errors: dict[str, NDArray[np.float64]]
+    units: dict[str, str]
+    published: list[dict[str, Any]] = field(default_factory=list)
+
+    @classmethod
+    def _of(cls, json: Mapping[str, Any]) -> Curve:
+        def numbers(values: list[float | None]) -> NDArray[np.float64]:
+            return np.array([np.nan if it is None else it for it in values], dtype=float)
+
+        variables, series = json["variables"], json["series"]
+        return cls(
+            name=json["name"],
+            title=json["title"],
+            method=json["method"],
+            variables={it["name"]: numbers(it["values"]) for it in variables},
+            values={it["name"]: numbers(it["values"]) for it in series},
+            errors={it["name"]: numbers(it["standard_errors"]) for it in series},
+            units={it["name"]: it["unit"] for it in [*variables, *series]},
+            published=list(json.get("published", [])),
+        )
+
+    @property
+    def x(self) -> NDArray[np.float64]:
+        """The first variable.
+
+        Examples
+        --------
+        >>> run = carom.run(fluid, set={"measure.radial_distribution": True})
+        >>> bool(run.curves["radial_distribution"].x[0] > 0)
+        True
+        """
+        return next(iter(self.variables.values()))
+
+    @property
+    def y(self) -> NDArray[np.float64]:
+        """The first quantity.
+
+        Examples
+        --------
+        >>> run = carom.run(fluid, set={"measure.radial_distribution": True})
+        >>> float(run.curves["radial_distribution"].y[0])
+        0.0
+        """
+        return next(iter(self.values.values()))
+
+    @property
+    def error(self) -> NDArray[np.float64]:
+        """The standard error of the first quantity.
+
+        Examples
+        --------
+        >>> run = carom.run(fluid, set={"measure.radial_distribution": True})
+        >>> len(run.curves["radial_distribution"].error) > 10
+        True
+        """
+        return next(iter(self.errors.values()))
+
+    def to_pandas(self) -> Any:
+        """The curve as a ``pandas.DataFrame``, with the errors in columns of their own.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed.
+
+        Examples
+        --------
+        >>> run = carom.run(fluid, set={"measure.radial_distribution": True})
+        >>> run.curves["radial_distribution"].to_pandas().shape[1]  # doctest: +PANDAS
+        3
+        """
+        from pandas import DataFrame
+
+        errors = {f"{name} error": values for name, values in self.errors.items()}
+        return DataFrame({**self.variables, **self.values, **errors})
+
+    def __repr__(self) -> str:
+        of = ", ".join(self.variables)
+        return f"<Curve {', '.join(self.values)} of {of}: {len(self.x)} points>"

@@ -1,0 +1,138 @@
+//! Errors of the library as exceptions of the package, which are classes of `carom._errors`.
+
+use std::error::Error;
+
+use carom::base::text::{printable, with_causes};
+use carom::engine::{Arrest, EngineError, InvariantBroken, NeedsRun};
+use carom::exchange::{ExchangeError, ExchangeFolderError, StartError};
+use carom::io::OutputError;
+use carom::run::RunError;
+use carom::scene::SceneError;
+use carom::sweep::SweepError;
+use carom::view::report::ReportError;
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+/// Columns of a message: what a traceback and a notebook show without wrapping.
+const WIDTH: usize = 100;
+
+/// An exception of the package: the name of its class, its message and its attributes.
+pub fn exception(class: &str, message: &str, attributes: &[(&str, Option<String>)]) -> PyErr {
+    Python::attach(|py| {
+        let made = (|| {
+            let class = py.import("carom._errors")?.getattr(class)?;
+            let keywords = PyDict::new(py);
+            for (name, value) in attributes {
+                keywords.set_item(name, value)?;
+            }
+            class.call((printable(message),), Some(&keywords))
+        })();
+        made.map_or_else(|error| error, PyErr::from_value)
+    })
+}
+
+/// The same with a cure, which is part of the message.
+pub fn cured(class: &str, message: &str, cure: Option<&str>) -> PyErr {
+    let text = cure.map_or_else(|| message.to_owned(), |cure| format!("{message}\n  help: {cure}"));
+    exception(class, &text, &[("cure", cure.map(str::to_owned))])
+}
+
+/// A scene that is wrong: what the program prints, with the place.
+pub fn scene(error: &SceneError) -> PyErr {
+    let mut text = String::new();
+    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).with_width(WIDTH);
+    if handler.render_report(&mut text, error).is_err() {
+        text = with_causes(error);
+    }
+    let key = error.config_path().to_string();
+    exception(
+        "SceneError",
+        text.trim_end(),
+        &[
+            ("problem", Some(with_causes(error))),
+            ("key", (!key.is_empty()).then_some(key)),
+            ("line", error.line().map(|line| line.to_string())),
+            ("cure", error.help().map(|help| help.to_string())),
+        ],
+    )
+}
+
+pub fn output(error: &OutputError) -> PyErr {
+    cured("FolderError", &with_causes(error), error.cure())
+}
+
+pub fn engine(error: &EngineError) -> PyErr {
+    let cure = match error {
+        EngineError::Arrest(_) => Some(Arrest::CURE),
+        EngineError::InvariantBroken(_) => Some(InvariantBroken::CURE),
+        _ => None,
+    };
+    cured("SimulationError", &error.to_string(), cure)
+}
+
+pub fn needs_run(error: &NeedsRun) -> PyErr {
+    let what = match error {
+        NeedsRun::Stage { name } => format!("the scene plans the stage `{name}`"),
+        NeedsRun::Equilibration => "the scene plans an equilibration".to_owned(),
+        NeedsRun::Rescaling => "the scene plans a thermostat that scales velocities".to_owned(),
+        NeedsRun::Exchange => "the scene plans replicas at several temperatures".to_owned(),
+        _ => error.to_string(),
+    };
+    let cure = match error {
+        NeedsRun::Exchange => "use carom.exchange, or Simulation(scene, plan=False) for the dynamics alone",
+        _ => "use carom.run, or Simulation(scene, plan=False) for the dynamics alone",
+    };
+    let text = format!("{what}, which a run does and a simulation does not\n  help: {cure}");
+    exception("SceneError", &text, &[("problem", Some(what)), ("cure", Some(cure.to_owned()))])
+}
+
+pub fn run(error: &RunError<OutputError>) -> PyErr {
+    match error {
+        RunError::Recorder(error) => output(error),
+        error => cured("SimulationError", &with_causes(error), None),
+    }
+}
+
+pub fn sweep(error: &SweepError) -> PyErr {
+    match error {
+        SweepError::Scene(error) => scene(error),
+        SweepError::Output(error) => output(error),
+        error => cured("SweepError", &with_causes(error), error.cure()),
+    }
+}
+
+pub fn exchange_folder(error: &ExchangeFolderError) -> PyErr {
+    match error {
+        ExchangeFolderError::Output(error) => output(error),
+        ExchangeFolderError::Start(error) => exchange_start(error),
+        error => cured("FolderError", &with_causes(error), error.cure()),
+    }
+}
+
+pub fn exchange_start(error: &StartError) -> PyErr {
+    cured("SceneError", &with_causes(error), None)
+}
+
+pub fn exchange(error: &ExchangeError<OutputError>) -> PyErr {
+    match error {
+        ExchangeError::Recorder(error) => output(error),
+        ExchangeError::Engine { source, .. } => engine(source),
+        error => cured("SimulationError", &with_causes(error), None),
+    }
+}
+
+pub fn report(error: &ReportError) -> PyErr {
+    cured("FolderError", &with_causes(error), Some(error.cure()))
+}
+
+/// An error of reading a file of a run.
+pub fn unreadable(path: &std::path::Path, error: &(dyn Error + 'static)) -> PyErr {
+    cured("FolderError", &format!("cannot read {}: {}", path.display(), with_causes(error)), None)
+}
+
+/// A value that another thread is using.
+pub fn busy(what: &str) -> PyErr {
+    PyRuntimeError::new_err(format!("{what} is advancing in another thread; wait for it, or give each thread a copy"))
+}

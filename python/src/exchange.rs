@@ -1,0 +1,51 @@
+//! Replica exchange, in a folder, as `carom exchange` makes it.
+
+use std::path::PathBuf;
+
+use carom::exchange::{ExchangeFolder, Opened};
+use carom::io::{Existing, refuse_input};
+use carom::view::report;
+use pyo3::prelude::*;
+
+use crate::error;
+use crate::run::{Watch, interval_of};
+use crate::scene::{Scene, borrowed};
+
+/// Runs the replicas of a scene in a folder, or goes on with them. What comes back is what the audits object to.
+#[pyfunction]
+pub fn exchange(
+    py: Python<'_>,
+    scene: &Scene,
+    out: PathBuf,
+    jobs: usize,
+    checkpoint_every: f64,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<Vec<String>> {
+    let interval = interval_of(checkpoint_every)?;
+    let mut watch = Watch::new(callback);
+    py.detach(|| {
+        if !ExchangeFolder::is_one(&out) {
+            refuse_input(&out, scene.inputs()).map_err(|error| error::output(&error))?;
+        }
+        let record = scene.model.record_of(scene.text.clone(), &scene.name, &borrowed(&scene.set));
+        let record = record.map_err(|error| error::scene(&error))?;
+        let opened = ExchangeFolder::open(&out, scene.model.clone(), &record);
+        if let Opened::UnderWay(begun) = opened.map_err(|error| error::exchange_folder(&error))? {
+            let (folder, exchange) = *begun;
+            let mut folder = folder.checkpoint_every(interval);
+            let ran = exchange.execute(jobs, &mut folder, &mut |[attempts, total]| {
+                watch.tell("exchanging", attempts as f64 / total.max(1) as f64, 0.0, attempts)
+            });
+            let exchange = ran.map_err(|error| error::exchange(&error))?;
+            if let Some(raised) = watch.raised.take() {
+                return Err(raised);
+            }
+            folder.complete(&exchange).map_err(|error| error::exchange_folder(&error))?;
+        }
+        let summary = ExchangeFolder::read(&out).map_err(|error| error::exchange_folder(&error))?;
+        let page = report::exchange_page(&out).map_err(|error| error::exchange_folder(&error))?;
+        let written = report::write(&page, &report::exchange_page_in(&out), Existing::Replace);
+        written.map_err(|error| error::report(&error))?;
+        Ok(summary.results.faults)
+    })
+}

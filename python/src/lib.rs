@@ -1,0 +1,39 @@
+//! The compiled part of the Python package `carom`: scenes, simulations, runs, sweeps and exchanges of the library, with NumPy arrays.
+//!
+//! It is private to the package: the classes and functions that users see, with their documentation, are in the folder `carom` beside it. Wherever it
+//! simulates it lets other threads of Python run, and looks for signals now and then.
+
+mod error;
+mod exchange;
+mod frames;
+mod run;
+mod scene;
+mod signals;
+mod simulation;
+mod sweep;
+
+use pyo3::prelude::*;
+
+/// See `carom/_carom.pyi`.
+#[pymodule]
+mod _carom {
+    use super::*;
+
+    #[pymodule_export]
+    use super::exchange::exchange;
+    #[pymodule_export]
+    use super::frames::Trajectory;
+    #[pymodule_export]
+    use super::run::{observable_units, page, resume, run};
+    #[pymodule_export]
+    use super::scene::{Scene, parse_toml};
+    #[pymodule_export]
+    use super::simulation::Simulation;
+    #[pymodule_export]
+    use super::sweep::Sweep;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

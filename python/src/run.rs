@@ -1,0 +1,193 @@
+//! Whole runs, in a folder, as `carom run` makes them.
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use carom::analysis::observables::OBSERVABLES;
+use carom::base::text::{self, with_causes};
+use carom::io::estimate::{SizeEstimate, allowance, free_disk};
+use carom::io::{Existing, Folder, refuse_input};
+use carom::model::{Limit, Scene as Model};
+use carom::run::{Ending, Progress, Recorder, Run, Stage, expected_rate};
+use carom::view::{final_table, report};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::error;
+use crate::scene::{Scene, borrowed};
+use crate::signals::Signals;
+
+/// Tells Python how far a run is, and looks for signals.
+pub struct Watch {
+    signals: Signals,
+    callback: Option<Py<PyAny>>,
+    /// The exception that ends the run.
+    pub raised: Option<PyErr>,
+}
+
+impl Watch {
+    pub fn new(callback: Option<Py<PyAny>>) -> Self {
+        Self { signals: Signals::new(), callback, raised: None }
+    }
+
+    pub fn see(&mut self, progress: &Progress) -> ControlFlow<()> {
+        let stage = match progress.stage {
+            Stage::Preparation(_) => "preparing",
+            Stage::EquilibrationOf(_) | Stage::Equilibration => "equilibrating",
+            _ => "measuring",
+        };
+        self.tell(stage, progress.fraction(), progress.time, progress.events)
+    }
+
+    /// Calls the callback with these, and looks for signals, if it is time to.
+    pub fn tell(&mut self, stage: &str, fraction: f64, time: f64, events: u64) -> ControlFlow<()> {
+        if self.raised.is_some() {
+            return ControlFlow::Break(());
+        }
+        if !self.signals.is_due() {
+            return ControlFlow::Continue(());
+        }
+        let seen = Python::attach(|py| {
+            py.check_signals()?;
+            if let Some(callback) = &self.callback {
+                callback.bind(py).call1((stage, fraction, time, events))?;
+            }
+            Ok(())
+        });
+        match seen {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(raised) => {
+                self.raised = Some(raised);
+                ControlFlow::Break(())
+            }
+        }
+    }
+}
+
+/// What a run may write where the user does not say.
+fn most_bytes(scene: &Model, path: &Path, force: bool) -> PyResult<f64> {
+    if force {
+        return Ok(f64::INFINITY);
+    }
+    let most = allowance(free_disk(path));
+    let bytes = SizeEstimate::of(scene, expected_rate(scene)).bytes;
+    if bytes <= most {
+        return Ok(most);
+    }
+    let size = text::size;
+    let message = format!("the run would write some {}, and writes no more than {} unasked", size(bytes), size(most));
+    Err(error::cured("FolderError", &message, Some("choose longer intervals in [output], another out, or force=True")))
+}
+
+pub fn limit_of(time: Option<f64>, events: Option<u64>) -> PyResult<Option<Limit>> {
+    if let Some(time) = time.filter(|time| !(1e-50..=1e50).contains(time)) {
+        return Err(PyValueError::new_err(format!("until_time: expected a time from 1e-50 to 1e50, found {time}")));
+    }
+    if events == Some(0) {
+        return Err(PyValueError::new_err("until_events: expected a number of at least 1, found 0"));
+    }
+    Ok((time.is_some() || events.is_some()).then_some(Limit { time, events }))
+}
+
+pub fn interval_of(seconds: f64) -> PyResult<Duration> {
+    if !(1e-3..=1e9).contains(&seconds) {
+        let message = format!("checkpoint_every: expected a time from 0.001 to 1e9 seconds, found {seconds}");
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(Duration::from_secs_f64(seconds))
+}
+
+/// Runs a scene in a folder. What comes back is why it is not sound, if it is not.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
+pub fn run(
+    py: Python<'_>,
+    scene: &Scene,
+    out: PathBuf,
+    force: bool,
+    checkpoint_every: f64,
+    until_time: Option<f64>,
+    until_events: Option<u64>,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<Option<String>> {
+    let limit = limit_of(until_time, until_events)?;
+    let interval = interval_of(checkpoint_every)?;
+    if scene.model.exchange().is_some() {
+        let message = "the scene has [exchange], replicas at several temperatures";
+        return Err(error::cured("SceneError", message, Some("use carom.exchange, or leave [exchange] out")));
+    }
+    let mut watch = Watch::new(callback);
+    py.detach(|| {
+        let mut model = scene.model.clone();
+        if let Some(limit) = limit {
+            model = model.with_limit(limit).map_err(|error| error::scene(&error))?;
+        }
+        let record = model.record_of(scene.text.clone(), &scene.name, &borrowed(&scene.set));
+        let record = record.map_err(|error| error::scene(&error))?;
+        refuse_input(&out, scene.inputs()).map_err(|error| error::output(&error))?;
+        let most = most_bytes(&model, &out, force)?;
+        let existing = if force { Existing::Replace } else { Existing::Keep };
+        let folder = Folder::create(&out, &model, existing).map_err(|error| error::output(&error))?;
+        let mut folder = folder.checkpoint_every(interval).at_most(most);
+        folder.keep_scene(&record).map_err(|error| error::output(&error))?;
+        execute(Run::without_start(model), folder, &mut watch)
+    })
+}
+
+/// Goes on with the run in a folder, from its last checkpoint.
+#[pyfunction]
+pub fn resume(
+    py: Python<'_>,
+    path: PathBuf,
+    checkpoint_every: f64,
+    until_time: Option<f64>,
+    until_events: Option<u64>,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<Option<String>> {
+    let limit = limit_of(until_time, until_events)?;
+    let interval = interval_of(checkpoint_every)?;
+    let mut watch = Watch::new(callback);
+    py.detach(|| {
+        let (folder, checkpoint) = Folder::resume(&path, limit).map_err(|error| error::output(&error))?;
+        let mut folder = folder.checkpoint_every(interval).at_most(allowance(free_disk(&path)));
+        if limit.is_some() {
+            let kept = folder.checkpoint(&checkpoint.simulation, &checkpoint.state);
+            kept.map_err(|error| error::output(&error))?;
+        }
+        let limit = checkpoint.simulation.scene().run().limit;
+        folder.keep_limit(limit).map_err(|error| error::output(&error))?;
+        execute(Run::resume(checkpoint), folder, &mut watch)
+    })
+}
+
+fn execute(run: Run, mut folder: Folder, watch: &mut Watch) -> PyResult<Option<String>> {
+    let finished = run.execute(&mut folder, &mut |progress| watch.see(progress));
+    let finished = finished.map_err(|error| error::run(&error))?;
+    let excess = folder.excess().filter(|_| finished.ending == Ending::Interrupted);
+    let done = folder.complete(&finished, &final_table::text(&finished)).map_err(|error| error::output(&error))?;
+    if let Some(raised) = watch.raised.take() {
+        return Err(raised);
+    }
+    if let Some(excess) = excess {
+        return Err(error::output(&excess));
+    }
+    let unconverted = done.failures.first();
+    Ok(finished
+        .trouble()
+        .or_else(|| unconverted.map(|it| format!("the trajectory was not converted: {}", with_causes(it)))))
+}
+
+/// Units of all observables, by name.
+#[pyfunction]
+pub fn observable_units(dimensions: usize) -> BTreeMap<&'static str, String> {
+    OBSERVABLES.iter().map(|(name, unit)| (*name, text::unit(unit, dimensions))).collect()
+}
+
+/// The page of a run, as HTML.
+#[pyfunction]
+pub fn page(py: Python<'_>, path: PathBuf) -> PyResult<String> {
+    let page = py.detach(|| report::page(&path)).map_err(|error| error::report(&error))?;
+    Ok(page.html)
+}

@@ -1,0 +1,253 @@
+//! Scenes: from text, and from dictionaries.
+
+use std::path::{Path, PathBuf};
+
+use carom::io::read_scene_text;
+use carom::model::{ParticleId, Scene as Model};
+use carom::view::description;
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
+use toml::{Table, Value};
+
+use crate::error;
+
+/// A validated scene, with the text that it was read from.
+#[pyclass(frozen, module = "carom._carom")]
+pub struct Scene {
+    pub model: Model,
+    pub text: String,
+    /// The file, or what stands for it.
+    pub name: PathBuf,
+    pub set: Vec<(String, String)>,
+}
+
+/// Pairs as the library takes them.
+pub fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
+    pairs.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
+}
+
+/// Vectors as an array of the shape `(n, 3)`.
+pub fn vectors<T: numpy::Element>(py: Python<'_>, flat: Vec<T>) -> PyResult<Bound<'_, PyArray2<T>>> {
+    let rows = flat.len() / 3;
+    PyArray1::from_vec(py, flat).reshape([rows, 3])
+}
+
+#[pymethods]
+impl Scene {
+    /// Reads a scene from its text; `name` stands for the file.
+    #[new]
+    fn new(py: Python<'_>, text: String, name: PathBuf, set: Vec<(String, String)>) -> PyResult<Self> {
+        let made = py.detach(|| read_scene_text(text.as_str(), &name, &borrowed(&set)));
+        Ok(Self { model: made.map_err(|error| error::scene(&error))?, text, name, set })
+    }
+
+    /// TOML of a dictionary.
+    #[staticmethod]
+    fn toml_of(dictionary: &Bound<'_, PyAny>) -> PyResult<String> {
+        match value_of(dictionary, "the scene")? {
+            Value::Table(table) => {
+                toml::to_string(&table).map_err(|error| PyValueError::new_err(format!("the scene is no TOML: {error}")))
+            }
+            _ => Err(PyTypeError::new_err("expected a dictionary with the keys of a scene file")),
+        }
+    }
+
+    /// A value as the text of TOML.
+    #[staticmethod]
+    fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<String> {
+        Ok(value_of(value, place)?.to_string())
+    }
+
+    /// The TOML from which it can be made again anywhere.
+    fn record(&self) -> PyResult<String> {
+        let record = self.model.record_of(self.text.clone(), &self.name, &borrowed(&self.set));
+        record.map_err(|error| error::scene(&error))
+    }
+
+    fn description(&self) -> String {
+        description::text(&self.model)
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        description::warnings(&self.model)
+    }
+
+    /// Name, text, file and what was set.
+    fn source(&self) -> (String, PathBuf, Vec<(String, String)>) {
+        (self.text.clone(), self.name.clone(), self.set.clone())
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        self.model.name()
+    }
+
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.model.seed()
+    }
+
+    #[getter]
+    fn count(&self) -> usize {
+        self.model.particles().len()
+    }
+
+    /// Number of axes along which particles move.
+    #[getter]
+    fn dimensions(&self) -> usize {
+        self.model.space().dimensions()
+    }
+
+    #[getter]
+    fn packing_fraction(&self) -> Option<f64> {
+        self.model.space().is_closed().then(|| self.model.packing_fraction())
+    }
+
+    /// Lower corner, edges, and which axes are periodic and flat.
+    fn space(&self) -> ([f64; 3], [f64; 3], [bool; 3], [bool; 3]) {
+        use carom::model::space::Boundary;
+        let space = self.model.space();
+        let is = |kind: Boundary| space.boundary.map(|boundary| boundary == kind);
+        (space.lower.into(), space.size.into(), is(Boundary::Periodic), is(Boundary::Flat))
+    }
+
+    /// Name, mass (infinite where static) and diameter of each species.
+    fn species_table(&self) -> Vec<(String, f64, f64)> {
+        self.model.species().iter().map(|it| (it.name.clone(), it.mass, it.diameter)).collect()
+    }
+
+    fn has_exchange(&self) -> bool {
+        self.model.exchange().is_some()
+    }
+
+    fn species<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
+        PyArray1::from_iter(py, self.model.particles().iter().map(|particle| u32::from(particle.species.0)))
+    }
+
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        vectors(py, self.model.particles().iter().flat_map(|particle| particle.position.iter().copied()).collect())
+    }
+
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        vectors(py, self.model.particles().iter().flat_map(|particle| particle.velocity.iter().copied()).collect())
+    }
+
+    fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let ends: Vec<u32> = self.model.bonds().iter().flat_map(|bond| bond.pair.map(|ParticleId(id)| id)).collect();
+        let rows = ends.len() / 2;
+        PyArray1::from_vec(py, ends).reshape([rows, 2])
+    }
+}
+
+impl Scene {
+    /// What a run keeps as its scene, and the files that it reads.
+    pub fn inputs(&self) -> impl Iterator<Item = &Path> {
+        self.model.inputs().iter().map(|input| Path::new(&input.path)).chain([self.name.as_path()])
+    }
+}
+
+/// A value of Python as one of TOML; `place` is where it stands, for messages.
+fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
+    if value.is_instance_of::<PyBool>() {
+        return Ok(Value::Boolean(value.extract()?));
+    }
+    if value.is_instance_of::<PyInt>() {
+        let number = value.extract::<i64>();
+        return number
+            .map(Value::Integer)
+            .map_err(|_| PyOverflowError::new_err(format!("{place}: expected a whole number from -2^63 to 2^63 - 1")));
+    }
+    if value.is_instance_of::<PyFloat>() {
+        return Ok(Value::Float(value.extract()?));
+    }
+    if value.is_instance_of::<PyString>() {
+        return Ok(Value::String(value.extract()?));
+    }
+    if let Ok(mapping) = value.cast::<PyMapping>() {
+        return table_of(mapping, place).map(Value::Table);
+    }
+    // Arrays and numbers of NumPy.
+    if value.hasattr("tolist")? {
+        return value_of(&value.call_method0("tolist")?, place);
+    }
+    if value.hasattr("__fspath__")? {
+        return Ok(Value::String(value.extract::<PathBuf>()?.to_string_lossy().into_owned()));
+    }
+    if value.is_none() || value.is_instance_of::<pyo3::types::PyBytes>() {
+        let kind = value.get_type().name()?.to_string();
+        let message = format!("{place}: {kind} is no value of a scene file; leave the key out where it has none");
+        return Err(PyTypeError::new_err(message));
+    }
+    let Ok(items) = value.try_iter() else {
+        let kind = value.get_type().name()?.to_string();
+        return Err(PyTypeError::new_err(format!(
+            "{place}: expected a number, a string, a list or a dictionary, found {kind}"
+        )));
+    };
+    let items = items.enumerate().map(|(at, item)| value_of(&item?, &format!("{place}.{at}")));
+    Ok(Value::Array(items.collect::<PyResult<_>>()?))
+}
+
+fn table_of(mapping: &Bound<'_, PyMapping>, place: &str) -> PyResult<Table> {
+    let mut table = Table::new();
+    for pair in mapping.items()?.iter() {
+        let (key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>) = pair.extract()?;
+        let Ok(key) = key.extract::<String>() else {
+            return Err(PyTypeError::new_err(format!(
+                "{place}: expected keys that are strings, found {}",
+                key.repr()?
+            )));
+        };
+        let inner = if place == "the scene" { key.clone() } else { format!("{place}.{key}") };
+        table.insert(key, value_of(&value, &inner)?);
+    }
+    Ok(table)
+}
+
+/// The tables and keys of a TOML text.
+#[pyfunction]
+pub fn parse_toml<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyAny>> {
+    let table: Table = text.parse().map_err(|error| PyValueError::new_err(format!("no TOML: {error}")))?;
+    object_of(py, Value::Table(table))
+}
+
+/// A value of TOML as one of Python.
+fn object_of(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
+    match value {
+        Value::String(text) => Ok(text.into_pyobject(py)?.into_any()),
+        Value::Integer(number) => Ok(number.into_pyobject(py)?.into_any()),
+        Value::Float(number) => Ok(number.into_pyobject(py)?.into_any()),
+        Value::Boolean(is) => Ok(PyBool::new(py, is).to_owned().into_any()),
+        Value::Datetime(time) => Ok(time.to_string().into_pyobject(py)?.into_any()),
+        Value::Array(items) => {
+            let items = items.into_iter().map(|item| object_of(py, item)).collect::<PyResult<Vec<_>>>()?;
+            Ok(PyList::new(py, items)?.into_any())
+        }
+        Value::Table(table) => {
+            let all = PyDict::new(py);
+            for (key, value) in table {
+                all.set_item(key, object_of(py, value)?)?;
+            }
+            Ok(all.into_any())
+        }
+    }
+}
+
+/// A dictionary of the names and values.
+pub fn dictionary<'py, V: IntoPyObject<'py>>(
+    py: Python<'py>,
+    items: impl IntoIterator<Item = (&'static str, V)>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let all = PyDict::new(py);
+    for (name, value) in items {
+        all.set_item(name, value)?;
+    }
+    Ok(all)
+}
+
+/// Names as a list.
+pub fn names<'py>(py: Python<'py>, names: impl IntoIterator<Item = String>) -> PyResult<Bound<'py, PyList>> {
+    PyList::new(py, names.into_iter().collect::<Vec<_>>())
+}

@@ -1,0 +1,271 @@
+//! A simulation from event to event.
+
+use std::ops::ControlFlow;
+use std::sync::{Mutex, MutexGuard, TryLockError};
+
+use carom::Vector;
+use carom::engine::event::{Event, EventCounts};
+use carom::engine::{PairStates, ParticleNow, Reason, Simulation as Engine, Until};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::error;
+use crate::scene::{Scene, dictionary, vectors};
+use crate::signals::Signals;
+
+/// Bytes of an event, in the order of `carom.EVENT`.
+const EVENT: usize = 221;
+
+/// A simulation, and events that were asked for and not handed out because a signal came.
+struct State {
+    engine: Engine,
+    pending: Vec<u8>,
+}
+
+/// A simulation. The lock is never waited for with Python's own lock held: another thread that asks in the meantime gets an error.
+#[pyclass(frozen, module = "carom._carom")]
+pub struct Simulation(Mutex<State>);
+
+impl Simulation {
+    fn state(&self) -> PyResult<MutexGuard<'_, State>> {
+        self.0.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => error::busy("the simulation"),
+            TryLockError::Poisoned(_) => error::cured("SimulationError", "the simulation has failed before", None),
+        })
+    }
+
+    /// Numbers of all particles, in the order of their ids.
+    fn numbers<T: Send>(
+        &self,
+        py: Python<'_>,
+        each: usize,
+        of: impl Fn(&ParticleNow, &mut Vec<T>) + Sync,
+    ) -> PyResult<Vec<T>> {
+        let state = self.state()?;
+        Ok(py.detach(|| {
+            let mut numbers = Vec::with_capacity(each * state.engine.population().iter().sum::<usize>());
+            let Ok(()) = state.engine.for_each_now(|particle| {
+                of(&particle, &mut numbers);
+                Ok::<(), std::convert::Infallible>(())
+            });
+            numbers
+        }))
+    }
+}
+
+fn word(reason: Reason) -> &'static str {
+    match reason {
+        Reason::Time => "time",
+        Reason::Events => "events",
+        Reason::Observer => "stop",
+        _ => "idle",
+    }
+}
+
+fn until(time: f64, events: u64) -> PyResult<Until> {
+    if time.is_nan() {
+        return Err(PyValueError::new_err("expected a time that is a number, found nan"));
+    }
+    Ok(Until { time, events })
+}
+
+#[pymethods]
+impl Simulation {
+    /// The dynamics of a scene from its start. With a plan, what only a run does is refused; without, it is left out.
+    #[new]
+    fn new(py: Python<'_>, scene: &Scene, plan: bool) -> PyResult<Self> {
+        let model = scene.model.clone();
+        let made = py.detach(|| if plan { Engine::new(model) } else { Ok(Engine::without_plan(model)) });
+        let engine = made.map_err(|error| error::needs_run(&error))?;
+        Ok(Self(Mutex::new(State { engine, pending: Vec::new() })))
+    }
+
+    fn copy(&self, py: Python<'_>) -> PyResult<Self> {
+        let state = self.state()?;
+        let copied = py.detach(|| State { engine: state.engine.clone(), pending: state.pending.clone() });
+        Ok(Self(Mutex::new(copied)))
+    }
+
+    /// Goes on until a time or a number of events since the start, and says why it ended.
+    fn advance(&self, py: Python<'_>, time: f64, events: u64) -> PyResult<&'static str> {
+        let until = until(time, events)?;
+        let mut state = self.state()?;
+        if !state.pending.is_empty() {
+            let message =
+                "events that were asked for have not been handed out, because a signal came: go on with events() first";
+            return Err(PyValueError::new_err(message));
+        }
+        let engine = &mut state.engine;
+        py.detach(|| {
+            let mut signals = Signals::new();
+            loop {
+                let reason = engine.advance_for(signals.steps(), until, |_| ());
+                if let Some(reason) = reason.map_err(|error| error::engine(&error))? {
+                    return Ok(word(reason));
+                }
+                signals.look()?;
+            }
+        })
+    }
+
+    /// The same up to `count` events of the kinds whose bits are set; these as bytes, and why it ended: `None` if there are as many as that.
+    fn events<'py>(
+        &self,
+        py: Python<'py>,
+        count: usize,
+        time: f64,
+        events: u64,
+        kinds: u16,
+    ) -> PyResult<(Bound<'py, PyArray1<u8>>, Option<&'static str>)> {
+        let until = until(time, events)?;
+        let mut state = self.state()?;
+        let State { engine, pending } = &mut *state;
+        let reason = py.detach(|| -> PyResult<_> {
+            let bytes = count.saturating_mul(EVENT);
+            pending.reserve(bytes.saturating_sub(pending.len()).min(1 << 28));
+            let mut signals = Signals::new();
+            while pending.len() < bytes {
+                let reason = engine.advance_for(signals.steps(), until, |event| {
+                    if kinds >> event.kind.code() & 1 == 1 {
+                        write(event, pending);
+                    }
+                    if pending.len() < bytes { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+                });
+                match reason.map_err(|error| error::engine(&error))? {
+                    Some(Reason::Observer) | None => signals.look()?,
+                    Some(reason) => return Ok(Some(word(reason))),
+                }
+            }
+            Ok(None)
+        })?;
+        let found = std::mem::take(&mut state.pending);
+        Ok((PyArray1::from_vec(py, found), reason))
+    }
+
+    #[getter]
+    fn time(&self) -> PyResult<f64> {
+        Ok(self.state()?.engine.time())
+    }
+
+    #[getter]
+    fn displacement(&self) -> PyResult<f64> {
+        Ok(self.state()?.engine.displacement())
+    }
+
+    #[getter]
+    fn engine(&self) -> PyResult<String> {
+        Ok(self.state()?.engine.engine().to_string())
+    }
+
+    fn physical_events(&self) -> PyResult<u64> {
+        Ok(self.state()?.engine.event_counts().physical())
+    }
+
+    fn event_counts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let state = self.state()?;
+        let EventCounts { core, capture, release, bounce, wall, thermostat, transition, .. } =
+            *state.engine.event_counts();
+        let counts = [
+            ("core", core),
+            ("capture", capture),
+            ("release", release),
+            ("bounce", bounce),
+            ("wall", wall),
+            ("thermostat", thermostat),
+            ("transition", transition),
+        ];
+        dictionary(py, counts)
+    }
+
+    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let state = self.state()?;
+        let energy = py.detach(|| state.engine.energy());
+        let counts = state.engine.event_counts();
+        let energies = [
+            ("kinetic", energy.kinetic),
+            ("thermal", energy.thermal),
+            ("potential", energy.potential),
+            ("pair", energy.pair),
+            ("dissipated", counts.dissipated.total()),
+            ("supplied", counts.supplied.total()),
+        ];
+        dictionary(py, energies)
+    }
+
+    fn momentum(&self) -> PyResult<[f64; 3]> {
+        Ok(self.state()?.engine.energy().momentum.into())
+    }
+
+    /// The deepest overlap now, relative to the distance that is needed; 0 if nothing overlaps.
+    fn deepest_overlap(&self, py: Python<'_>) -> PyResult<f64> {
+        let state = self.state()?;
+        Ok(py.detach(|| state.engine.deepest_overlap()).map_or(0.0, |overlap| overlap.depth))
+    }
+
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        vectors(py, self.numbers(py, 3, |particle, all| all.extend(particle.position.iter()))?)
+    }
+
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        vectors(py, self.numbers(py, 3, |particle, all| all.extend(particle.velocity.iter()))?)
+    }
+
+    fn images<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
+        vectors(py, self.numbers(py, 3, |particle, all| all.extend(particle.image))?)
+    }
+
+    fn species<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let all = self.numbers(py, 1, |particle, all| all.push(u32::from(particle.species.0)))?;
+        Ok(PyArray1::from_vec(py, all))
+    }
+
+    /// Pairs that are captured: lower id, higher id, state.
+    fn captured_pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let state = self.state()?;
+        let pairs = py.detach(|| state.engine.captured_pairs());
+        let flat = pairs.iter().flat_map(|([a, b], state)| [a.0, b.0, u32::from(*state)]).collect();
+        vectors(py, flat)
+    }
+
+    fn set_velocities(&self, velocities: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
+        let velocities = vectors_of(&velocities)?;
+        let set = self.state()?.engine.set_velocities(&velocities);
+        set.map_err(|error| PyValueError::new_err(format!("velocities: {error}")))
+    }
+
+    fn set_positions(&self, positions: PyReadonlyArray2<'_, f64>, keep_states: bool) -> PyResult<()> {
+        let positions = vectors_of(&positions)?;
+        let states = if keep_states { PairStates::Keep } else { PairStates::FromDistances };
+        let set = self.state()?.engine.set_positions(&positions, states);
+        set.map_err(|error| PyValueError::new_err(format!("positions: {error}")))
+    }
+}
+
+fn vectors_of(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vector>> {
+    let view = array.as_array();
+    if view.ncols() != 3 {
+        return Err(PyValueError::new_err(format!("expected an array of the shape (n, 3), found {:?}", view.shape())));
+    }
+    Ok(view.rows().into_iter().map(|row| Vector::new(row[0], row[1], row[2])).collect())
+}
+
+/// An event as `carom.EVENT` has it: packed, in the byte order of the machine.
+fn write(event: &Event, bytes: &mut Vec<u8>) {
+    bytes.extend_from_slice(&event.time.to_ne_bytes());
+    bytes.push(event.kind.code());
+    bytes.extend_from_slice(&event.particle.0.to_ne_bytes());
+    bytes.extend_from_slice(&event.partner.map_or(-1, |partner| i64::from(partner.0)).to_ne_bytes());
+    for vector in event.positions.iter().chain(&event.before).chain(&event.after) {
+        for component in vector.iter() {
+            bytes.extend_from_slice(&component.to_ne_bytes());
+        }
+    }
+    for number in [event.energy_step, event.dissipated, event.impulse, event.distance] {
+        bytes.extend_from_slice(&number.to_ne_bytes());
+    }
+    for component in event.normal.iter() {
+        bytes.extend_from_slice(&component.to_ne_bytes());
+    }
+}

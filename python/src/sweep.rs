@@ -1,0 +1,193 @@
+//! Sweeps: their points, each of which any process can run, and their tables.
+
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use carom::io::Existing;
+use carom::io::estimate::{allowance, free_disk};
+use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep as Model, SweepFolder};
+use carom::view::{final_table, report};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+
+use crate::error;
+use crate::run::{Watch, interval_of};
+use crate::scene::borrowed;
+
+/// A scene with axes.
+#[pyclass(frozen, module = "carom._carom")]
+pub struct Sweep(Model);
+
+/// Folder of a point with its keys and values.
+type PointOf = (String, Vec<(String, String)>);
+
+#[pymethods]
+impl Sweep {
+    /// A sweep of the scene in a file, or of a text, for which `name` stands for the file.
+    #[new]
+    fn new(name: PathBuf, text: Option<String>, set: Vec<(String, String)>, vary: Vec<String>) -> PyResult<Self> {
+        let axes = vary.iter().map(|axis| axis.parse::<Axis>()).collect::<Result<Vec<_>, _>>();
+        let axes = axes.map_err(|error| error::sweep(&error.into()))?;
+        let made = match text {
+            Some(text) => Model::of_text(text, name, &borrowed(&set), axes),
+            None => Model::new(name, &borrowed(&set), axes),
+        };
+        made.map(Self).map_err(|error| error::sweep(&error))
+    }
+
+    /// The sweep in a folder.
+    #[staticmethod]
+    fn open(folder: PathBuf) -> PyResult<Self> {
+        Model::from_file(SweepFolder::file_in(&folder)).map(Self).map_err(|error| error::sweep(&error))
+    }
+
+    /// Folder, keys and values of each point.
+    fn points(&self) -> Vec<PointOf> {
+        self.0.points().iter().map(|point| (point.folder().to_owned(), point.settings().to_vec())).collect()
+    }
+
+    /// Short names of the keys, as in the tables.
+    fn names(&self) -> Vec<String> {
+        self.0.short_names()
+    }
+
+    /// Finds out what is wrong before anything is made: keys and types of all points, and one whole scene.
+    fn check(&self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| {
+            for point in self.0.points() {
+                self.0.check_keys_at(point).map_err(|error| error::scene(&error))?;
+            }
+            let (Some(first), Some(last)) = (self.0.points().first(), self.0.points().last()) else { return Ok(()) };
+            // A scene that is wrong at one end of an axis may be right at the other.
+            let scene = match self.0.scene_at(first) {
+                Ok(scene) => scene,
+                Err(error) => self.0.scene_at(last).map_err(|_| error::scene(&error))?,
+            };
+            if scene.exchange().is_some() {
+                let message = "the scene has [exchange], and a sweep varies runs";
+                let cure = "call carom.exchange in a loop, each with an out of its own";
+                return Err(error::cured("SweepError", message, Some(cure)));
+            }
+            Ok(())
+        })
+    }
+
+    /// Makes the folder, or opens it again.
+    fn begin(&self, folder: PathBuf) -> PyResult<()> {
+        SweepFolder::open(folder, &self.0).map(|_| ()).map_err(|error| error::sweep(&error))
+    }
+
+    /// Runs one point, by the name of its folder, if it is not there yet: what became of it, and why it failed.
+    fn run_point(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        name: &str,
+        checkpoint_every: f64,
+    ) -> PyResult<(&'static str, Option<String>)> {
+        let interval = interval_of(checkpoint_every)?;
+        let Some(point) = self.0.points().iter().find(|point| point.folder() == name) else {
+            return Err(PyKeyError::new_err(format!("the sweep in {} has no point {name}", folder.display())));
+        };
+        let mut watch = Watch::new(None);
+        let fate = py.detach(|| {
+            let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
+            let orders = orders(1, interval, &folder);
+            let fate = opened.execute_point(&self.0, point, &orders, &mut |progress| watch.see(progress));
+            fate.map_err(|error| error::sweep(&error))
+        })?;
+        match watch.raised.take() {
+            Some(raised) => Err(raised),
+            None => Ok(words(fate)),
+        }
+    }
+
+    /// Runs all points that are not there yet in threads.
+    fn run_all(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        jobs: usize,
+        checkpoint_every: f64,
+        callback: Option<Py<PyAny>>,
+    ) -> PyResult<Vec<(String, &'static str, Option<String>)>> {
+        let interval = interval_of(checkpoint_every)?;
+        let watch = Mutex::new((Watch::new(callback), vec![0.0; self.0.points().len()]));
+        let fates = py.detach(|| {
+            let opened = SweepFolder::open(&folder, &self.0).map_err(|error| error::sweep(&error))?;
+            let see = |place: usize, news: News<'_>| {
+                // No thread panics while it holds the lock.
+                let mut watch = watch.lock().unwrap_or_else(PoisonError::into_inner);
+                let (watch, parts) = &mut *watch;
+                match news {
+                    News::Progress(progress) => parts[place] = progress.fraction(),
+                    News::Over(_) => parts[place] = 1.0,
+                    _ => return ControlFlow::Continue(()),
+                }
+                let done = parts.iter().filter(|part| **part >= 1.0).count();
+                let all = parts.iter().sum::<f64>() / parts.len().max(1) as f64;
+                watch.tell("sweeping", all, 0.0, done as u64)
+            };
+            opened.execute(&self.0, &orders(jobs, interval, &folder), &see).map_err(|error| error::sweep(&error))
+        })?;
+        let (mut watch, _) = watch.into_inner().unwrap_or_else(PoisonError::into_inner);
+        if let Some(raised) = watch.raised.take() {
+            return Err(raised);
+        }
+        let named = |(place, fate): (usize, Fate)| {
+            let (word, why) = words(fate);
+            (self.0.points()[place].folder().to_owned(), word, why)
+        };
+        Ok(fates.into_iter().map(named).collect())
+    }
+
+    /// Writes the tables and the page of what there is.
+    fn write(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
+        py.detach(|| {
+            let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
+            let results = Results::read(&opened, &self.0);
+            opened.write_tables(&self.0, &results).map_err(|error| error::sweep(&error))?;
+            let page = report::sweep_page(&opened, &self.0, &results);
+            let written = report::write(&page, &report::sweep_page_in(&folder), Existing::Replace);
+            written.map_err(|error| error::report(&error))
+        })
+    }
+
+    /// Where each point stands: `done`, `failed` and why, `begun` or `missing`.
+    fn standing(&self, py: Python<'_>, folder: PathBuf) -> PyResult<Vec<(String, &'static str, Option<String>)>> {
+        py.detach(|| {
+            let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
+            let standing = self.0.points().iter().zip(Results::read(&opened, &self.0).points).map(|(point, result)| {
+                let (word, why) = match result.standing {
+                    Standing::Done => ("done", None),
+                    Standing::Failed(why) => ("failed", Some(why)),
+                    Standing::Begun => ("begun", None),
+                    _ => ("missing", None),
+                };
+                (point.folder().to_owned(), word, why)
+            });
+            Ok(standing.collect())
+        })
+    }
+}
+
+fn orders(jobs: usize, checkpoint_every: std::time::Duration, folder: &std::path::Path) -> Orders<'static> {
+    Orders {
+        jobs,
+        share: Share::ALL,
+        checkpoint_every,
+        most_bytes: allowance(free_disk(folder)),
+        report: &final_table::text,
+    }
+}
+
+fn words(fate: Fate) -> (&'static str, Option<String>) {
+    match fate {
+        Fate::Done => ("done", None),
+        Fate::Kept => ("kept", None),
+        Fate::Failed(why) => ("failed", Some(why)),
+        Fate::Elsewhere => ("elsewhere", None),
+        _ => ("interrupted", None),
+    }
+}

@@ -1,0 +1,67 @@
+"""What all tests start from."""
+
+from __future__ import annotations
+
+import copy
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+#: The repository, where the tests run in one.
+ROOT = Path(__file__).parents[2]
+
+FLUID = {
+    "name": "fluid",
+    "seed": 1,
+    "species": [{"name": "sphere", "mass": 1.0, "diameter": 1.0}],
+    "interaction": [{"species": ["sphere", "sphere"], "potential": "hard-sphere"}],
+    "fill": [{"species": "sphere", "arrangement": "fcc", "count": 108, "packing_fraction": 0.3, "temperature": 1.0}],
+    "run": {"until_events": 20_000},
+}
+
+#: Two species of unequal masses and diameters, wells, walls along one axis, gravity, restitution: every column has something in it.
+MIXTURE = {
+    "name": "mixture",
+    "seed": 3,
+    "space": {"size": [9.0, 8.0, 12.0], "z": "walls"},
+    "dynamics": {"gravity": [0.0, 0.0, -0.3]},
+    "species": [{"name": "A", "mass": 1.3, "diameter": 1.0}, {"name": "B", "mass": 0.7, "diameter": 0.8}],
+    "interaction": [
+        {"species": ["A", "A"], "potential": "square-well", "lambda": 1.4, "well_depth": 0.9, "restitution": 0.95},
+        {"species": ["A", "B"], "potential": "hard-sphere"},
+        {"species": ["B", "B"], "potential": "hard-sphere"},
+    ],
+    "fill": [
+        {"species": "A", "arrangement": "random", "count": 60, "temperature": 1.1},
+        {"species": "B", "arrangement": "random", "count": 40, "temperature": 1.1},
+    ],
+    "run": {"until_events": 5_000},
+    "output": {"events": True, "frame_interval": 0.5, "thermo_interval": 0.1},
+}
+
+
+@pytest.fixture
+def fluid() -> dict:
+    return copy.deepcopy(FLUID)
+
+
+@pytest.fixture
+def mixture() -> dict:
+    return copy.deepcopy(MIXTURE)
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each test has a folder of its own, where it runs."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="session")
+def program() -> str:
+    """The program, which CAROM names or the path has."""
+    found = os.environ.get("CAROM") or shutil.which("carom")
+    if found is None:
+        pytest.skip("there is no program carom: CAROM=path/to/carom names one")
+    return str(Path(found).absolute())

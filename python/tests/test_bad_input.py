@@ -1,0 +1,377 @@
+"""Whatever is wrong is an exception of the right type with the cure; nothing is left half done."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import signal
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import carom
+
+N = 108
+GOOD = np.zeros((N, 3))
+
+
+def changed(scene: dict, key: str, value: Any) -> dict:
+    """The scene with another value, by a path with dots."""
+    *path, last = key.split(".")
+    inner: Any = scene
+    for step in path:
+        inner = inner[int(step)] if step.isdigit() else inner[step]
+    inner[last] = value
+    return scene
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "kind", "words"),
+    [
+        ("sead", 3, carom.SceneError, "did you mean `seed`"),
+        ("species.0.mass", -1.0, carom.SceneError, "expected a positive finite number"),
+        ("species.0.mass", float("nan"), carom.SceneError, "expected a positive finite number"),
+        ("species.0.mass", None, TypeError, "leave the key out"),
+        ("species.0.mass", 1j, TypeError, "species.0.mass: expected a number"),
+        ("species.0.mass", b"1", TypeError, "bytes is no value"),
+        ("seed", 2**70, OverflowError, "from -2^63"),
+        ("fill.0.count", 1.5, carom.SceneError, "count"),
+        ("fill.0.packing_fraction", 0.9, carom.SceneError, "0.7"),
+        ("species", {1: 2}, TypeError, "keys that are strings"),
+        ("interaction.0.species", ["sphere", "cube"], carom.SceneError, "cube"),
+    ],
+)
+def test_a_scene_that_is_wrong(fluid: dict, key: str, value: Any, kind: type, words: str) -> None:
+    with pytest.raises(kind, match=words.replace("^", r"\^").replace("`", ".")):
+        carom.Scene(changed(fluid, key, value))
+
+
+def test_a_scene_that_is_none(fluid: dict, tmp_path: Path) -> None:
+    with pytest.raises(carom.SceneError, match="cannot read"):
+        carom.Scene("no/such/file.toml")
+    with pytest.raises(TypeError, match="from_toml"):
+        carom.Scene("seed = 1\nspecies = []")
+    for bad in (3, None, ["a"]):
+        with pytest.raises(TypeError, match="expected the path"):
+            carom.Scene(bad)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="expected the text"):
+        carom.Scene.from_toml(b"seed = 1")  # type: ignore[arg-type]
+    (tmp_path / "latin.toml").write_bytes(b"name = '\xff'")
+    with pytest.raises(carom.SceneError, match="cannot read"):
+        carom.Scene(tmp_path / "latin.toml")
+    for seed, kind in ((-1, ValueError), (1.5, TypeError), ("one", TypeError), (True, TypeError), (2**64, ValueError)):
+        with pytest.raises(kind, match="seed: expected a whole number"):
+            carom.Scene(fluid, seed=seed)  # type: ignore[arg-type]
+
+
+def test_errors_of_scenes_carry_the_place(fluid: dict) -> None:
+    text = "seed = 1\nsead = 2\n"
+    with pytest.raises(carom.SceneError) as caught:
+        carom.Scene.from_toml(text, name="mine.toml")
+    error = caught.value
+    assert (error.line, error.problem) == (2, "unknown key `sead`")
+    assert "mine.toml:2:1" in str(error) and error.cure == "did you mean `seed`?"
+    again = pickle.loads(pickle.dumps(error))
+    assert (type(again), str(again), again.line, again.cure) == (carom.SceneError, str(error), 2, error.cure)
+    with pytest.raises(ValueError):
+        carom.Scene.from_toml(text)
+
+
+@pytest.mark.parametrize(
+    ("value", "kind", "words"),
+    [
+        (np.zeros((N, 2)), ValueError, r"the shape \(108, 3\), found \(108, 2\)"),
+        (np.zeros((N - 1, 3)), ValueError, r"found \(107, 3\)"),
+        (np.zeros(3 * N), ValueError, r"found \(324,\)"),
+        (np.zeros((N, 3), dtype=complex), TypeError, "real numbers, found an array of complex128"),
+        (np.full((N, 3), "a"), TypeError, "real numbers"),
+        (np.full((N, 3), None), TypeError, "real numbers, found an array of object"),
+        (np.zeros((N, 3), dtype=bool), TypeError, "real numbers, found an array of bool"),
+        (np.where(np.arange(3 * N).reshape(N, 3) == 7, np.nan, 0.0), ValueError, "particle 2 is not a number"),
+        (np.where(np.arange(3 * N).reshape(N, 3) == 7, np.inf, 0.0), ValueError, "particle 2 is not a number"),
+        (5.0, ValueError, r"found \(\)"),
+        (None, TypeError, "real numbers"),
+    ],
+)
+def test_arrays_that_are_wrong(fluid: dict, value: Any, kind: type, words: str) -> None:
+    simulation = carom.Simulation(fluid)
+    before = simulation.velocities, simulation.positions
+    with pytest.raises(kind, match="velocities: .*" + words):
+        simulation.velocities = value
+    with pytest.raises(kind, match="positions: .*" + words):
+        simulation.positions = value
+    assert (simulation.velocities == before[0]).all() and (simulation.positions == before[1]).all()
+    assert simulation.advance(events=10) == "events"
+
+
+def test_arrays_of_any_layout_are_taken(fluid: dict) -> None:
+    simulation = carom.Simulation(fluid)
+    wanted = np.arange(3 * N, dtype=float).reshape(N, 3) % 5 - 2
+    big_endian = wanted.astype(">f8")
+    for array in (wanted, np.asfortranarray(wanted), big_endian, wanted.astype(np.int8), wanted[::-1][::-1], wanted.tolist()):
+        simulation.velocities = array
+        assert (simulation.velocities == wanted).all()
+    simulation.velocities = wanted.astype(np.float32)
+    assert (simulation.velocities == wanted).all()
+
+
+def test_overlaps_are_refused(fluid: dict) -> None:
+    simulation = carom.Simulation(fluid)
+    with pytest.raises(ValueError, match="overlaps with particle"):
+        simulation.positions = GOOD
+    assert simulation.deepest_overlap < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("keywords", "kind", "words"),
+    [
+        ({}, ValueError, "expected a duration"),
+        ({"duration": -1.0}, ValueError, "at least 0"),
+        ({"duration": float("nan")}, ValueError, "finite"),
+        ({"duration": float("inf")}, ValueError, "finite"),
+        ({"duration": "long"}, TypeError, "expected a number"),
+        ({"duration": 1j}, TypeError, "expected a number"),
+        ({"events": -1}, ValueError, "from 0"),
+        ({"events": 1.5}, TypeError, "whole number"),
+        ({"events": "many"}, TypeError, "whole number"),
+        ({"until": -5.0}, ValueError, "which is now"),
+        ({"events": 1, "stop": 3}, TypeError, "a function"),
+        ({"events": 1, "kinds": "core"}, ValueError, "there is no `stop`"),
+        ({"events": 1, "stop": bool, "kinds": "kore"}, ValueError, "'kore'"),
+    ],
+)
+def test_ends_that_are_wrong(fluid: dict, keywords: dict, kind: type, words: str) -> None:
+    with pytest.raises(kind, match=words):
+        carom.Simulation(fluid).advance(**keywords)
+
+
+def test_events_that_are_wrong(fluid: dict) -> None:
+    simulation = carom.Simulation(fluid)
+    for keywords, kind in (({"events": 1, "batch": 0}, ValueError), ({}, ValueError), ({"events": 1, "kinds": 3}, TypeError)):
+        with pytest.raises(kind):
+            simulation.events(**keywords)  # type: ignore[arg-type]
+    assert list(simulation.events(events=0)) == []
+
+
+def test_what_only_a_run_does(fluid: dict) -> None:
+    planned = changed(fluid, "run.equilibration_events", 100)
+    with pytest.raises(carom.SceneError, match="use carom.run"):
+        carom.Simulation(planned)
+    assert carom.Simulation(planned, plan=False).time == 0.0
+
+
+def test_a_simulation_is_not_pickled(fluid: dict) -> None:
+    simulation = carom.Simulation(fluid)
+    with pytest.raises(TypeError, match="pickle its scene"):
+        pickle.dumps(simulation)
+    scene = pickle.loads(pickle.dumps(simulation.scene))
+    assert (carom.Simulation(scene).positions == simulation.positions).all()
+    assert (copy.deepcopy(simulation).positions == simulation.positions).all()
+
+
+def test_two_threads_do_not_mix(fluid: dict) -> None:
+    simulation = carom.Simulation(fluid)
+    done = threading.Event()
+
+    def work() -> None:
+        simulation.advance(events=3_000_000)
+        done.set()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    errors = 0
+    while not done.is_set():
+        try:
+            simulation.time
+        except RuntimeError as error:
+            assert "another thread" in str(error)
+            errors += 1
+        time.sleep(0.001)
+    thread.join()
+    # This thread went on while the other one simulated: Python's lock was free.
+    assert errors > 10
+    assert simulation.event_counts["core"] == 3_000_000
+
+
+class Late(Exception):
+    pass
+
+
+def interrupted_after(seconds: float, call: Any) -> None:
+    """Calls it, and sends a signal to it."""
+
+    def ring(*_: object) -> None:
+        raise Late
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        with pytest.raises(Late):
+            call()
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def test_a_signal_ends_a_call_and_nothing_is_lost(fluid: dict) -> None:
+    simulation = carom.Simulation(fluid)
+    interrupted_after(0.2, lambda: simulation.advance(events=10**12))
+    count = simulation.event_counts["core"]
+    assert count > 100
+    other = carom.Simulation(fluid)
+    other.advance(events=count)
+    assert (other.positions == simulation.copy().positions).all() or other.time <= simulation.time
+    # Of a batch that was cut off nothing is lost.
+    simulation = carom.Simulation(fluid)
+    interrupted_after(0.2, lambda: next(iter(simulation.events(events=10**12, batch=10**9))))
+    with pytest.raises(ValueError, match="go on with events"):
+        simulation.advance(events=1)
+    count = simulation.event_counts["core"]
+    found = np.concatenate(list(simulation.events(events=7)))
+    expected = np.concatenate(list(carom.Simulation(fluid).events(events=count + 7)))
+    assert len(found) == count + 7 and (found == expected).all()
+
+
+def test_a_signal_ends_a_run_that_can_go_on(fluid: dict, tmp_path: Path) -> None:
+    long = changed(fluid, "run.until_events", 10**12)
+    interrupted_after(0.5, lambda: carom.run(long, tmp_path / "run"))
+    cut = carom.open(tmp_path / "run")
+    assert cut.summary["ending"] == "interrupted" and not cut.is_sound
+    events = cut.summary["events"]["total"] + 1000
+    resumed = carom.resume(tmp_path / "run", until_events=events)
+    whole = carom.run(long, tmp_path / "whole", until_events=events)
+    assert (resumed.frames[-1].positions == whole.frames[-1].positions).all()
+
+
+def test_folders_that_are_wrong(fluid: dict, tmp_path: Path) -> None:
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "thesis.tex").write_text("")
+    with pytest.raises(carom.FolderError, match="thesis"):
+        carom.run(fluid, tmp_path / "thesis")
+    assert [path.name for path in (tmp_path / "thesis").iterdir()] == ["thesis.tex"]
+    carom.run(fluid, tmp_path / "run")
+    with pytest.raises(carom.FolderError) as caught:
+        carom.run(fluid, tmp_path / "run")
+    assert caught.value.cure
+    carom.run(fluid, tmp_path / "run", seed=2, force=True)
+    assert carom.open(tmp_path / "run").summary["seed"] == 2
+    for bad, kind in (("nowhere", carom.FolderError), (3, TypeError), ("a\0b", ValueError), (tmp_path / "thesis", carom.FolderError)):
+        with pytest.raises(kind):
+            carom.open(bad)  # type: ignore[arg-type]
+    with pytest.raises(carom.FolderError):
+        carom.resume(tmp_path / "thesis")
+    (tmp_path / "run" / "summary.json").write_text("{")
+    with pytest.raises(carom.FolderError, match="cannot read"):
+        carom.open(tmp_path / "run")
+
+
+@pytest.mark.parametrize(
+    ("keywords", "kind"),
+    [
+        ({"until_time": -1.0}, ValueError),
+        ({"until_time": float("nan")}, ValueError),
+        ({"until_time": "1"}, TypeError),
+        ({"until_events": 0}, ValueError),
+        ({"until_events": 0.5}, TypeError),
+        ({"checkpoint_every": 0.0}, ValueError),
+        ({"set": {3: 4}}, TypeError),
+        ({"set": {"run.until_evnets": 4}}, carom.SceneError),
+    ],
+)
+def test_runs_that_are_wrong(fluid: dict, keywords: dict, kind: type, tmp_path: Path) -> None:
+    with pytest.raises(kind):
+        carom.run(fluid, tmp_path / "run", **keywords)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_closed_run(fluid: dict) -> None:
+    with carom.run(fluid) as run:
+        folder = run.folder
+        assert len(run.thermo["time"]) > 1
+    assert not folder.exists()
+    assert len(run.thermo["time"]) > 1
+    for read in (lambda: run.frames, lambda: run.folder, lambda: run.report, lambda: run.page(), lambda: run.events):
+        with pytest.raises(ValueError, match="closed"):
+            read()
+
+
+def test_a_temporary_run_lives_as_long_as_what_it_gave(fluid: dict) -> None:
+    frames = carom.run(fluid).frames
+    assert frames[-1].positions.shape == (N, 3)
+    for bad in (len(frames), -len(frames) - 1):
+        with pytest.raises(IndexError):
+            frames[bad]
+
+
+def test_a_run_that_fails(fluid: dict, tmp_path: Path) -> None:
+    falling = {
+        "name": "stack",
+        "species": [{"name": "ball", "mass": 1.0, "diameter": 1.0}],
+        "space": {"size": [4.0, 4.0, 4.0], "z": {"lower": "wall", "upper": "open", "restitution": 0.5}},
+        "dynamics": {"gravity": [0.0, 0.0, -1.0]},
+        "particle": [{"species": "ball", "position": [2.0, 2.0, 1.5]}],
+        "run": {"until_time": 100.0},
+    }
+    with pytest.raises(carom.SimulationError) as caught:
+        carom.run(falling, tmp_path / "run")
+    assert caught.value.folder == tmp_path / "run"
+    assert not carom.open(caught.value.folder).is_sound
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        ({"seed": [1, 1]}, "twice"),
+        ({"seed": "3..1"}, "backwards"),
+        ({"seed": []}, "seed has no values"),
+        ({("seed", "run.until_events"): []}, "have no values"),
+        ({}, "nothing varies"),
+        ({"fill.0.packing_fractoin": [0.1]}, "packing_fraction"),
+        ({"fill.0.packing_fraction": ["dense"]}, "dense|number"),
+        ({"fill.0.packing_fraction": [float("nan")]}, "finite"),
+        ({("seed", "run.until_events"): [(1, 2), (3,)]}, "every entry"),
+    ],
+)
+def test_sweeps_that_are_wrong(fluid: dict, vary: dict, words: str, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=words):
+        carom.sweep(fluid, vary, out=tmp_path / "sweep")
+    assert not (tmp_path / "sweep").exists()
+
+
+def test_sweeps_of_wrong_types(fluid: dict, tmp_path: Path) -> None:
+    for vary in ({"seed": 3}, {3: [1]}, {"seed": {"a": 1}}):
+        with pytest.raises(TypeError):
+            carom.sweep(fluid, vary, out=tmp_path / "sweep")
+    with pytest.raises(TypeError, match="executor"):
+        carom.sweep(fluid, seeds=2, out=tmp_path / "sweep", executor=3)  # type: ignore[arg-type]
+
+
+def test_the_folder_of_another_sweep(fluid: dict, tmp_path: Path) -> None:
+    carom.sweep(fluid, seeds=1, out=tmp_path / "sweep")
+    with pytest.raises(carom.SweepError):
+        carom.sweep(fluid, {"run.until_events": [10]}, out=tmp_path / "sweep")
+    with pytest.raises(carom.SweepError):
+        carom.sweep(changed(fluid, "species.0.mass", 2.0), seeds=1, out=tmp_path / "sweep")
+
+
+def test_points_that_fail_are_named_and_the_others_are_there(fluid: dict, tmp_path: Path) -> None:
+    with pytest.warns(carom.CaromWarning, match="1 of 2 runs failed"):
+        result = carom.sweep(fluid, {"fill.0.packing_fraction": [0.1, 0.99]}, out=tmp_path / "sweep")
+    assert list(result.failures) == ["packing_fraction-0.99"]
+    first, second = result.runs
+    assert first is not None and first.is_sound and second is None
+    assert result.table["state"][0] == "done"
+
+
+def test_an_exchange_that_is_none(fluid: dict) -> None:
+    with pytest.raises(carom.SceneError, match="carom.run"):
+        carom.exchange(fluid)
+    with_one = {**fluid, "exchange": {"temperatures": [1.0, 1.2], "interval": 1.0, "rate": 1.0}, "run": {"until_time": 10.0}}
+    with pytest.raises(carom.SceneError, match="carom.exchange"):
+        carom.run(with_one)
+    with pytest.raises(carom.SceneError, match="carom.exchange"):
+        carom.Simulation(with_one)
