@@ -77,7 +77,8 @@ fn dependencies() -> Vec<Crate> {
         }
     }
     let packages = metadata["packages"].as_array().unwrap().iter();
-    let used = packages.filter(|package| nodes.contains_key(&text(&package["id"])) && !own.contains(&text(&package["id"])));
+    let used =
+        packages.filter(|package| nodes.contains_key(&text(&package["id"])) && !own.contains(&text(&package["id"])));
     let mut crates: Vec<Crate> = used
         .map(|package| Crate {
             name: text(&package["name"]),

@@ -104,4 +104,6 @@ def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:
     why = f"{path} is no folder of Carom" if path.is_dir() else f"there is no folder {path}"
     if path.is_dir() and any((path / name).exists() for name in ("checkpoint", "thermo.csv.partial")):
         why, cure = f"the run in {path} is not over", "go on with carom.resume"
+    if path.is_dir() and (path / "exchange.csv.partial").exists():
+        why, cure = f"the exchange in {path} is not over", "go on with carom.exchange, with the same scene and this folder as out"
     raise FolderError(f"{why}\n  help: {cure}", cure=cure)

@@ -75,13 +75,13 @@ def _finite(name: str, value: Any) -> float:
     return number
 
 
-def _vectors(name: str, value: ArrayLike, count: int) -> NDArray[np.float64]:
+def _vectors(name: str, value: ArrayLike, count: int) -> bytes:
     array = np.asarray(value)
     if array.dtype.kind not in "fiu":
         raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
     if array.shape != (count, 3):
         raise ValueError(f"{name}: expected an array of the shape ({count}, 3), found {array.shape}")
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return array.astype(np.float64).tobytes()
 
 
 class Simulation:
@@ -203,7 +203,7 @@ class Simulation:
         bits = _bits(kinds)
         while True:
             found, reason = self._core.events(1, time, count, bits)
-            if len(found) and stop(found.view(EVENT)[0]):
+            if found and stop(np.frombuffer(found, EVENT)[0]):
                 return "stop"
             if reason is not None:
                 return reason
@@ -263,8 +263,8 @@ class Simulation:
     def _batches(self, time: float, count: int, bits: int, batch: int) -> Iterator[NDArray[np.void]]:
         while True:
             found, reason = self._core.events(batch, time, count, bits)
-            if len(found):
-                yield found.view(EVENT)
+            if found:
+                yield np.frombuffer(found, EVENT)
             if reason is not None:
                 return
 

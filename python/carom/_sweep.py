@@ -107,7 +107,12 @@ def sweep(
     if executor is None:
         threads = (os.cpu_count() or 1) if jobs is None else whole("jobs", jobs, 1)
         with Progress(progress, name) as bar:
-            core.run_all(folder, threads, float(checkpoint_every), bar.callback)
+            try:
+                core.run_all(folder, threads, float(checkpoint_every), bar.callback)
+            except BaseException:
+                # The tables show what is there; the same call goes on.
+                core.write(folder)
+                raise
     else:
         if jobs is not None:
             raise ValueError("jobs: are those of the threads of this process; an executor has a number of workers of its own")

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 
 use carom::trajectory::Frame;
 use carom::trajectory::extended_xyz::{FrameReader, ReadError};
-use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::array::array;
 use crate::error;
-use crate::scene::{names, vectors};
+use crate::scene::names;
 
 /// Bytes that are read at once.
 const BUFFER: usize = 1 << 18;
@@ -132,22 +132,27 @@ fn dictionary_of<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyD
     all.set_item("displacement", frame.displacement)?;
     all.set_item("species_names", names(py, frame.species.iter().map(|species| species.name.clone()))?)?;
     let masses = frame.species.iter().map(|it| if it.is_static { f64::INFINITY } else { it.mass.unwrap_or(f64::NAN) });
-    all.set_item("species_masses", PyArray1::from_iter(py, masses))?;
-    all.set_item("ids", PyArray1::from_iter(py, particles().map(|it| it.id.0)))?;
-    all.set_item("species", PyArray1::from_iter(py, particles().map(|it| u32::from(it.species.0))))?;
-    all.set_item("positions", vectors(py, particles().flat_map(|it| it.position.iter().copied()).collect())?)?;
-    all.set_item("velocities", vectors(py, particles().flat_map(|it| it.velocity.iter().copied()).collect())?)?;
-    all.set_item("radii", PyArray1::from_iter(py, particles().map(|it| it.radius)))?;
+    all.set_item("species_masses", array(py, &masses.collect::<Vec<f64>>(), None)?)?;
+    all.set_item("ids", array(py, &particles().map(|it| it.id.0).collect::<Vec<u32>>(), None)?)?;
+    all.set_item("species", array(py, &particles().map(|it| it.species.0).collect::<Vec<u32>>(), None)?)?;
+    all.set_item("positions", array(py, &flat(particles().map(|it| it.position)), Some(3))?)?;
+    all.set_item("velocities", array(py, &flat(particles().map(|it| it.velocity)), Some(3))?)?;
+    all.set_item("radii", array(py, &particles().map(|it| it.radius).collect::<Vec<f64>>(), None)?)?;
     let has_images = frame.images.len() == frame.particles.len();
-    let images = has_images.then(|| vectors(py, order.iter().flat_map(|at| frame.images[*at]).collect()));
-    all.set_item("images", images.transpose()?)?;
+    let images: Option<Vec<i32>> = has_images.then(|| order.iter().flat_map(|at| frame.images[*at]).collect());
+    all.set_item("images", images.map(|images| array(py, &images, Some(3))).transpose()?)?;
     let ends: Vec<u32> = frame.bonds.iter().flat_map(|pair| pair.map(|id| id.0)).collect();
-    let rows = ends.len() / 2;
-    all.set_item("bonds", PyArray1::from_vec(py, ends).reshape([rows, 2])?)?;
+    all.set_item("bonds", array(py, &ends, Some(2))?)?;
     let scalars = PyDict::new(py);
     for scalar in &frame.scalars {
-        scalars.set_item(&scalar.name, PyArray1::from_iter(py, order.iter().map(|at| scalar.values[*at])))?;
+        let values: Vec<f64> = order.iter().map(|at| scalar.values[*at]).collect();
+        scalars.set_item(&scalar.name, array(py, &values, None)?)?;
     }
     all.set_item("scalars", scalars)?;
     Ok(all)
+}
+
+/// Components one after the other.
+fn flat(vectors: impl Iterator<Item = carom::Vector>) -> Vec<f64> {
+    vectors.flat_map(<[f64; 3]>::from).collect()
 }

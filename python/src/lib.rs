@@ -3,6 +3,7 @@
 //! It is private to the package: the classes and functions that users see, with their documentation, are in the folder `carom` beside it. Wherever it
 //! simulates it lets other threads of Python run, and looks for signals now and then.
 
+mod array;
 mod error;
 mod exchange;
 mod frames;

@@ -101,7 +101,7 @@ pub fn interval_of(seconds: f64) -> PyResult<Duration> {
 
 /// Runs a scene in a folder. What comes back is why it is not sound, if it is not.
 #[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
+#[expect(clippy::too_many_arguments, reason = "all are keywords of one function of Python")]
 pub fn run(
     py: Python<'_>,
     scene: &Scene,

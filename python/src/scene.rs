@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use carom::io::read_scene_text;
 use carom::model::{ParticleId, Scene as Model};
 use carom::view::description;
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
 use toml::{Table, Value};
 
+use crate::array::array;
 use crate::error;
 
 /// A validated scene, with the text that it was read from.
@@ -26,12 +26,6 @@ pub struct Scene {
 /// Pairs as the library takes them.
 pub fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
     pairs.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect()
-}
-
-/// Vectors as an array of the shape `(n, 3)`.
-pub fn vectors<T: numpy::Element>(py: Python<'_>, flat: Vec<T>) -> PyResult<Bound<'_, PyArray2<T>>> {
-    let rows = flat.len() / 3;
-    PyArray1::from_vec(py, flat).reshape([rows, 3])
 }
 
 #[pymethods]
@@ -122,22 +116,24 @@ impl Scene {
         self.model.exchange().is_some()
     }
 
-    fn species<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u32>> {
-        PyArray1::from_iter(py, self.model.particles().iter().map(|particle| u32::from(particle.species.0)))
+    fn species<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let species: Vec<u32> = self.model.particles().iter().map(|particle| particle.species.0).collect();
+        array(py, &species, None)
     }
 
-    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        vectors(py, self.model.particles().iter().flat_map(|particle| particle.position.iter().copied()).collect())
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let all: Vec<f64> = self.model.particles().iter().flat_map(|it| <[f64; 3]>::from(it.position)).collect();
+        array(py, &all, Some(3))
     }
 
-    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        vectors(py, self.model.particles().iter().flat_map(|particle| particle.velocity.iter().copied()).collect())
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let all: Vec<f64> = self.model.particles().iter().flat_map(|it| <[f64; 3]>::from(it.velocity)).collect();
+        array(py, &all, Some(3))
     }
 
-    fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+    fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let ends: Vec<u32> = self.model.bonds().iter().flat_map(|bond| bond.pair.map(|ParticleId(id)| id)).collect();
-        let rows = ends.len() / 2;
-        PyArray1::from_vec(py, ends).reshape([rows, 2])
+        array(py, &ends, Some(2))
     }
 }
 

@@ -6,13 +6,13 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 use carom::Vector;
 use carom::engine::event::{Event, EventCounts};
 use carom::engine::{PairStates, ParticleNow, Reason, Simulation as Engine, Until};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyByteArray, PyDict};
 
+use crate::array::{Number, array, filled};
 use crate::error;
-use crate::scene::{Scene, dictionary, vectors};
+use crate::scene::{Scene, dictionary};
 use crate::signals::Signals;
 
 /// Bytes of an event, in the order of `carom.EVENT`.
@@ -36,22 +36,25 @@ impl Simulation {
         })
     }
 
-    /// Numbers of all particles, in the order of their ids.
-    fn numbers<T: Send>(
+    /// Numbers of all particles, in the order of their ids: `K` of each, written once.
+    fn numbers<'py, T: Number, const K: usize>(
         &self,
-        py: Python<'_>,
-        each: usize,
-        of: impl Fn(&ParticleNow, &mut Vec<T>) + Sync,
-    ) -> PyResult<Vec<T>> {
+        py: Python<'py>,
+        of: impl Fn(&ParticleNow) -> [T; K] + Sync,
+    ) -> PyResult<Bound<'py, PyAny>> {
         let state = self.state()?;
-        Ok(py.detach(|| {
-            let mut numbers = Vec::with_capacity(each * state.engine.population().iter().sum::<usize>());
-            let Ok(()) = state.engine.for_each_now(|particle| {
-                of(&particle, &mut numbers);
-                Ok::<(), std::convert::Infallible>(())
+        let count = K * state.engine.population().iter().sum::<usize>();
+        filled::<T>(py, count, (K > 1).then_some(K), |bytes| {
+            let mut places = bytes.chunks_exact_mut(T::SIZE);
+            py.detach(|| {
+                let Ok(()) = state.engine.for_each_now(|particle| {
+                    for (number, bytes) in of(&particle).into_iter().zip(&mut places) {
+                        number.write(bytes);
+                    }
+                    Ok::<(), std::convert::Infallible>(())
+                });
             });
-            numbers
-        }))
+        })
     }
 }
 
@@ -118,7 +121,7 @@ impl Simulation {
         time: f64,
         events: u64,
         kinds: u16,
-    ) -> PyResult<(Bound<'py, PyArray1<u8>>, Option<&'static str>)> {
+    ) -> PyResult<(Bound<'py, PyByteArray>, Option<&'static str>)> {
         let until = until(time, events)?;
         let mut state = self.state()?;
         let State { engine, pending } = &mut *state;
@@ -141,7 +144,7 @@ impl Simulation {
             Ok(None)
         })?;
         let found = std::mem::take(&mut state.pending);
-        Ok((PyArray1::from_vec(py, found), reason))
+        Ok((PyByteArray::new(py, &found), reason))
     }
 
     #[getter]
@@ -204,51 +207,49 @@ impl Simulation {
         Ok(py.detach(|| state.engine.deepest_overlap()).map_or(0.0, |overlap| overlap.depth))
     }
 
-    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        vectors(py, self.numbers(py, 3, |particle, all| all.extend(particle.position.iter()))?)
+    fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.numbers(py, |particle| <[f64; 3]>::from(particle.position))
     }
 
-    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        vectors(py, self.numbers(py, 3, |particle, all| all.extend(particle.velocity.iter()))?)
+    fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.numbers(py, |particle| <[f64; 3]>::from(particle.velocity))
     }
 
-    fn images<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        vectors(py, self.numbers(py, 3, |particle, all| all.extend(particle.image))?)
+    fn images<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.numbers(py, |particle| particle.image)
     }
 
-    fn species<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<u32>>> {
-        let all = self.numbers(py, 1, |particle, all| all.push(u32::from(particle.species.0)))?;
-        Ok(PyArray1::from_vec(py, all))
+    fn species<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.numbers(py, |particle| [particle.species.0])
     }
 
     /// Pairs that are captured: lower id, higher id, state.
-    fn captured_pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+    fn captured_pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let state = self.state()?;
         let pairs = py.detach(|| state.engine.captured_pairs());
-        let flat = pairs.iter().flat_map(|([a, b], state)| [a.0, b.0, u32::from(*state)]).collect();
-        vectors(py, flat)
+        let flat: Vec<u32> = pairs.iter().flat_map(|([a, b], state)| [a.0, b.0, u32::from(*state)]).collect();
+        array(py, &flat, Some(3))
     }
 
-    fn set_velocities(&self, velocities: PyReadonlyArray2<'_, f64>) -> PyResult<()> {
-        let velocities = vectors_of(&velocities)?;
-        let set = self.state()?.engine.set_velocities(&velocities);
+    /// Three numbers of the type `f8` for each particle.
+    fn set_velocities(&self, velocities: &[u8]) -> PyResult<()> {
+        let set = self.state()?.engine.set_velocities(&vectors_of(velocities));
         set.map_err(|error| PyValueError::new_err(format!("velocities: {error}")))
     }
 
-    fn set_positions(&self, positions: PyReadonlyArray2<'_, f64>, keep_states: bool) -> PyResult<()> {
-        let positions = vectors_of(&positions)?;
+    /// Three numbers of the type `f8` for each particle.
+    fn set_positions(&self, positions: &[u8], keep_states: bool) -> PyResult<()> {
         let states = if keep_states { PairStates::Keep } else { PairStates::FromDistances };
-        let set = self.state()?.engine.set_positions(&positions, states);
+        let set = self.state()?.engine.set_positions(&vectors_of(positions), states);
         set.map_err(|error| PyValueError::new_err(format!("positions: {error}")))
     }
 }
 
-fn vectors_of(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Vector>> {
-    let view = array.as_array();
-    if view.ncols() != 3 {
-        return Err(PyValueError::new_err(format!("expected an array of the shape (n, 3), found {:?}", view.shape())));
-    }
-    Ok(view.rows().into_iter().map(|row| Vector::new(row[0], row[1], row[2])).collect())
+/// Vectors of the bytes of an array.
+fn vectors_of(bytes: &[u8]) -> Vec<Vector> {
+    let number = |bytes: &[u8; 8]| f64::from_ne_bytes(*bytes);
+    let numbers = bytes.as_chunks::<8>().0;
+    numbers.as_chunks::<3>().0.iter().map(|of| Vector::from(of.each_ref().map(number))).collect()
 }
 
 /// An event as `carom.EVENT` has it: packed, in the byte order of the machine.

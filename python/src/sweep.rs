@@ -2,7 +2,10 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use carom::io::Existing;
 use carom::io::estimate::{allowance, free_disk};
@@ -14,6 +17,9 @@ use pyo3::prelude::*;
 use crate::error;
 use crate::run::{Watch, interval_of};
 use crate::scene::borrowed;
+
+/// Between two looks at runs in other threads.
+const PAUSE: Duration = Duration::from_millis(5);
 
 /// A scene with axes.
 #[pyclass(frozen, module = "carom._carom")]
@@ -113,25 +119,35 @@ impl Sweep {
         callback: Option<Py<PyAny>>,
     ) -> PyResult<Vec<(String, &'static str, Option<String>)>> {
         let interval = interval_of(checkpoint_every)?;
-        let watch = Mutex::new((Watch::new(callback), vec![0.0; self.0.points().len()]));
+        let (parts, is_over) = (Mutex::new(vec![0.0; self.0.points().len()]), AtomicBool::new(false));
+        let mut watch = Watch::new(callback);
+        // No thread panics while it holds the lock.
+        let parts = || parts.lock().unwrap_or_else(PoisonError::into_inner);
+        let see = |place: usize, news: News<'_>| {
+            match news {
+                News::Progress(progress) => parts()[place] = progress.fraction(),
+                News::Over(_) => parts()[place] = 1.0,
+                _ => {}
+            }
+            if is_over.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
         let fates = py.detach(|| {
-            let opened = SweepFolder::open(&folder, &self.0).map_err(|error| error::sweep(&error))?;
-            let see = |place: usize, news: News<'_>| {
-                // No thread panics while it holds the lock.
-                let mut watch = watch.lock().unwrap_or_else(PoisonError::into_inner);
-                let (watch, parts) = &mut *watch;
-                match news {
-                    News::Progress(progress) => parts[place] = progress.fraction(),
-                    News::Over(_) => parts[place] = 1.0,
-                    _ => return ControlFlow::Continue(()),
+            let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
+            let orders = orders(jobs, interval, &folder);
+            // Signals come to this thread alone, so that the others simulate.
+            let ran = thread::scope(|scope| {
+                let runs = scope.spawn(|| opened.execute(&self.0, &orders, &see));
+                while !runs.is_finished() {
+                    thread::sleep(PAUSE);
+                    let (done, all) = so_far(&parts());
+                    if watch.tell("sweeping", all, 0.0, done).is_break() {
+                        is_over.store(true, Ordering::Relaxed);
+                    }
                 }
-                let done = parts.iter().filter(|part| **part >= 1.0).count();
-                let all = parts.iter().sum::<f64>() / parts.len().max(1) as f64;
-                watch.tell("sweeping", all, 0.0, done as u64)
-            };
-            opened.execute(&self.0, &orders(jobs, interval, &folder), &see).map_err(|error| error::sweep(&error))
+                runs.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            });
+            ran.map_err(|error| error::sweep(&error))
         })?;
-        let (mut watch, _) = watch.into_inner().unwrap_or_else(PoisonError::into_inner);
         if let Some(raised) = watch.raised.take() {
             return Err(raised);
         }
@@ -172,7 +188,13 @@ impl Sweep {
     }
 }
 
-fn orders(jobs: usize, checkpoint_every: std::time::Duration, folder: &std::path::Path) -> Orders<'static> {
+/// Numbers of points that are over, and the part of all that is done.
+fn so_far(parts: &[f64]) -> (u64, f64) {
+    let done = parts.iter().filter(|part| **part >= 1.0).count();
+    (done as u64, parts.iter().sum::<f64>() / parts.len().max(1) as f64)
+}
+
+fn orders(jobs: usize, checkpoint_every: Duration, folder: &std::path::Path) -> Orders<'static> {
     Orders {
         jobs,
         share: Share::ALL,

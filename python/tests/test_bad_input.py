@@ -247,6 +247,27 @@ def test_a_signal_ends_a_run_that_can_go_on(fluid: dict, tmp_path: Path) -> None
     assert (resumed.frames[-1].positions == whole.frames[-1].positions).all()
 
 
+def test_a_signal_ends_a_sweep_that_can_go_on(fluid: dict, tmp_path: Path) -> None:
+    long = changed(fluid, "run.until_events", 4_000_000)
+    interrupted_after(0.5, lambda: carom.sweep(long, seeds=2, out=tmp_path / "sweep", jobs=2))
+    assert set(carom.open(tmp_path / "sweep").table["state"]) == {"begun"}
+    finished = carom.sweep(long, seeds=2, out=tmp_path / "sweep")
+    alone = carom.run(long, tmp_path / "alone", seed=2)
+    assert finished.runs[1] is not None
+    assert (finished.runs[1].frames[-1].positions == alone.frames[-1].positions).all()
+
+
+def test_a_signal_ends_an_exchange_that_can_go_on(tmp_path: Path) -> None:
+    from test_documentation import PAIR
+
+    pair = changed(copy.deepcopy(PAIR), "run.until_time", 100_000.0)
+    interrupted_after(0.3, lambda: carom.exchange(pair, tmp_path / "parts", jobs=2))
+    with pytest.raises(carom.FolderError, match="go on with carom.exchange"):
+        carom.open(tmp_path / "parts")
+    parts, whole = (carom.exchange(pair, tmp_path / name) for name in ("parts", "whole"))
+    assert (parts.potential_energies == whole.potential_energies).all()
+
+
 def test_folders_that_are_wrong(fluid: dict, tmp_path: Path) -> None:
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "thesis.tex").write_text("")
