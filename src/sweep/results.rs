@@ -8,7 +8,7 @@ use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
 use crate::base::text::unit;
-use crate::io::{Folder, FolderState, Measurements, Summary};
+use crate::io::{FolderState, Measurements, Summary};
 
 /// What a study is mostly about, in this order; all else follows in the order in which it first appears, and then what is checked only.
 const FIRST: [&str; 8] = [
@@ -146,7 +146,7 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<Quantity>
     let none =
         |standing| PointResult { standing, duration: None, events: None, values: Vec::new(), published: Vec::new() };
     let failure = folder.failure(point);
-    match (Folder::state_of(&path), &failure) {
+    match (folder.state_of(point), &failure) {
         (Ok(FolderState::Finished), _) => {}
         (Ok(_), Some(failure)) => return none(Standing::Failed(failure.clone())),
         (Ok(FolderState::Unfinished), None) => return none(Standing::Begun),
