@@ -241,6 +241,55 @@ fn a_run_that_was_interrupted_by_hand_is_not_a_finished_point() {
 }
 
 #[test]
+fn measured_stages_have_rows_of_their_own() {
+    let stage = "[[stage]]\nname = \"cold\"\nmeasure = true\nuntil_events = 3000\n\
+        thermostat = { kind = \"rescaling\", temperature = 0.25, interval = 0.125 }\n[measure]\npressure_tensor = true\n";
+    let place = Place::with(&format!("{FLUID}{stage}"));
+    // What has not been run has no stages yet.
+    assert_eq!(code(&place.carom(&sweep(&["--out", "s", "--array", "1/2"]))), 0);
+    let runs = rows(&place.read("s/sweep.csv"));
+    let states: Vec<[&str; 2]> = runs.iter().map(|row| ["state", "stage"].map(|name| row[name].as_str())).collect();
+    assert_eq!(states[..4], [["done", "cold"], ["done", "measurement"], ["missing", ""], ["done", "cold"]]);
+    let output = place.carom(&sweep(&["--out", "s"]));
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("6 of 6 runs done") && words(&output).contains("  cold  "), "{}", words(&output));
+    let runs = rows(&place.read("s/sweep.csv"));
+    assert_eq!(runs.len(), 12);
+    for (at, row) in runs.iter().enumerate() {
+        let folder = format!("s/{}", row["folder"]);
+        let (summary, text) = (place.summary(&folder), place.read(&format!("{folder}/measurements.json")));
+        let measurements: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let (name, results, measured) = match at % 2 {
+            0 => ("cold", &summary["stages"][0], &measurements["stages"][0]),
+            _ => ("measurement", &summary, &measurements),
+        };
+        assert_eq!(row["stage"], name);
+        assert_eq!(results["events"]["total"].as_f64(), Some(number(row, "events")));
+        assert_eq!(results["measured"]["duration"].as_f64(), Some(number(row, "duration")));
+        assert_eq!(results["observables"]["temperature"]["mean"].as_f64(), Some(number(row, "temperature")));
+        let numbers = measured["numbers"].as_array().unwrap();
+        let stress = numbers.iter().find(|number| number["name"] == "pressure_xx").unwrap();
+        assert_eq!(stress["mean"].as_f64(), Some(number(row, "pressure_xx")));
+    }
+    let means = rows(&place.read("s/sweep-mean.csv"));
+    let points: Vec<[&str; 3]> =
+        means.iter().map(|row| ["packing_fraction", "stage", "runs"].map(|name| row[name].as_str())).collect();
+    let stages = ["cold", "measurement"];
+    let expected = ["0.1", "0.3"].map(|fraction| stages.map(|stage| [fraction, stage, "3"]));
+    assert_eq!(points, expected.concat());
+    for (at, row) in means.iter().enumerate() {
+        let seeds = [0, 2, 4].map(|seed| &runs[6 * (at / 2) + at % 2 + seed]);
+        let mean = seeds.iter().map(|run| number(run, "pressure_xx")).sum::<f64>() / 3.0;
+        assert!((number(row, "pressure_xx") / mean - 1.0).abs() < 1e-14, "{row:?}");
+    }
+    let page = place.read("s/sweep.html");
+    for word in ["<th scope=\"row\">cold</th>", "</svg>cold</li>", "6 runs"] {
+        assert!(page.contains(word), "{word}");
+    }
+    assert!(place.read("s/sweep-columns.csv").contains("\nstage,,"));
+}
+
+#[test]
 fn bad_input_is_refused_with_its_cure_before_anything_is_made() {
     let place = Place::with(FLUID);
     let refused = |arguments: &[&str], expected: &[&str]| {
