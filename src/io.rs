@@ -28,8 +28,8 @@ mod vtk;
 
 pub use atomic::Existing;
 pub use error::OutputError;
-pub(crate) use folder::Frames;
 pub use folder::{Completed, Folder};
+pub(crate) use folder::{Frames, remove};
 pub use inputs::refuse_input;
 pub use measurements::{Measurements, StageMeasured};
 pub use occupied::FolderState;

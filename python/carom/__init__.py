@@ -96,7 +96,8 @@ def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:
     path = path_of("folder", folder)
     if (path / "sweep.toml").is_file():
         return Sweep(path)
-    if (path / "energies.csv").is_file() and (path / "exchange.csv").is_file():
+    is_exchange = (path / ".exchange").is_file()
+    if is_exchange and (path / "summary.json").is_file():
         return Exchange(path)
     if (path / "summary.json").is_file():
         return Run(path)
@@ -104,6 +105,6 @@ def open(folder: str | os.PathLike[str]) -> Run | Sweep | Exchange:
     why = f"{path} is no folder of Carom" if path.is_dir() else f"there is no folder {path}"
     if path.is_dir() and any((path / name).exists() for name in ("checkpoint", "thermo.csv.partial")):
         why, cure = f"the run in {path} is not over", "go on with carom.resume"
-    if path.is_dir() and (path / "exchange.csv.partial").exists():
+    if is_exchange:
         why, cure = f"the exchange in {path} is not over", "go on with carom.exchange, with the same scene and this folder as out"
     raise FolderError(f"{why}\n  help: {cure}", cure=cure)

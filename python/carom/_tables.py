@@ -144,6 +144,8 @@ class Curve:
         Of variables and values.
     published : list of dict
         What theory or other simulations say, where that is known.
+    normalisation : dict of str to dict
+        Of each quantity what was counted, and the numbers by which that was divided.
 
     Examples
     --------
@@ -161,6 +163,7 @@ class Curve:
     errors: dict[str, NDArray[np.float64]]
     units: dict[str, str]
     published: list[dict[str, Any]] = field(default_factory=list)
+    normalisation: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @classmethod
     def _of(cls, json: Mapping[str, Any]) -> Curve:
@@ -177,6 +180,7 @@ class Curve:
             errors={it["name"]: numbers(it["standard_errors"]) for it in series},
             units={it["name"]: it["unit"] for it in [*variables, *series]},
             published=list(json.get("published", [])),
+            normalisation={it["name"]: it["normalisation"] for it in series if it.get("normalisation")},
         )
 
     @property

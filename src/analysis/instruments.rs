@@ -33,7 +33,7 @@ mod transport;
 use crate::model::MeasurementPlan;
 
 pub use instrument::{Instrument, Instruments, Setup};
-pub use quantity::{Curve, Measured, Number, Published, Scalar, Series, Variable};
+pub use quantity::{Curve, Divisor, Measured, Normalisation, Number, Published, Scalar, Series, Variable};
 pub use registry::InstrumentError;
 pub(crate) use registry::Registry;
 pub use system::{Sample, SystemDescription};

@@ -9,14 +9,14 @@ use carom::analysis::statistics::Estimate;
 use carom::base::text::{digits, size};
 use carom::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Measured, Opened};
 use carom::io::estimate::{allowance, free_disk};
-use carom::io::{Existing, refuse_input};
+use carom::io::{Existing, read_scene, refuse_input};
 use carom::model::Scene;
 use carom::view::{describe, report};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::failure::Failure;
-use super::{Changes, signals};
+use super::{Changes, borrowed, signals};
 
 /// Runs replicas of a scene at several temperatures, which are swapped now and then
 #[derive(Debug, Args)]
@@ -26,12 +26,13 @@ The scene has a table [exchange]:
   interval = 2.0                   simulated time between attempts to swap
   rate = 1.0                       how often each particle gets a velocity from the heat bath
 and in [run] until_time and, if wanted, equilibration_time. Neither --jobs nor an interruption changes a bit: the same command goes on where it
-stopped, from its last checkpoint.
+stopped, from its last checkpoint. With a later end an exchange goes on that was complete, as if it had been meant to come there.
 
 Examples:
   carom exchange chain.toml
   carom exchange chain.toml --set 'exchange.temperatures=[0.3, 0.4, 0.55, 0.8]' --seed 2 --out runs/second
-  carom exchange runs/chain-exchange         goes on with the exchange in this folder")]
+  carom exchange runs/chain-exchange         goes on with the exchange in this folder
+  carom exchange runs/chain-exchange --until-time 40000      goes on to another end, also if it was complete")]
 pub struct ExchangeCommand {
     /// A scene with [exchange], or the folder of an exchange
     path: PathBuf,
@@ -40,6 +41,9 @@ pub struct ExchangeCommand {
     /// Replicas at the same time; as many as there are processors if not given
     #[arg(long, short, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
+    /// Measures for this simulated time, whatever the scene says; an exchange that is there goes on to it, also if it was complete
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = super::run::duration)]
+    until_time: Option<f64>,
     /// The folder of the results; runs/NAME-exchange if not given, where NAME is that of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -69,7 +73,7 @@ impl ExchangeCommand {
 
     /// A scene that was typed: itself, its text, and the folder.
     fn given(&self) -> Result<(Scene, String, PathBuf), Failure> {
-        let scene = self.changes.load(&self.path)?;
+        let scene = read_scene(&self.path, &borrowed(&self.replaced()))?;
         if scene.exchange().is_none() {
             let message = format!("{} has no [exchange]", self.path.display());
             let help = "add [exchange] with temperatures, interval and rate; `carom run` runs a scene without it";
@@ -81,8 +85,15 @@ impl ExchangeCommand {
             let inputs = scene.inputs().iter().map(|input| Path::new(&input.path));
             refuse_input(&path, inputs.chain([self.path.as_path()]))?;
         }
-        let record = self.changes.record(&scene, &self.path)?;
+        let record = scene.record(&self.path, &borrowed(&self.replaced()))?;
         Ok((scene, record, path))
+    }
+
+    /// What replaces values of the scene.
+    fn replaced(&self) -> Vec<(String, String)> {
+        let mut all = self.changes.all();
+        all.extend(self.until_time.map(|time| ("run.until_time".to_owned(), format!("{time:?}"))));
+        all
     }
 
     /// The same of the folder of an exchange.
@@ -100,8 +111,11 @@ impl ExchangeCommand {
         let unreadable = |error: std::io::Error| {
             Failure::bad_input(format!("cannot read {}", file.display()), Some(Box::new(error)), None)
         };
-        let record = fs::read_to_string(&file).map_err(unreadable)?;
-        Ok((self.changes.load(&file)?, record, self.path.clone()))
+        let kept = fs::read_to_string(&file).map_err(unreadable)?;
+        let replaced = self.replaced();
+        let scene = read_scene(&file, &borrowed(&replaced))?;
+        let record = if replaced.is_empty() { kept } else { scene.record(&file, &borrowed(&replaced))? };
+        Ok((scene, record, self.path.clone()))
     }
 
     fn refuse_large(&self, scene: &Scene, path: &Path) -> Result<(), Failure> {

@@ -68,7 +68,7 @@ pub fn seconds(text: &str) -> Result<Duration, String> {
     }
 }
 
-fn duration(text: &str) -> Result<f64, String> {
+pub fn duration(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(time) if (1e-50..=1e50).contains(&time) => Ok(time),
         Ok(time) if time > 0.0 && time.is_finite() => Err("expected a time from 1e-50 to 1e50".to_owned()),

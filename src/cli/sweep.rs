@@ -26,7 +26,7 @@ use display::Display;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Each combination is a run in a folder of its own, with all files of a run. sweep.csv has a row for each run, sweep-mean.csv one for each
-state point, with means over its seeds, and sweep.html plots every quantity against the value that varies. What is there is not run
+state point, with means over its seeds (measured stages have rows of their own in both), and sweep.html plots every quantity against the value that varies. What is there is not run
 again: the same command goes on where it stopped, to the same bits, and takes further values and seeds.
 
 VALUES are a list, 0.1,0.2; whole numbers, 1..5; a range with a number of values, 0.05..0.49/12; or one with even ratios, 0.01..10/7/log.
@@ -244,11 +244,15 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         return lines.concat() + "\n";
     }
     let names = shown.iter().map(|at| results.quantities[*at].name.replace('_', " "));
-    let mut rows: Vec<Vec<String>> = vec![keys.into_iter().chain(["runs".to_owned()]).chain(names).collect()];
-    for group in results.groups.iter().take(MOST_ROWS) {
+    let stage = results.has_stages().then(|| "stage".to_owned());
+    let mut rows: Vec<Vec<String>> =
+        vec![keys.into_iter().chain(stage).chain(["runs".to_owned()]).chain(names).collect()];
+    let all = || results.groups.iter().flat_map(|group| group.measurements.iter().map(move |means| (group, means)));
+    for (group, means) in all().take(MOST_ROWS) {
         let point = &sweep.points()[group.places[0]];
         let settings = point.settings().iter().filter(|(key, _)| !Sweep::is_seed(key)).map(|(_, value)| value.clone());
-        let values = shown.iter().map(|at| match group.values[*at] {
+        let stage = results.has_stages().then(|| means.stage.clone());
+        let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
             Some(it) => match it.error.or(it.scatter) {
                 Some(error) if error > 0.0 => describe::estimate(&carom::analysis::statistics::Estimate {
@@ -258,7 +262,7 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
                 _ => digits(it.mean),
             },
         });
-        rows.push(settings.chain([group.runs.to_string()]).chain(values).collect());
+        rows.push(settings.chain(stage).chain([means.runs.to_string()]).chain(values).collect());
     }
     let width = |column: usize| {
         rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
@@ -268,8 +272,9 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
         lines.push(format!("  {}", cells.join("   ")));
     }
-    if results.groups.len() > MOST_ROWS {
-        lines.push(format!("  and {} more in sweep-mean.csv", results.groups.len() - MOST_ROWS));
+    let more = all().count().saturating_sub(MOST_ROWS);
+    if more > 0 {
+        lines.push(format!("  and {more} more in sweep-mean.csv"));
     }
     lines.join("\n") + "\n"
 }

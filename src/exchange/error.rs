@@ -49,6 +49,16 @@ pub enum ExchangeFolderError {
     /// The folder holds the exchange of another scene.
     #[error("{} holds the exchange of another scene: its scene.toml is not what this one would be", .0.display())]
     Other(PathBuf),
+    /// The exchange in the folder has come further than it is asked to.
+    #[error("{} holds an exchange that has measured a time of {measured} already, expected a later end than {asked}", path.display())]
+    Passed {
+        /// The folder.
+        path: PathBuf,
+        /// How far its measurement has come `[time]`.
+        measured: f64,
+        /// What was asked for `[time]`.
+        asked: f64,
+    },
     /// A file in it is none that can be read.
     #[error("cannot read {}", path.display())]
     Read {
@@ -72,6 +82,7 @@ impl ExchangeFolderError {
         Some(match self {
             Self::Occupied(_) => "choose another folder with --out",
             Self::Other(_) => "go on with it, `carom exchange DIR`, or choose another folder with --out",
+            Self::Passed { .. } => "ask for a later end with --until-time, or choose another folder with --out",
             Self::Start(StartError::NoPlan) => {
                 "add [exchange] with temperatures, interval and rate; `carom run` runs a scene without it"
             }

@@ -17,9 +17,10 @@ use crate::io::atomic::{sync_folder, write_atomically};
 use crate::io::inputs::refuse_changed;
 use crate::io::occupied::run_around;
 use crate::io::partial::PartialFile;
-use crate::io::{Existing, Frames, OutputError};
+use crate::io::{Existing, Frames, OutputError, remove};
 use crate::model::Scene;
 use crate::run::checkpoint::{self, ManifestEntry};
+use crate::scene::without_limit;
 
 /// The file by which the folder is known. It is locked as long as an exchange writes there.
 const MARK: &str = ".exchange";
@@ -29,6 +30,8 @@ const SCENE: &str = "scene.toml";
 const ROWS: &str = "exchange.csv";
 const ENERGIES: &str = "energies.csv";
 const CHECKPOINT: &str = "exchange.checkpoint";
+/// The page, which is no longer true of an exchange that goes on to a later end.
+const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
 
 /// Between two checkpoints unless something else is given, and to the first one at most.
@@ -100,31 +103,47 @@ pub enum Opened {
 
 impl ExchangeFolder {
     /// Makes the folder of the exchange of a scene, or opens it again: `record` is the text of the scene with everything that replaced a value, such
-    /// as that of [`Scene::record`].
+    /// as that of [`Scene::record`]. Of the same scene with a later end, an exchange goes on to that, whether it is complete or not.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else,
+    /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else, [`ExchangeFolderError::Passed`] if the end
+    /// is before the last checkpoint,
     /// [`ExchangeFolderError::Start`] of a scene that gives no exchange, [`ExchangeFolderError::Output`] if another process
     /// writes there, the checkpoint cannot be used, or a file cannot be written.
     pub fn open(path: impl AsRef<Path>, scene: Scene, record: &str) -> Result<Opened, ExchangeFolderError> {
         let path = path.as_ref();
         let mark = locked(path)?;
         let kept = path.join(SCENE);
+        let mut has_other_end = false;
         match fs::read_to_string(&kept) {
             Ok(text) if text == record => {}
+            Ok(text) if without_limit(&text) == without_limit(record) => has_other_end = true,
             Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                write_atomically(&kept, Existing::Replace, |file| file.write_all(record.as_bytes()))
-                    .map_err(OutputError::write(&kept))?;
+                write(&kept, record)?;
             }
             Err(source) => return Err(ExchangeFolderError::Read { path: kept, source }),
         }
-        if path.join(SUMMARY).exists() {
+        let is_complete = path.join(SUMMARY).exists();
+        if is_complete && !has_other_end {
             return Ok(Opened::Complete);
         }
-        let (folder, exchange) =
-            if path.join(CHECKPOINT).exists() { Self::resume(path, mark)? } else { Self::begin(path, mark, scene)? };
-        Ok(Opened::UnderWay(Box::new((folder, exchange))))
+        if !is_complete && !path.join(CHECKPOINT).exists() {
+            if has_other_end {
+                write(&kept, record)?;
+            }
+            return Ok(Opened::UnderWay(Box::new(Self::begin(path, mark, scene)?)));
+        }
+        let (exchange, files) = Self::kept(path, &scene)?;
+        if is_complete && exchange.is_over() {
+            return Ok(Opened::Complete);
+        }
+        if has_other_end {
+            // From here on the results are no longer those of the scene. A process that is killed before it has the new scene comes to the old end again.
+            [SUMMARY, ENERGIES, PAGE].iter().try_for_each(|name| remove(&path.join(name)))?;
+            write(&kept, record)?;
+        }
+        Ok(Opened::UnderWay(Box::new(Self::resume(path, mark, exchange, &files)?)))
     }
 
     fn begin(path: &Path, mark: File, scene: Scene) -> Result<(Self, Exchange), ExchangeFolderError> {
@@ -148,13 +167,31 @@ impl ExchangeFolder {
         Ok((folder, exchange))
     }
 
-    fn resume(path: &Path, mark: File) -> Result<(Self, Exchange), ExchangeFolderError> {
-        let Kept { exchange, files } =
+    /// The exchange of the last checkpoint with the end that its scene has now, and its files, which are as they were then.
+    fn kept(path: &Path, scene: &Scene) -> Result<(Exchange, Vec<ManifestEntry>), ExchangeFolderError> {
+        let Kept { mut exchange, files } =
             checkpoint::read_content(&path.join(CHECKPOINT)).map_err(OutputError::Checkpoint)?;
         refuse_changed(exchange.scene()).map_err(OutputError::Checkpoint)?;
         for file in &files {
             PartialFile::check(&path.join(&file.name), file).map_err(OutputError::Checkpoint)?;
         }
+        let asked = scene.run().limit.time.unwrap_or(0.0);
+        if !exchange.end_after(asked) {
+            return Err(ExchangeFolderError::Passed {
+                path: path.to_owned(),
+                measured: exchange.results().duration,
+                asked,
+            });
+        }
+        Ok((exchange, files))
+    }
+
+    fn resume(
+        path: &Path,
+        mark: File,
+        exchange: Exchange,
+        files: &[ManifestEntry],
+    ) -> Result<(Self, Exchange), ExchangeFolderError> {
         let mut files = files.iter().map(|file| PartialFile::resume(path.join(&file.name), file));
         let missing = || ExchangeFolderError::Occupied(path.to_owned());
         let folder = Self {
@@ -202,19 +239,14 @@ impl ExchangeFolder {
     /// [`ExchangeFolderError::Output`] if a file cannot be written; there is no `summary.json` then.
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
         let summary = ExchangeSummary::of(exchange);
-        let write = |name: &str, text: &str| {
-            let path = self.path.join(name);
-            write_atomically(&path, Existing::Replace, |file| file.write_all(text.as_bytes()))
-                .map_err(OutputError::write(&path))
-        };
-        write(ENERGIES, &tables::energies(&summary.results))?;
+        write(&self.path.join(ENERGIES), &tables::energies(&summary.results))?;
         self.rows.sync()?;
         self.trajectories.iter_mut().try_for_each(PartialFile::sync)?;
         for file in [self.rows].into_iter().chain(self.trajectories) {
             file.complete()?;
         }
         sync_folder(&self.path);
-        write(SUMMARY, &summary.text())?;
+        write(&self.path.join(SUMMARY), &summary.text())?;
         sync_folder(&self.path);
         Ok(summary)
     }
@@ -318,6 +350,10 @@ impl ExchangeRecorder for ExchangeFolder {
         (self.since, self.is_first) = (Instant::now(), false);
         Ok(())
     }
+}
+
+fn write(path: &Path, text: &str) -> Result<(), OutputError> {
+    write_atomically(path, Existing::Replace, |file| file.write_all(text.as_bytes())).map_err(OutputError::write(path))
 }
 
 fn trajectory_in(path: &Path, place: usize) -> PathBuf {

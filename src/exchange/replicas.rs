@@ -169,6 +169,16 @@ impl Exchange {
         [self.attempts, self.total]
     }
 
+    /// Gives it another end: averages over so much simulated time `[time]`, counted as in the scene. Says whether it has one: a duration that is no whole
+    /// number of intervals, or that has passed already, changes nothing. To a later end an exchange goes on as one that was meant to come there.
+    #[must_use]
+    pub fn end_after(&mut self, duration: f64) -> bool {
+        let total = self.plan.attempts(duration).map(|measured| self.equilibration + measured);
+        let total = total.filter(|total| *total >= self.attempts && *total > self.equilibration);
+        self.total = total.unwrap_or(self.total);
+        total.is_some()
+    }
+
     /// Attempts before averages begin.
     #[must_use]
     pub fn equilibration(&self) -> u64 {

@@ -150,6 +150,7 @@ mod tests {
                 unit: "1".into(),
                 values: vec![None, Some(2.0)],
                 standard_errors: vec![None, Some(1e-9)],
+                normalisation: None,
             }],
             is_logarithmic: [false; 2],
             published: Vec::new(),

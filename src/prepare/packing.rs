@@ -7,7 +7,7 @@ pub(crate) mod occupancy;
 use thiserror::Error;
 
 use self::compression::Compression;
-use self::insertion::insert;
+use self::insertion::{insert, insert_while_there_is_room};
 use self::occupancy::{Contacts, Occupancy};
 use crate::Vector;
 use crate::model::random::{Purpose, Random};
@@ -47,6 +47,8 @@ pub(crate) struct RandomFill<'a> {
     pub contacts: &'a Contacts,
     pub space: &'a Space,
     pub region: FillRegion,
+    /// Whether the first ones will do, those that find a place one by one.
+    pub as_many_as_fit: bool,
     /// Whether the whole box is theirs, without other particles.
     pub has_box: bool,
     pub seed: u64,
@@ -55,11 +57,20 @@ pub(crate) struct RandomFill<'a> {
 }
 
 impl RandomFill<'_> {
-    /// Places one by one, or all together where that is too dense and they have a periodic box for themselves.
+    /// Places one by one, or all together where that is too dense and they have a periodic box for themselves. Of as many as fit there may be fewer
+    /// than kinds.
     ///
     /// # Errors
-    /// [`PackingError`] if there is no room for them.
+    /// [`PackingError`] if there is no room for them, or not for a single one of as many as fit.
     pub(crate) fn positions(&self, occupancy: &mut Occupancy<'_>) -> Result<Vec<Vector>, PackingError> {
+        if self.as_many_as_fit {
+            let mut random = Random::new(self.seed, Purpose::Placement, self.group);
+            let positions = insert_while_there_is_room(self.sizes(), &self.region, self.space, occupancy, &mut random);
+            return match positions.len() {
+                0 => Err(NoRoom::after(0, self.kinds.len()).into()),
+                _ => Ok(positions),
+            };
+        }
         let dense = self.compression();
         if let Some(dense) = &dense
             && dense.is_too_dense_to_insert()
@@ -67,12 +78,16 @@ impl RandomFill<'_> {
             return dense.positions();
         }
         let mut random = Random::new(self.seed, Purpose::Placement, self.group);
-        let sizes = self.kinds.iter().map(|kind| (0.5 * self.diameter(*kind), kind.0));
-        match (insert(sizes, &self.region, self.space, occupancy, &mut random), dense) {
+        match (insert(self.sizes(), &self.region, self.space, occupancy, &mut random), dense) {
             (Ok(positions), _) => Ok(positions),
             (Err(_), Some(dense)) => dense.positions(),
             (Err(no_room), None) => Err(no_room.into()),
         }
+    }
+
+    /// Radius and species of each.
+    fn sizes(&self) -> impl ExactSizeIterator<Item = (f64, u32)> {
+        self.kinds.iter().map(|kind| (0.5 * self.diameter(*kind), kind.0))
     }
 
     fn diameter(&self, kind: SpeciesId) -> f64 {
@@ -109,6 +124,7 @@ mod tests {
             contacts: &contacts,
             space: &space,
             region: FillRegion::Box(Region { lower: space.lower, upper: space.upper() }),
+            as_many_as_fit: false,
             has_box,
             seed: 3,
             group: 0,

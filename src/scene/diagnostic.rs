@@ -150,7 +150,8 @@ impl SceneErrorKind {
             }
             Self::NoRoom { .. } => Some(
                 "placed one by one, particles jam at a packing fraction of about 0.38 in 3D, 0.54 in 2D and 0.74 in 1D; dense random starts \
-                 need a fully periodic box with one fill and nothing else in it: use that, or a lattice"
+                 need a fully periodic box with one fill and nothing else in it: use that, or a lattice; `as_many_as_fit = true` in the \
+                 [[fill]] goes on with those that found a place"
                     .to_owned(),
             ),
             Self::Jammed { .. } => Some(

@@ -2,6 +2,7 @@
 
 use crate::Vector;
 use crate::base::numbers::{index, trunc_to_u64};
+use crate::model::scene::own_volume;
 use crate::model::space::Space;
 use crate::model::{Species, SpeciesId};
 use crate::prepare::composition::{edges, largest_packing_fraction, mean_volume, realised, whole_numbers};
@@ -14,10 +15,13 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::interactions::species_named;
 use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
-use crate::scene::unvalidated::{Amount, Fill, Group, Lattice};
+use crate::scene::unvalidated::{Amount, Arrangement, Fill, Group, Lattice};
 
 /// Most sites of a lattice around a region of which the region has a small part: those of a thin cylinder across the box, seconds and a gigabyte.
 const MOST_SITES: f64 = 2e7;
+
+/// By how much the mean of two diameters may be above the contact of the two by round-off.
+const ROUNDING: f64 = 1e-12;
 
 /// A fill whose numbers are known.
 pub(crate) struct Filling {
@@ -27,8 +31,14 @@ pub(crate) struct Filling {
 }
 
 impl Filling {
-    pub(crate) fn new(fill: &Fill, species: &[Species], space: &Space, at: &ConfigPath) -> Result<Self, SceneError> {
-        let count = index(Self::count(fill, species, space, at)?);
+    pub(crate) fn new(
+        fill: &Fill,
+        species: &[Species],
+        contacts: &Contacts,
+        space: &Space,
+        at: &ConfigPath,
+    ) -> Result<Self, SceneError> {
+        let count = index(Self::count(fill, species, contacts, space, at)?);
         let shares = shares(fill, species, at)?;
         let filling = Self { shares: whole_numbers(&shares, count), region: region(fill, space, at)? };
         let largest = filling.largest(species);
@@ -39,8 +49,21 @@ impl Filling {
         Ok(filling)
     }
 
-    /// Number of particles.
-    pub(crate) fn count(fill: &Fill, species: &[Species], space: &Space, at: &ConfigPath) -> Result<u64, SceneError> {
+    /// Number of particles; the most that there can be where as many as fit are asked for.
+    pub(crate) fn count(
+        fill: &Fill,
+        species: &[Species],
+        contacts: &Contacts,
+        space: &Space,
+        at: &ConfigPath,
+    ) -> Result<u64, SceneError> {
+        if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {
+            let kind = SceneErrorKind::value(
+                true,
+                "`arrangement = \"random\"`, or no such key: a lattice has all of its particles",
+            );
+            return Err(SceneError::new(at.key("as_many_as_fit"), kind));
+        }
         let region = region(fill, space, at)?;
         let shares = shares(fill, species, at)?;
         let count = match (fill.count, fill.amount) {
@@ -55,6 +78,9 @@ impl Filling {
                     return Err(SceneError::new(at.key(key_of(amount)), kind));
                 }
                 trunc_to_u64(count)
+            }
+            (None, None) if fill.as_many_as_fit => {
+                most_that_fit(region.volume(space), &shares, species, contacts, space, at)?
             }
             (None, None) => {
                 let why = "or number_density or packing_fraction".to_owned();
@@ -140,6 +166,31 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
         return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "species", why }));
     }
     Ok(shares)
+}
+
+/// More than there is room for, if particles keep each other apart: the room over the volume of the spheres that cannot overlap in a mean particle.
+fn most_that_fit(
+    room: f64,
+    shares: &[(SpeciesId, f64)],
+    species: &[Species],
+    contacts: &Contacts,
+    space: &Space,
+    at: &ConfigPath,
+) -> Result<u64, SceneError> {
+    let here = || shares.iter().map(|(id, _)| *id);
+    let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
+    let own = |id: SpeciesId| contact(id, id).min(species[id.0 as usize].diameter);
+    let is_additive = here().all(|a| here().all(|b| 0.5 * (own(a) + own(b)) <= contact(a, b) * (1.0 + ROUNDING)));
+    let least = here().flat_map(|a| here().map(move |b| contact(a, b).min(own(a)))).fold(f64::INFINITY, f64::min);
+    let total: f64 = shares.iter().map(|(_, share)| share).sum();
+    let volume = |diameter: f64| own_volume(diameter, space.dimensions());
+    let mean: f64 =
+        shares.iter().map(|(id, share)| share / total * volume(if is_additive { own(*id) } else { least })).sum();
+    if mean <= 0.0 {
+        let why = "because these particles do not keep each other apart: any number of them would fit".to_owned();
+        return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "count", why }));
+    }
+    Ok(trunc_to_u64(room / mean).saturating_add(1))
 }
 
 fn key_of(amount: Amount) -> &'static str {

@@ -50,6 +50,8 @@ pub struct Fill {
     pub count: Option<u64>,
     /// How dense; follows from `count` if it is not given.
     pub amount: Option<Amount>,
+    /// Whether fewer will do: as many as find a place one by one, at most as many as `count` or `amount` says, if one is given. At random only.
+    pub as_many_as_fit: bool,
     /// Where; the whole box if it is not given. The particles stay inside of it with their surfaces, too.
     pub region: Option<FillRegion>,
     /// Temperature of their Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.
@@ -69,6 +71,7 @@ impl Fill {
             arrangement: arrangement.into(),
             count: None,
             amount: None,
+            as_many_as_fit: false,
             region: None,
             temperature: None,
             speed: None,
@@ -87,6 +90,13 @@ impl Fill {
     #[must_use]
     pub fn amount(mut self, amount: Amount) -> Self {
         self.amount = Some(amount);
+        self
+    }
+
+    /// With as many as find a place at random, but not more than a number or a density says, if one is given.
+    #[must_use]
+    pub fn as_many_as_fit(mut self) -> Self {
+        self.as_many_as_fit = true;
         self
     }
 

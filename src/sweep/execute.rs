@@ -1,7 +1,6 @@
 //! Runs the points of a sweep, several at a time.
 
 use std::ops::ControlFlow;
-use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -11,7 +10,7 @@ use super::error::SweepError;
 use super::folder::SweepFolder;
 use super::plan::{Point, Sweep};
 use crate::base::text::with_causes;
-use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
+use crate::io::{Existing, Folder, FolderState, OutputError};
 use crate::run::{Ending, Finished, Progress, Run, RunError};
 
 /// What became of a point.
@@ -154,7 +153,7 @@ impl SweepFolder {
         watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
     ) -> Fate {
         let path = self.of(point);
-        let begun = match state_of(&path) {
+        let begun = match self.state_of(point) {
             Ok(FolderState::Finished) => {
                 return self.failure(point).map_or(Fate::Kept, Fate::Failed);
             }
@@ -188,14 +187,6 @@ impl SweepFolder {
 enum Obstacle {
     Scene(String),
     Folder(OutputError),
-}
-
-/// The state of the run in a folder, where one that was interrupted in good order can go on as well as one that was killed.
-fn state_of(path: &Path) -> Result<FolderState, OutputError> {
-    let state = Folder::state_of(path)?;
-    let is_interrupted = state == FolderState::Finished
-        && Summary::read(path).is_ok_and(|summary| summary.ending.as_deref() == Some(Ending::Interrupted.word()));
-    Ok(if is_interrupted { FolderState::Unfinished } else { state })
 }
 
 fn finish(folder: Folder, run: Run, orders: &Orders<'_>, watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Fate {

@@ -10,8 +10,9 @@ use serde::{Deserialize, Serialize};
 use super::axis::Axis;
 use super::error::SweepError;
 use super::plan::{Point, Sweep};
-use crate::io::Existing;
 use crate::io::atomic::write_atomically;
+use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
+use crate::run::Ending;
 use crate::scene::read_text;
 
 /// What is in the folder.
@@ -179,6 +180,15 @@ impl SweepFolder {
     #[must_use]
     pub fn of(&self, point: &Point) -> PathBuf {
         self.path.join(point.folder())
+    }
+
+    /// The state of the run of a point, where one that was interrupted in good order is as unfinished as one that was killed.
+    pub(super) fn state_of(&self, point: &Point) -> Result<FolderState, OutputError> {
+        let path = self.of(point);
+        let state = Folder::state_of(&path)?;
+        let is_interrupted = state == FolderState::Finished
+            && Summary::read(&path).is_ok_and(|summary| summary.ending.as_deref() == Some(Ending::Interrupted.word()));
+        Ok(if is_interrupted { FolderState::Unfinished } else { state })
     }
 
     /// Why the run of a point has failed, if it has.

@@ -8,7 +8,9 @@ use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
 use crate::base::text::unit;
-use crate::io::{Folder, FolderState, Measurements, Summary};
+use crate::io::summary::Observable;
+use crate::io::{FolderState, Measurements, Summary};
+use crate::model::run_plan::MEASUREMENT;
 
 /// What a study is mostly about, in this order; all else follows in the order in which it first appears, and then what is checked only.
 const FIRST: [&str; 8] = [
@@ -80,10 +82,20 @@ pub enum Standing {
 pub struct PointResult {
     /// Where it stands.
     pub standing: Standing,
-    /// Simulated time of its measurement.
+    /// Its measured stages and its last measurement, in order; empty as long as it has no results.
+    pub measurements: Vec<StageResult>,
+}
+
+/// Numbers of a measurement of a run.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct StageResult {
+    /// Name of the measured stage; `measurement` for the last one.
+    pub stage: String,
+    /// Its simulated time.
     pub duration: Option<f64>,
-    /// Physical events of its measurement.
-    pub events: Option<u64>,
+    /// Its physical events.
+    pub events: u64,
     /// Its values, in the order of [`Results::quantities`].
     pub values: Vec<Option<Value>>,
     /// What is published about its system.
@@ -96,9 +108,19 @@ pub struct PointResult {
 pub struct Group {
     /// Places of its points in [`Sweep::points`].
     pub places: Vec<usize>,
-    /// Number of those that have been run, and are sound.
+    /// The means of its measured stages and of its last measurement, in order.
+    pub measurements: Vec<StageMeans>,
+}
+
+/// Means of a measurement over the runs of a state point.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct StageMeans {
+    /// Name of the measured stage; `measurement` for the last one.
+    pub stage: String,
+    /// Number of the runs that have it, and are sound.
     pub runs: usize,
-    /// Their means, in the order of [`Results::quantities`].
+    /// The means, in the order of [`Results::quantities`].
     pub values: Vec<Option<Pooled>>,
     /// What is published, in the mean.
     pub published: Vec<PublishedValue>,
@@ -110,6 +132,8 @@ pub struct Group {
 pub struct Results {
     /// What was measured: first what is looked for most often.
     pub quantities: Vec<Quantity>,
+    /// Names of the measured stages that some run has, in order, and `measurement`, the last one.
+    pub stages: Vec<String>,
     /// By point.
     pub points: Vec<PointResult>,
     /// By state point, in the order of the points.
@@ -125,12 +149,19 @@ impl Results {
             sweep.points().iter().map(|point| result_of(folder, point, &mut quantities)).collect();
         let mut order: Vec<usize> = (0..quantities.len()).collect();
         order.sort_by_key(|at| rank(&quantities[*at].name));
-        for point in &mut points {
-            point.values = order.iter().map(|at| point.values.get(*at).copied().flatten()).collect();
+        for measurement in points.iter_mut().flat_map(|point| &mut point.measurements) {
+            measurement.values = order.iter().map(|at| measurement.values.get(*at).copied().flatten()).collect();
         }
         let quantities: Vec<Quantity> = order.iter().map(|at| quantities[*at].clone()).collect();
-        let groups = groups(sweep, &points, quantities.len());
-        Self { quantities, points, groups }
+        let stages = stages(&points);
+        let groups = groups(sweep, &points, &stages, quantities.len());
+        Self { quantities, stages, points, groups }
+    }
+
+    /// Whether some run has measured stages before its last measurement.
+    #[must_use]
+    pub fn has_stages(&self) -> bool {
+        self.stages.len() > 1
     }
 
     /// Numbers of points that are done, and that have failed.
@@ -143,10 +174,9 @@ impl Results {
 
 fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<Quantity>) -> PointResult {
     let path = folder.of(point);
-    let none =
-        |standing| PointResult { standing, duration: None, events: None, values: Vec::new(), published: Vec::new() };
+    let none = |standing| PointResult { standing, measurements: Vec::new() };
     let failure = folder.failure(point);
-    match (Folder::state_of(&path), &failure) {
+    match (folder.state_of(point), &failure) {
         (Ok(FolderState::Finished), _) => {}
         (Ok(_), Some(failure)) => return none(Standing::Failed(failure.clone())),
         (Ok(FolderState::Unfinished), None) => return none(Standing::Begun),
@@ -158,40 +188,84 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<Quantity>
         Err(error) => return none(Standing::Failed(format!("its summary.json cannot be read: {error}"))),
     };
     let measured = match Measurements::read(&path) {
-        Ok(measurements) => measurements.unwrap_or_default().last,
+        Ok(measurements) => measurements.unwrap_or_default(),
         Err(error) => return none(Standing::Failed(format!("its measurements.json cannot be read: {error}"))),
     };
-    let mut values = Vec::new();
-    for (quantity, value) in values_of(&summary, &measured) {
-        let at = quantities.iter().position(|known| known.name == quantity.name).unwrap_or_else(|| {
-            quantities.push(quantity);
-            quantities.len() - 1
-        });
-        values.resize(values.len().max(at + 1), None);
-        values[at] = Some(value);
-    }
     let trouble = failure.or_else(|| (!summary.faults.is_empty()).then(|| summary.faults.join("; ")));
     PointResult {
         standing: trouble.map_or(Standing::Done, Standing::Failed),
-        duration: summary.measured.as_ref().map(|measured| measured.duration),
-        events: Some(summary.events.total),
-        values,
-        published: summary.published,
+        measurements: measurements(summary, &measured, quantities),
     }
 }
 
-/// The observables, but for those that an instrument has measured, too, and the numbers of the instruments.
-fn values_of(summary: &Summary, measured: &Measured) -> Vec<(Quantity, Value)> {
+/// The measured stages of a run, and its last measurement.
+fn measurements(summary: Summary, measured: &Measurements, quantities: &mut Vec<Quantity>) -> Vec<StageResult> {
     let dimensions = summary.system.as_ref().map_or(3, |system| system.dimensions);
+    let mut placed = |values: Vec<(Quantity, Value)>| {
+        let mut all = Vec::new();
+        for (quantity, value) in values {
+            let at = quantities.iter().position(|known| known.name == quantity.name).unwrap_or_else(|| {
+                quantities.push(quantity);
+                quantities.len() - 1
+            });
+            all.resize(all.len().max(at + 1), None);
+            all[at] = Some(value);
+        }
+        all
+    };
+    let nothing = Measured::default();
+    let of_stage = |name: &str| measured.stages.iter().find(|stage| stage.name == name);
+    let mut all: Vec<StageResult> = summary
+        .stages
+        .into_iter()
+        .map(|stage| {
+            let measured = of_stage(&stage.name).map_or(&nothing, |stage| &stage.measured);
+            StageResult {
+                duration: Some(stage.measured.duration),
+                events: stage.events.total,
+                values: placed(values_of(&stage.observables, dimensions, measured)),
+                published: stage.published,
+                stage: stage.name,
+            }
+        })
+        .collect();
+    all.push(StageResult {
+        stage: MEASUREMENT.to_owned(),
+        duration: summary.measured.map(|measured| measured.duration),
+        events: summary.events.total,
+        values: placed(values_of(&summary.observables, dimensions, &measured.last)),
+        published: summary.published,
+    });
+    all
+}
+
+/// The names of all measurements of all points, the last one last.
+fn stages(points: &[PointResult]) -> Vec<String> {
+    let mut stages: Vec<String> = Vec::new();
+    for measurement in points.iter().flat_map(|point| &point.measurements) {
+        if measurement.stage != MEASUREMENT && !stages.contains(&measurement.stage) {
+            stages.push(measurement.stage.clone());
+        }
+    }
+    stages.push(MEASUREMENT.to_owned());
+    stages
+}
+
+/// The observables, but for those that an instrument has measured, too, and the numbers of the instruments.
+fn values_of(
+    observables: &BTreeMap<String, Observable>,
+    dimensions: usize,
+    measured: &Measured,
+) -> Vec<(Quantity, Value)> {
     // The pressure tensor has the same rate by another name.
     let told_as = |name: &str| if name == "collision_rate" { "core_rate".to_owned() } else { name.to_owned() };
     let is_measured = |name: &str| measured.number(name).is_some_and(|number| number.mean.is_some());
     let is_new = |name: &str| !is_measured(name) && !is_measured(&told_as(name));
     // The order of the program first, then what a later version may have added.
     let known = OBSERVABLES.iter().map(|(name, unit)| (*name, *unit));
-    let others = summary.observables.keys().map(|name| (name.as_str(), "1"));
+    let others = observables.keys().map(|name| (name.as_str(), "1"));
     let others = others.filter(|(name, _)| OBSERVABLES.iter().all(|(known, _)| known != name));
-    let observables = known.chain(others).filter_map(|(name, unit)| Some((name, unit, summary.observables.get(name)?)));
+    let observables = known.chain(others).filter_map(|(name, unit)| Some((name, unit, observables.get(name)?)));
     let finite = |mean: f64, error: Option<f64>| {
         mean.is_finite().then(|| Value { mean, error: error.filter(|error| error.is_finite()) })
     };
@@ -209,24 +283,37 @@ fn values_of(summary: &Summary, measured: &Measured) -> Vec<(Quantity, Value)> {
 }
 
 /// Points that differ in their seeds only, in the order of the first of them.
-fn groups(sweep: &Sweep, points: &[PointResult], quantities: usize) -> Vec<Group> {
+fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: usize) -> Vec<Group> {
     let mut known: BTreeMap<Vec<&(String, String)>, usize> = BTreeMap::new();
     let mut groups: Vec<Group> = Vec::new();
     for (place, point) in sweep.points().iter().enumerate() {
         let at = *known.entry(point.state_point().collect()).or_insert_with(|| {
-            groups.push(Group { places: Vec::new(), runs: 0, values: Vec::new(), published: Vec::new() });
+            groups.push(Group { places: Vec::new(), measurements: Vec::new() });
             groups.len() - 1
         });
         groups[at].places.push(place);
     }
     for group in &mut groups {
-        let done = || group.places.iter().map(|place| &points[*place]).filter(|it| it.standing == Standing::Done);
-        group.runs = done().count();
-        let values = |at: usize| done().filter_map(|point| point.values[at]).collect::<Vec<Value>>();
-        group.values = (0..quantities).map(|at| pooled(&values(at))).collect();
-        group.published = mean_of_published(done().map(|point| point.published.as_slice()));
+        let done: Vec<&PointResult> =
+            group.places.iter().map(|place| &points[*place]).filter(|it| it.standing == Standing::Done).collect();
+        let means = stages.iter().map(|stage| means_of(stage, &done, quantities));
+        // Without runs there is no other way to see which stages a state point has.
+        group.measurements = means.filter(|means| means.runs > 0 || done.is_empty()).collect();
     }
     groups
+}
+
+/// The means of a measurement over runs of a state point.
+fn means_of(stage: &str, runs: &[&PointResult], quantities: usize) -> StageMeans {
+    let of_stage =
+        || runs.iter().filter_map(|run| run.measurements.iter().find(|measurement| measurement.stage == stage));
+    let values = |at: usize| of_stage().filter_map(|measurement| measurement.values[at]).collect::<Vec<Value>>();
+    StageMeans {
+        stage: stage.to_owned(),
+        runs: of_stage().count(),
+        values: (0..quantities).map(|at| pooled(&values(at))).collect(),
+        published: mean_of_published(of_stage().map(|measurement| measurement.published.as_slice())),
+    }
 }
 
 /// The mean over runs of the same weight.

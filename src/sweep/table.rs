@@ -1,5 +1,5 @@
 //! The tables of a sweep: `sweep.csv`, a row for each run, `sweep-mean.csv`, a row for each state point with means over its seeds, and
-//! `sweep-columns.csv`, which has the units.
+//! `sweep-columns.csv`, which has the units. Where runs have measured stages, each of them has a row of its own, and a column says which.
 //!
 //! A column `x` has beside it `x_error`, the standard error; `sweep-mean.csv` has `x_error` by the errors of the runs and `x_scatter` by how far the runs
 //! are apart, which should agree. What is not known is an empty cell.
@@ -12,10 +12,14 @@ use super::folder::SweepFolder;
 use super::plan::Sweep;
 use super::results::{Results, Standing};
 use crate::io::number::{Cell, quoted};
+use crate::model::run_plan::MEASUREMENT;
 
 const RUNS: &str = "sweep.csv";
 const MEANS: &str = "sweep-mean.csv";
 const COLUMNS: &str = "sweep-columns.csv";
+
+/// The column that says which measurement of a run a row is of.
+const STAGE: &str = "stage";
 
 impl SweepFolder {
     /// Writes the tables of what there is so far, and says where they are.
@@ -38,12 +42,18 @@ fn line(text: &mut String, cells: impl Iterator<Item = String>) {
     text.push('\n');
 }
 
+/// The head of the column that says which measurement a row is of, where runs have several.
+fn stage_head(results: &Results) -> impl Iterator<Item = String> {
+    results.has_stages().then(|| STAGE.to_owned()).into_iter()
+}
+
 fn runs(sweep: &Sweep, results: &Results) -> String {
     let mut text = String::new();
     let fixed = ["folder", "state"].map(str::to_owned);
     let sizes = ["duration", "events"].map(str::to_owned);
     let names = results.quantities.iter().flat_map(|it| [it.name.clone(), format!("{}_error", it.name)]);
-    line(&mut text, fixed.into_iter().chain(sweep.short_names()).chain(sizes).chain(names));
+    let heads = fixed.into_iter().chain(sweep.short_names()).chain(stage_head(results)).chain(sizes).chain(names);
+    line(&mut text, heads);
     for (point, result) in sweep.points().iter().zip(&results.points) {
         let state = match &result.standing {
             Standing::Done => "done".to_owned(),
@@ -51,13 +61,22 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
             Standing::Missing => "missing".to_owned(),
             Standing::Failed(why) => quoted(&format!("failed: {why}")),
         };
-        let settings = point.settings().iter().map(|(_, value)| typed(value));
-        let sizes = [Cell(result.duration).to_string(), result.events.map_or_else(String::new, |it| it.to_string())];
-        let values = result.values.iter().flat_map(|value| {
-            [value.map(|value| value.mean), value.and_then(|value| value.error)].map(|number| Cell(number).to_string())
-        });
-        let fixed = [quoted(point.folder()), state];
-        line(&mut text, fixed.into_iter().chain(settings).chain(sizes).chain(values));
+        let settings = || point.settings().iter().map(|(_, value)| typed(value));
+        let run = || [quoted(point.folder()), state.clone()].into_iter().chain(settings());
+        for measurement in &result.measurements {
+            let stage = results.has_stages().then(|| quoted(&measurement.stage));
+            let sizes = [Cell(measurement.duration).to_string(), measurement.events.to_string()];
+            let numbers = measurement
+                .values
+                .iter()
+                .flat_map(|value| [value.map(|value| value.mean), value.and_then(|value| value.error)]);
+            let values = numbers.map(|number| Cell(number).to_string());
+            line(&mut text, run().chain(stage).chain(sizes).chain(values));
+        }
+        if result.measurements.is_empty() {
+            let cells = usize::from(results.has_stages()) + 2 + 2 * results.quantities.len();
+            line(&mut text, run().chain(std::iter::repeat_n(String::new(), cells)));
+        }
     }
     text
 }
@@ -72,15 +91,18 @@ fn means(sweep: &Sweep, results: &Results) -> String {
         .collect();
     let quantities = || results.quantities.iter();
     let names = quantities().flat_map(|it| ["", "_error", "_scatter"].map(|suffix| format!("{}{suffix}", it.name)));
-    line(&mut text, keys.into_iter().chain(["runs".to_owned()]).chain(names));
+    line(&mut text, keys.into_iter().chain(stage_head(results)).chain(["runs".to_owned()]).chain(names));
     for group in &results.groups {
         let Some(point) = group.places.first().and_then(|place| sweep.points().get(*place)) else { continue };
-        let settings = point.state_point().map(|(_, value)| typed(value));
-        let values = group.values.iter().flat_map(|value| {
-            let numbers = [value.map(|it| it.mean), value.and_then(|it| it.error), value.and_then(|it| it.scatter)];
-            numbers.map(|number| Cell(number).to_string())
-        });
-        line(&mut text, settings.chain([group.runs.to_string()]).chain(values));
+        for means in &group.measurements {
+            let settings = point.state_point().map(|(_, value)| typed(value));
+            let stage = results.has_stages().then(|| quoted(&means.stage));
+            let values = means.values.iter().flat_map(|value| {
+                let numbers = [value.map(|it| it.mean), value.and_then(|it| it.error), value.and_then(|it| it.scatter)];
+                numbers.map(|number| Cell(number).to_string())
+            });
+            line(&mut text, settings.chain(stage).chain([means.runs.to_string()]).chain(values));
+        }
     }
     text
 }
@@ -90,6 +112,9 @@ fn columns(sweep: &Sweep, results: &Results) -> String {
     for (name, key) in sweep.short_names().iter().zip(sweep.keys()) {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{},,{}", quoted(name), quoted(&format!("the key {key} of the scene")));
+    }
+    if results.has_stages() {
+        let _ = writeln!(text, "{STAGE},,the measured stage; {MEASUREMENT} is the last measurement");
     }
     text.push_str("duration,time,simulated time of the measurement\nevents,1,physical events of the measurement\n");
     for quantity in &results.quantities {

@@ -5,7 +5,7 @@ use carom::analysis::instruments::bond_order::per_particle;
 use carom::analysis::instruments::{Sample, SystemDescription};
 use carom::model::Scene;
 use carom::model::potential::Potential;
-use carom::model::space::Boundary;
+use carom::model::space::{Boundary, Space};
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder, SceneError, SceneErrorKind};
 
 fn hard(diameter: f64) -> Potential {
@@ -187,4 +187,62 @@ fn with_walls_or_company_particles_are_placed_one_by_one() {
     refused(equal(100, 0.5, Arrangement::Random).particle("A", Vector::zeros(), Vector::zeros()));
     // Where they find room they keep the start that they always had.
     assert!(equal(100, 0.3, Arrangement::Random).boundary(walls).build().is_ok());
+}
+
+#[test]
+fn as_many_as_fit_are_those_that_the_error_counts() {
+    let walls = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
+    let edge = libm::cbrt(100.0 * std::f64::consts::PI / 6.0 / 0.5);
+    let scene = |fill: Fill| {
+        SceneBuilder::new("packed")
+            .space(Space { boundary: walls, ..Space::periodic_cube(edge) })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", hard(1.0), 1.0)
+            .add_fill(fill)
+    };
+    let random = || Fill::new(Arrangement::Random, "A");
+    let error = scene(random().count(100)).build().unwrap_err();
+    let SceneErrorKind::NoRoom { placed, .. } = *error.kind() else { panic!("{error}") };
+    assert!(miette::Diagnostic::help(&error).unwrap().to_string().contains("as_many_as_fit"));
+    let fitted = scene(random().count(100).as_many_as_fit()).build().unwrap();
+    assert_eq!(fitted.particles().len(), placed);
+    assert!(closest(&fitted) >= 1.0);
+    // Random insertion ends below a packing fraction of 0.38, between walls somewhat earlier.
+    assert!((50..76).contains(&placed), "{placed}");
+    // Without a count the same ones, as there is only one species; fewer are no more than asked for.
+    let all = scene(random().as_many_as_fit()).build().unwrap();
+    assert_eq!(all.particles(), fitted.particles());
+    assert_eq!(scene(random().count(20).as_many_as_fit()).build().unwrap().particles().len(), 20);
+    // Where others are, there is less room; cores may be smaller than diameters.
+    let two = scene(random().count(30)).add_fill(random().as_many_as_fit()).build().unwrap();
+    assert!((50..76).contains(&two.particles().len()) && closest(&two) >= 1.0);
+    let small = SceneBuilder::new("cores")
+        .space(Space::periodic_cube(6.0))
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::square_well(0.5, 1.5, 1.0).unwrap(), 1.0)
+        .add_fill(random().as_many_as_fit())
+        .build()
+        .unwrap();
+    // 0.3 to 0.385 of spheres of half the diameter, in 216.
+    assert!((990..1271).contains(&small.particles().len()), "{}", small.particles().len());
+}
+
+#[test]
+fn a_mixture_of_which_as_many_as_fit_keeps_its_shares() {
+    let fill = Fill { composition: vec![("A".into(), 1.0), ("B".into(), 3.0)], ..Fill::new(Arrangement::Random, "A") };
+    let scene = SceneBuilder::new("mixture")
+        .space(Space::periodic_cube(12.0))
+        .species("A", 1.0, 1.0)
+        .species("B", 2.0, 1.4)
+        .interaction("A", "A", hard(1.0), 1.0)
+        .interaction("A", "B", hard(1.2), 1.0)
+        .interaction("B", "B", hard(1.4), 1.0)
+        .add_fill(fill.as_many_as_fit())
+        .build()
+        .unwrap();
+    assert!((0.3..0.42).contains(&scene.packing_fraction()), "{}", scene.packing_fraction());
+    let all = scene.particles().len() as f64;
+    let small = scene.particles().iter().filter(|particle| particle.species.0 == 0).count() as f64;
+    // Four standard deviations of independent choices.
+    assert!((small / all - 0.25).abs() < 4.0 * (0.25_f64 * 0.75 / all).sqrt(), "{small} of {all}");
 }

@@ -267,6 +267,64 @@ fn an_exchange_starts_from_the_end_of_a_run() {
     }
 }
 
+#[test]
+fn a_complete_exchange_goes_on_to_a_later_end_as_one_that_was_meant_to_come_there() {
+    let place = Place::with(CHAIN);
+    let frames = ["--set", "output.frame_interval=75"];
+    let with = |more: &[&'static str]| exchange(&[frames.as_slice(), more].concat());
+    let done = |arguments: &[&str], attempts: &str| {
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+        assert!(words(&output).contains(attempts), "{arguments:?}: {}", words(&output));
+    };
+    done(&with(&["--out", "whole", "--until-time", "900"]), "600 attempts to swap");
+    done(&with(&["--out", "parts", "--until-time", "300"]), "200 attempts to swap");
+    let folder = place.path().join("parts");
+    let short = contents(&folder);
+    let refused = |arguments: &[&str], expected: &str| {
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
+        assert!(line(&output).contains(expected), "{arguments:?}: {}", line(&output));
+        assert!(contents(&folder) == short);
+    };
+    refused(&["exchange", "parts", "--until-time", "150"], "has measured a time of 300 already");
+    refused(&["exchange", "parts", "--until-time", "450.7"], "until_time");
+    refused(&["exchange", "parts", "--until-time", "450", "--seed", "8"], "an exchange goes on as it was");
+    refused(&with(&["--out", "parts", "--until-time", "450", "--seed", "8"]), "holds the exchange of another scene");
+    // The end that it has, in other words.
+    done(&["exchange", "parts", "--until-time", "3e2"], "It was complete already");
+    assert!(contents(&folder) == short);
+    // By its folder and by its scene, with several numbers of threads.
+    done(&["exchange", "parts", "--until-time", "450", "--jobs", "2"], "300 attempts to swap");
+    done(&with(&["--out", "parts", "--until-time", "900", "--jobs", "1"]), "600 attempts to swap");
+    let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));
+    assert_eq!(whole.keys().collect::<Vec<_>>(), parts.keys().collect::<Vec<_>>());
+    // A checkpoint also has the scene of the beginning.
+    for (name, bytes) in whole.iter().filter(|(name, _)| *name != "exchange.checkpoint") {
+        assert!(*bytes == parts[name], "{name}");
+    }
+    done(&["exchange", "parts"], "It was complete already");
+}
+
+#[test]
+fn an_exchange_that_is_killed_on_the_way_to_a_later_end_comes_there() {
+    let place = Place::with(CHAIN);
+    let frames = ["--set", "output.frame_interval=75"];
+    let whole = exchange(&[frames.as_slice(), &["--out", "whole", "--until-time", "3000"]].concat());
+    assert_eq!(code(&place.carom(&whole)), 0);
+    let short = exchange(&[frames.as_slice(), &["--out", "parts", "--until-time", "300"]].concat());
+    assert_eq!(code(&place.carom(&short)), 0);
+    let on = || {
+        let arguments = ["exchange", "parts", "--until-time", "3000", "--checkpoint-every", "0.005", "--quiet"];
+        place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let kills = kill_until_done(10, on);
+    let [whole, parts] = ["whole", "parts"].map(|out| contents(&place.path().join(out)));
+    for (name, bytes) in whole.iter().filter(|(name, _)| *name != "exchange.checkpoint") {
+        assert!(*bytes == parts[name], "{name} after {kills} kills");
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_exchange_goes_on_to_the_same_bytes() {

@@ -8,6 +8,7 @@ mod kept;
 mod memory;
 mod movie;
 mod names;
+mod normalisation;
 mod place;
 mod replaced;
 mod run;

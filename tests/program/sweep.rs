@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::time::Duration;
 
 use super::place::{FLUID, Place, code, errors, kill_until_done, words};
 
@@ -168,6 +169,124 @@ fn a_run_that_fails_is_named_and_the_others_go_on() {
     assert!(place.read("s/sweep.html").contains("1 of 3 runs failed"));
     // It fails again, and is not forgotten.
     assert_eq!(code(&place.carom(&arguments)), 1);
+}
+
+#[test]
+fn means_over_seeds_are_those_of_sound_runs() {
+    let place = Place::with(FLUID);
+    let arguments = ["sweep", "scene.toml", "--vary", "seed=1..4", "--out", "s", "--quiet"];
+    assert_eq!(code(&place.carom(&arguments)), 0);
+    // Both have values: one whose audit found a fault, and one that came to an end that is none.
+    let summary = place.read("s/seed-2/summary.json");
+    let faulty = summary.replacen("\"faults\":[]", "\"faults\":[\"the energy is wrong\"]", 1);
+    let faulty = faulty.replacen("\"faults\": []", "\"faults\": [\"the energy is wrong\"]", 1);
+    assert_ne!(faulty, summary);
+    place.write("s/seed-2/summary.json", &faulty);
+    fs::create_dir(place.path().join("s/failures")).unwrap();
+    place.write("s/failures/seed-3.txt", "the equilibration did not come to an end\n");
+    assert_eq!(code(&place.carom(&arguments)), 1);
+    let runs = rows(&place.read("s/sweep.csv"));
+    let states: Vec<&str> = runs.iter().map(|row| row["state"].as_str()).collect();
+    let expected = ["done", "failed: the energy is wrong", "failed: the equilibration did not come to an end", "done"];
+    assert_eq!(states, expected);
+    let of = |name: &str| [0, 3].map(|at: usize| number(&runs[at], name));
+    let [one, four] = of("pressure");
+    let errors = of("pressure_error");
+    let means = rows(&place.read("s/sweep-mean.csv"));
+    let [mean] = means.as_slice() else { panic!("{means:?}") };
+    assert_eq!(mean["runs"], "2");
+    let is_near = |name: &str, expected: f64| {
+        let value = number(mean, name);
+        assert!((value / expected - 1.0).abs() < 1e-12, "{name}: {value}, not {expected}");
+    };
+    is_near("pressure", 0.5 * (one + four));
+    is_near("pressure_error", 0.5 * errors[0].hypot(errors[1]));
+    is_near("pressure_scatter", 0.5 * (one - four).abs());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_was_interrupted_by_hand_is_not_a_finished_point() {
+    let place = Place::with(FLUID);
+    let until = ["--set", "run.until_events=1000000"];
+    let sweep = |seeds: &str, more: &[&str]| {
+        let output = place.carom(&[&["sweep", "scene.toml", "--vary", seeds], until.as_slice(), more].concat());
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        output
+    };
+    sweep("seed=1..2", &["--out", "whole"]);
+    let whole = bits(&place.path().join("whole"));
+    for signal in ["-INT", "-KILL"] {
+        sweep("seed=1", &["--out", "s"]);
+        let arguments = ["run", "scene.toml", "-q", "--seed", "2", "--checkpoint-every", "0.01", "--out", "s/seed-2"];
+        let mut command = place.command(&[&arguments, until.as_slice()].concat());
+        let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        let is_begun = || place.path().join("s/seed-2/checkpoint").exists();
+        while !is_begun() && child.try_wait().unwrap().is_none() {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        assert!(!child.wait().unwrap().success(), "{signal}: it had come to its end already");
+        assert_eq!(place.path().join("s/seed-2/summary.json").exists(), signal == "-INT");
+        // To another task of a job array it is a run that has been begun, and has no values yet.
+        sweep("seed=1..2", &["--out", "s", "--array", "1/2"]);
+        let runs = rows(&place.read("s/sweep.csv"));
+        assert_eq!((runs[1]["state"].as_str(), runs[1]["pressure"].as_str()), ("begun", ""), "{signal}");
+        assert_eq!(rows(&place.read("s/sweep-mean.csv"))[0]["runs"], "1", "{signal}");
+        let output = sweep("seed=1..2", &["--out", "s"]);
+        assert!(words(&output).contains("2 of 2 runs done, 1 were there already"), "{signal}: {}", words(&output));
+        assert!(bits(&place.path().join("s")) == whole, "{signal}");
+        fs::remove_dir_all(place.path().join("s")).unwrap();
+    }
+}
+
+#[test]
+fn measured_stages_have_rows_of_their_own() {
+    let stage = "[[stage]]\nname = \"cold\"\nmeasure = true\nuntil_events = 3000\n\
+        thermostat = { kind = \"rescaling\", temperature = 0.25, interval = 0.125 }\n[measure]\npressure_tensor = true\n";
+    let place = Place::with(&format!("{FLUID}{stage}"));
+    // What has not been run has no stages yet.
+    assert_eq!(code(&place.carom(&sweep(&["--out", "s", "--array", "1/2"]))), 0);
+    let runs = rows(&place.read("s/sweep.csv"));
+    let states: Vec<[&str; 2]> = runs.iter().map(|row| ["state", "stage"].map(|name| row[name].as_str())).collect();
+    assert_eq!(states[..4], [["done", "cold"], ["done", "measurement"], ["missing", ""], ["done", "cold"]]);
+    let output = place.carom(&sweep(&["--out", "s"]));
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(words(&output).contains("6 of 6 runs done") && words(&output).contains("  cold  "), "{}", words(&output));
+    let runs = rows(&place.read("s/sweep.csv"));
+    assert_eq!(runs.len(), 12);
+    for (at, row) in runs.iter().enumerate() {
+        let folder = format!("s/{}", row["folder"]);
+        let (summary, text) = (place.summary(&folder), place.read(&format!("{folder}/measurements.json")));
+        let measurements: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let (name, results, measured) = match at % 2 {
+            0 => ("cold", &summary["stages"][0], &measurements["stages"][0]),
+            _ => ("measurement", &summary, &measurements),
+        };
+        assert_eq!(row["stage"], name);
+        assert_eq!(results["events"]["total"].as_f64(), Some(number(row, "events")));
+        assert_eq!(results["measured"]["duration"].as_f64(), Some(number(row, "duration")));
+        assert_eq!(results["observables"]["temperature"]["mean"].as_f64(), Some(number(row, "temperature")));
+        let numbers = measured["numbers"].as_array().unwrap();
+        let stress = numbers.iter().find(|number| number["name"] == "pressure_xx").unwrap();
+        assert_eq!(stress["mean"].as_f64(), Some(number(row, "pressure_xx")));
+    }
+    let means = rows(&place.read("s/sweep-mean.csv"));
+    let points: Vec<[&str; 3]> =
+        means.iter().map(|row| ["packing_fraction", "stage", "runs"].map(|name| row[name].as_str())).collect();
+    let stages = ["cold", "measurement"];
+    let expected = ["0.1", "0.3"].map(|fraction| stages.map(|stage| [fraction, stage, "3"]));
+    assert_eq!(points, expected.concat());
+    for (at, row) in means.iter().enumerate() {
+        let seeds = [0, 2, 4].map(|seed| &runs[6 * (at / 2) + at % 2 + seed]);
+        let mean = seeds.iter().map(|run| number(run, "pressure_xx")).sum::<f64>() / 3.0;
+        assert!((number(row, "pressure_xx") / mean - 1.0).abs() < 1e-14, "{row:?}");
+    }
+    let page = place.read("s/sweep.html");
+    for word in ["<th scope=\"row\">cold</th>", "</svg>cold</li>", "6 runs"] {
+        assert!(page.contains(word), "{word}");
+    }
+    assert!(place.read("s/sweep-columns.csv").contains("\nstage,,"));
 }
 
 #[test]

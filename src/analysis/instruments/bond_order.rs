@@ -7,7 +7,7 @@ mod harmonics;
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Number, Scalar, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Number, Scalar, Series, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
@@ -211,6 +211,12 @@ impl Instrument for BondOrder {
                 unit: "1".to_owned(),
                 values: means[range.clone()].to_vec(),
                 standard_errors: errors[range].to_vec(),
+                // The number of particles that have neighbours changes.
+                normalisation: Some(
+                    Normalisation::of("part of the particles with neighbours in the bin, over all samples")
+                        .by("samples", "1", self.curve.most())
+                        .by("bin_width", "1", 1.0 / self.bins as f64),
+                ),
             });
         }
         let method = format!(

@@ -136,9 +136,9 @@ impl Instrument for Chains {
         self.topology = Some(topology);
     }
 
-    fn report(&self, _subject: &SystemDescription, measured: &mut Measured) {
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         if !self.groups.is_empty() {
-            self.report_bonds(measured);
+            self.report_bonds(system.bonds.len() as f64, measured);
             self.report_sizes(measured);
             self.report_ends(measured);
         }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::block_times::BlockTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Number, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::base::numbers::trunc_to_i64;
@@ -183,6 +183,7 @@ impl Instrument for Flow {
             unit: unit.to_owned(),
             values: rows.iter().map(|row| Some(value(row))).collect(),
             standard_errors: vec![None; rows.len()],
+            normalisation: Some(Normalisation::of("what passed since the start of the measurement")),
         };
         measured.curves.push(Curve {
             name: format!("flow_{name}"),

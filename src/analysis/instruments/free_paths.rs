@@ -5,7 +5,7 @@ mod histogram;
 use serde::{Deserialize, Serialize};
 
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Number, Published, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Number, Published, Series, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::base::numbers::index;
@@ -139,6 +139,7 @@ impl Instrument for FreePaths {
 
 fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, method: &str) -> Curve {
     let density = flown.histogram.density();
+    let [flights, width] = flown.histogram.divisors();
     let centres: Vec<f64> = density.iter().map(|bin| bin.centre).collect();
     let mean = flown.histogram.mean().filter(|mean| *mean > 0.0);
     let exponential = |mean: f64| Published {
@@ -157,6 +158,11 @@ fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, met
             unit: format!("1 / {unit}"),
             values: density.iter().map(|bin| Some(bin.density)).collect(),
             standard_errors: density.iter().map(|bin| bin.error).collect(),
+            normalisation: Some(Normalisation::of("flights in the bin").by("flights", "1", flights).by(
+                "bin_width",
+                unit,
+                width,
+            )),
         }],
         variables: vec![Variable { name: variable.to_owned(), unit: unit.to_owned(), values: centres }],
         is_logarithmic: [false, true],

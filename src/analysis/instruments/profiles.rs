@@ -2,7 +2,7 @@
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Series, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::Vector;
 use crate::analysis::statistics::{CurveAverage, Estimate};
@@ -132,12 +132,21 @@ impl Instrument for Profile {
         let dimensions = system.space.dimensions();
         let volume = self.cell_volume(&system.space);
         let cells: Vec<Cell> = (0..self.bins.iter().product()).map(|cell| self.cell(cell, volume, system)).collect();
-        let series = |name: &str, unit: &str, value: &dyn Fn(&Cell) -> Option<Estimate>| Series {
+        let series = |name: &str, unit: &str, by: Normalisation, value: &dyn Fn(&Cell) -> Option<Estimate>| Series {
             name: name.to_owned(),
             unit: unit.to_owned(),
             values: cells.iter().map(|cell| Some(value(cell)?.mean)).collect(),
             standard_errors: cells.iter().map(|cell| value(cell)?.standard_error).collect(),
+            normalisation: Some(by),
         };
+        let over = |sum: &str| Normalisation::of(sum).by("samples", "1", self.samples as f64);
+        let particles = over("particles in the cell, over all samples");
+        let density = particles.by("cell_volume", &format!("length^{dimensions}"), volume);
+        let each = |number: fn(&Cell) -> f64| cells.iter().map(number).collect::<Vec<f64>>();
+        let momentum = over("momentum of the particles in the cell, over all samples");
+        let momentum = momentum.by_each("mean_mass", "mass", each(|cell| cell.mass));
+        let square = over("m |v - u|^2 of the particles in the cell, over all samples");
+        let square = square.by_each("degrees_of_freedom", "1", each(|cell| cell.degrees));
         let speed = "length / time";
         measured.curves.push(Curve {
             name: format!("profile_{}", self.name),
@@ -150,11 +159,11 @@ impl Instrument for Profile {
             ),
             variables: self.variables(),
             series: vec![
-                series("density", &format!("1 / length^{dimensions}"), &|cell| cell.density),
-                series("velocity x", speed, &|cell| cell.velocity[0]),
-                series("velocity y", speed, &|cell| cell.velocity[1]),
-                series("velocity z", speed, &|cell| cell.velocity[2]),
-                series("temperature", "energy", &|cell| cell.temperature),
+                series("density", &format!("1 / length^{dimensions}"), density, &|cell| cell.density),
+                series("velocity x", speed, momentum.clone(), &|cell| cell.velocity[0]),
+                series("velocity y", speed, momentum.clone(), &|cell| cell.velocity[1]),
+                series("velocity z", speed, momentum, &|cell| cell.velocity[2]),
+                series("temperature", "energy", square, &|cell| cell.temperature),
             ],
             is_logarithmic: [false; 2],
             published: Vec::new(),
@@ -165,6 +174,9 @@ impl Instrument for Profile {
 /// What is known of a cell.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell {
+    /// Mean mass in it, and the number of components of velocities that are free, in a sample.
+    mass: f64,
+    degrees: f64,
     density: Option<Estimate>,
     velocity: [Option<Estimate>; 3],
     temperature: Option<Estimate>,
@@ -204,32 +216,34 @@ impl Profile {
             mean: flow[k],
             standard_error: error(&[(first + 2 + k, 1.0 / mass), (first + 1, -flow[k] / mass)]),
         };
+        let samples = self.samples as f64;
+        let shared = conserved * mass / system.moving_mass();
+        let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
+        let temperature = mean(5).and_then(|square| {
+            // What is left of the difference of two equal numbers means nothing.
+            let fluctuation = (square - mass * common.norm_squared()).max(0.0);
+            let temperature = fluctuation / degrees;
+            // T = (A - P^2 / M) / f, by its derivatives, as if f were in proportion to N.
+            let part = 1.0 / degrees;
+            let terms = [
+                (first + 5, part),
+                (first + 2, -2.0 * common.x * part),
+                (first + 3, -2.0 * common.y * part),
+                (first + 4, -2.0 * common.z * part),
+                (first + 6, 2.0 * common.x * part),
+                (first + 1, common.norm_squared() * part),
+                (first, -temperature / number),
+            ];
+            // All of them free but one, or nothing is.
+            (number * samples > 1.5 && degrees > 0.5 / samples)
+                .then(|| Estimate { mean: temperature, standard_error: error(&terms) })
+        });
         Cell {
+            mass,
+            degrees,
             density: self.curve.combination(&[(first, 1.0 / volume)]),
             velocity: std::array::from_fn(|k| Some(velocity(k))),
-            temperature: mean(5).and_then(|square| {
-                let counted = number * self.samples as f64;
-                // What is left of the difference of two equal numbers means nothing.
-                let fluctuation = (square - mass * common.norm_squared()).max(0.0);
-                let samples = self.samples as f64;
-                let shared = conserved * mass / system.moving_mass();
-                let degrees = dimensions * (number - 1.0 / samples) - shared * (1.0 - 1.0 / samples);
-                let temperature = fluctuation / degrees;
-                // T = (A - P^2 / M) / f, by its derivatives, as if f were in proportion to N.
-                let part = 1.0 / degrees;
-                let terms = [
-                    (first + 5, part),
-                    (first + 2, -2.0 * common.x * part),
-                    (first + 3, -2.0 * common.y * part),
-                    (first + 4, -2.0 * common.z * part),
-                    (first + 6, 2.0 * common.x * part),
-                    (first + 1, common.norm_squared() * part),
-                    (first, -temperature / number),
-                ];
-                // All of them free but one, or nothing is.
-                (counted > 1.5 && degrees > 0.5 / samples)
-                    .then(|| Estimate { mean: temperature, standard_error: error(&terms) })
-            }),
+            temperature,
         }
     }
 }

@@ -153,7 +153,17 @@ impl Curve {
             unit: unit.to_owned(),
             values: estimates.iter().map(|estimate| estimate.map(|estimate| estimate.mean)).collect(),
             standard_errors: estimates.iter().map(|estimate| estimate.and_then(|it| it.standard_error)).collect(),
+            normalisation: None,
         });
+        self
+    }
+
+    /// What the quantity that was added last was divided by.
+    #[must_use]
+    pub fn normalised(mut self, by: Normalisation) -> Self {
+        if let Some(series) = self.series.last_mut() {
+            series.normalisation = Some(by);
+        }
         self
     }
 
@@ -166,6 +176,10 @@ impl Curve {
         let kept: Vec<usize> = (0..rows).filter(is_kept).collect();
         for variable in &mut self.variables {
             variable.values = kept.iter().map(|&row| variable.values[row]).collect();
+        }
+        let divisors = self.series.iter_mut().filter_map(|series| series.normalisation.as_mut());
+        for divisor in divisors.flat_map(|it| &mut it.divisors).filter(|divisor| divisor.values.len() != 1) {
+            divisor.values = kept.iter().map(|&row| divisor.values.get(row).copied().unwrap_or(0.0)).collect();
         }
         for column in self.series.iter_mut().flat_map(|series| [&mut series.values, &mut series.standard_errors]) {
             *column = kept.iter().map(|&row| column[row].filter(|value| value.is_finite())).collect();
@@ -197,6 +211,54 @@ pub struct Series {
     pub values: Vec<Option<f64>>,
     /// Their standard errors.
     pub standard_errors: Vec<Option<f64>>,
+    /// By what a sum was divided to give the values; `None` where that is not known.
+    #[serde(default)]
+    pub normalisation: Option<Normalisation>,
+}
+
+/// What the values of a series were divided by: a value times all its divisors is what was counted, or summed up.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Normalisation {
+    /// What was counted, or summed up: `pairs in the bin, over all samples`.
+    pub sum: String,
+    /// The divisors; none of what is a count itself.
+    pub divisors: Vec<Divisor>,
+}
+
+/// A number that the values of a series were divided by.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Divisor {
+    /// Name, in lower case with underscores: `samples`.
+    pub name: String,
+    /// Unit; `1` for a pure number.
+    pub unit: String,
+    /// One number for all values, or one for each; 0 where there is no value.
+    pub values: Vec<f64>,
+}
+
+impl Normalisation {
+    /// Of a sum that was not divided yet.
+    #[must_use]
+    pub fn of(sum: &str) -> Self {
+        Self { sum: sum.to_owned(), divisors: Vec::new() }
+    }
+
+    /// All values were divided by the same number.
+    #[must_use]
+    pub fn by(self, name: &str, unit: &str, value: f64) -> Self {
+        self.by_each(name, unit, vec![value])
+    }
+
+    /// Each value was divided by a number of its own.
+    #[must_use]
+    pub fn by_each(mut self, name: &str, unit: &str, mut values: Vec<f64>) -> Self {
+        // A file has no number for what is not finite.
+        values.iter_mut().filter(|value| !value.is_finite()).for_each(|value| *value = 0.0);
+        self.divisors.push(Divisor { name: name.to_owned(), unit: unit.to_owned(), values });
+        self
+    }
 }
 
 /// A curve from elsewhere, to compare with.
@@ -222,11 +284,11 @@ mod tests {
         let estimate = |mean: f64| Some(Estimate { mean, standard_error: Some(0.5) });
         let number = |name: &str, mean: f64| Number::estimated(name, "", "1", estimate(mean), "");
         let mut measured = Measured { numbers: vec![number("pressure", 1.0)], curves: vec![Curve::new("g", "", "")] };
-        let curve = Curve::new("../g r", "", "").variable("r", "length", vec![1.0, f64::NAN, 3.0, 4.0]).series(
-            "g",
-            "1",
-            &[estimate(1.0), None, estimate(f64::INFINITY)],
-        );
+        let pairs = Normalisation::of("pairs").by("samples", "1", 7.0).by_each("ideal", "1", vec![2.0, 5.0, f64::NAN]);
+        let curve = Curve::new("../g r", "", "")
+            .variable("r", "length", vec![1.0, f64::NAN, 3.0, 4.0])
+            .series("g", "1", &[estimate(1.0), None, estimate(f64::INFINITY)])
+            .normalised(pairs);
         let own = Measured {
             numbers: vec![number("pressure", 2.0), number("pressure", f64::NAN)],
             curves: vec![curve, Curve::new("", "", "")],
@@ -243,5 +305,7 @@ mod tests {
         assert_eq!(measured.curves[1].variables[0].values, [1.0, 3.0]);
         assert_eq!(measured.curves[1].series[0].values, [Some(1.0), None]);
         assert_eq!(measured.curves[1].series[0].standard_errors, [Some(0.5); 2]);
+        let divisors = &measured.curves[1].series[0].normalisation.as_ref().unwrap().divisors;
+        assert_eq!((&divisors[0].values[..], &divisors[1].values[..]), (&[7.0][..], &[2.0, 0.0][..]));
     }
 }

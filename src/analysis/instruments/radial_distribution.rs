@@ -6,7 +6,7 @@ mod unequal;
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Number, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::{id, index, trunc_to_usize};
@@ -162,11 +162,15 @@ impl Instrument for RadialDistribution {
         let mut series = Vec::new();
         for (index, pair) in self.pairs.iter().enumerate() {
             let range = index * self.bins..(index + 1) * self.bins;
+            let normalisation = Normalisation::of("pairs in the bin, over all samples")
+                .by("samples", "1", self.curve.most())
+                .by_each("ideal_pairs", "1", self.ideal[range.clone()].to_vec());
             series.push(Series {
                 name: format!("g(r) {}-{}", pair.names[0], pair.names[1]),
                 unit: "1".to_owned(),
                 values: means[range.clone()].to_vec(),
                 standard_errors: errors[range].to_vec(),
+                normalisation: Some(normalisation),
             });
             measured.numbers.extend(self.contact_value(index, pair));
         }

@@ -4,7 +4,7 @@ mod vectors;
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};
-use super::quantity::{Curve, Measured, Series, Variable};
+use super::quantity::{Curve, Measured, Normalisation, Series, Variable};
 use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
@@ -79,6 +79,24 @@ impl StructureFactor {
         }
     }
 
+    fn normalisation(&self, shells: &[(usize, f64)], system: &SystemDescription) -> Normalisation {
+        let particles = system.moving.len() as f64;
+        let samples = shells.iter().map(|&(index, _)| self.curve.count(index)).collect();
+        let (sum, vectors) = match &self.sliding {
+            None => {
+                let vectors = shells.iter().map(|&(index, _)| self.shells[index].vectors.len() as f64).collect();
+                ("|sum_j exp(i q.r_j)|^2, over all samples and wave vectors of the shell", Some(vectors))
+            }
+            // Their number changes.
+            Some(_) => ("mean of |sum_j exp(i q.r_j)|^2 over the wave vectors of the shell, over all samples", None),
+        };
+        let normalisation = Normalisation::of(sum).by_each("samples", "1", samples).by("particles", "1", particles);
+        match vectors {
+            Some(vectors) => normalisation.by_each("wave_vectors", "1", vectors),
+            None => normalisation,
+        }
+    }
+
     fn method(&self, shells: usize) -> String {
         let vectors = match &self.sliding {
             None => {
@@ -131,7 +149,7 @@ impl Instrument for StructureFactor {
         self.curve.add_all(values);
     }
 
-    fn report(&self, _subject: &SystemDescription, measured: &mut Measured) {
+    fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         let shells = self.measured_shells();
         if shells.is_empty() {
             return;
@@ -151,6 +169,7 @@ impl Instrument for StructureFactor {
                 unit: "1".to_owned(),
                 values: shells.iter().map(|&(index, _)| means[index]).collect(),
                 standard_errors: shells.iter().map(|&(index, _)| errors[index]).collect(),
+                normalisation: Some(self.normalisation(&shells, system)),
             }],
             is_logarithmic: [false; 2],
             published: Vec::new(),

@@ -150,8 +150,7 @@ impl Transport {
     /// Squares of the differences to all moments that are remembered, the last one first.
     fn compare(&mut self, now: &Moments, virial: f64, dimensions: f64) {
         let square = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-        // Components along flat axes are zero.
-        let pairs = (0.5 * dimensions * (dimensions - 1.0)).max(1.0);
+        let pairs = pairs_of_axes(dimensions);
         let lags = || self.moments.iter().rev();
         let shear = lags().map(|then| square(&now.shear, &then.shear) / pairs);
         let bulk =
@@ -160,6 +159,11 @@ impl Transport {
         let values = shear.chain(bulk.clone().map(|x| x * x)).chain(bulk).chain(heat);
         self.average.add_all(values);
     }
+}
+
+/// Pairs of axes over which the shear is averaged. Components along flat axes are zero.
+fn pairs_of_axes(dimensions: f64) -> f64 {
+    (0.5 * dimensions * (dimensions - 1.0)).max(1.0)
 }
 
 /// Interval and number of lags.

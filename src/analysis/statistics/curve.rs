@@ -64,6 +64,19 @@ impl CurveAverage {
         Self { elements: (0..length).map(pair).collect() }
     }
 
+    /// Number of values of one element; 0 of one that is not there.
+    #[must_use]
+    pub fn count(&self, element: usize) -> f64 {
+        // Each has the weight 1.
+        self.elements.get(element).map_or(0.0, |average| average.weight)
+    }
+
+    /// Number of values of the element that has most.
+    #[must_use]
+    pub fn most(&self) -> f64 {
+        self.elements.iter().map(|average| average.weight).fold(0.0, f64::max)
+    }
+
     /// The mean of one element and its standard error; `None` if it has no values.
     #[must_use]
     pub fn estimate(&self, element: usize) -> Option<Estimate> {

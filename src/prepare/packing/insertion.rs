@@ -39,16 +39,33 @@ pub(crate) fn insert(
     random: &mut Random,
 ) -> Result<Vec<Vector>, NoRoom> {
     let count = sizes.len();
-    let mut positions = Vec::with_capacity(count);
+    let positions = insert_while_there_is_room(sizes, region, space, occupancy, random);
+    if positions.len() < count { Err(NoRoom::after(positions.len(), count)) } else { Ok(positions) }
+}
+
+/// The same up to the first one that finds no place.
+pub(crate) fn insert_while_there_is_room(
+    sizes: impl ExactSizeIterator<Item = (f64, u32)>,
+    region: &FillRegion,
+    space: &Space,
+    occupancy: &mut Occupancy<'_>,
+    random: &mut Random,
+) -> Vec<Vector> {
+    let mut positions = Vec::with_capacity(sizes.len());
     for (radius, species) in sizes {
         let free = (0..ATTEMPTS)
             .map(|_| region.draw(space, radius, random))
             .find(|position| occupancy.overlap(position, species, |_| true).is_none());
-        let Some(position) = free else {
-            return Err(NoRoom { placed: positions.len(), count, attempts: ATTEMPTS });
-        };
+        let Some(position) = free else { break };
         occupancy.take(position, species);
         positions.push(position);
     }
-    Ok(positions)
+    positions
+}
+
+impl NoRoom {
+    /// After so many of all.
+    pub(crate) fn after(placed: usize, count: usize) -> Self {
+        Self { placed, count, attempts: ATTEMPTS }
+    }
 }

@@ -90,6 +90,9 @@ pub(crate) struct FillFile {
     /// Fraction of the volume that the particles fill.
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     pub packing_fraction: Option<f64>,
+    /// Whether fewer will do: as many as find a place one by one, at most those of the count or the density, if one is given. At random only.
+    #[serde(default)]
+    pub as_many_as_fit: bool,
     /// The part of the box to fill; all of it if not given.
     pub region: Option<RegionFile>,
     /// Temperature of Maxwell velocities `[energy]`; at rest if neither it nor `speed` is given.

@@ -51,7 +51,7 @@ impl<'a> Placing<'a> {
         for LocatedGroup { at, group } in &self.scene.groups {
             let count = match group {
                 Group::Listed(listed) => listed.len() as u64,
-                Group::Fill(fill) => Filling::count(fill, self.species, self.space, at)?,
+                Group::Fill(fill) => Filling::count(fill, self.species, self.contacts, self.space, at)?,
                 Group::Chain(chain) => chain.length.saturating_mul(chain.count),
                 Group::Surface(_) => 0,
             };
@@ -66,7 +66,9 @@ impl<'a> Placing<'a> {
         let random = self.scene.groups.iter().filter(|placed| Order::of(placed) == Order::Random);
         let to_come: u64 = random
             .map(|placed| match &placed.group {
-                Group::Fill(fill) => Filling::count(fill, self.species, self.space, &placed.at).unwrap_or(0),
+                Group::Fill(fill) => {
+                    Filling::count(fill, self.species, self.contacts, self.space, &placed.at).unwrap_or(0)
+                }
                 Group::Chain(chain) => chain.length.saturating_mul(chain.count),
                 _ => 0,
             })
@@ -118,7 +120,7 @@ impl<'a> Placing<'a> {
         occupancy: Option<&mut Occupancy<'_>>,
     ) -> Result<Vec<Particle>, SceneError> {
         let (Group::Fill(fill), at) = (&placed.group, &placed.at) else { return Ok(Vec::new()) };
-        let filling = Filling::new(fill, self.species, self.space, at)?;
+        let filling = Filling::new(fill, self.species, self.contacts, self.space, at)?;
         let mut kinds = filling.kinds();
         Random::new(self.scene.seed, Purpose::Composition, index).shuffle(&mut kinds);
         let positions = match (fill.arrangement, occupancy) {
@@ -133,6 +135,7 @@ impl<'a> Placing<'a> {
                     contacts: self.contacts,
                     space: self.space,
                     region: filling.region,
+                    as_many_as_fit: fill.as_many_as_fit,
                     has_box: self.scene.groups.len() == 1 && fill.region.is_none(),
                     seed: self.scene.seed,
                     group: index,

@@ -66,6 +66,7 @@ pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Res
         arrangement,
         count: file.count,
         amount,
+        as_many_as_fit: file.as_many_as_fit,
         region: file.region.map(|region| parse_region(region, &at.key("region"))).transpose()?,
         temperature: file.temperature,
         speed: file.speed,

@@ -233,6 +233,7 @@ mod tests {
             unit: unit.to_owned(),
             values: vec![Some(1.0), Some(2.0)],
             standard_errors: vec![Some(0.1); 2],
+            normalisation: None,
         };
         let curve = Curve {
             name: "profile".to_owned(),

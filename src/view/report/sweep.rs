@@ -9,7 +9,7 @@ use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
 use super::results::value;
 use super::{Page, shell};
 use crate::base::text::digits;
-use crate::sweep::{Group, Quantity, Results, Standing, Sweep, SweepFolder};
+use crate::sweep::{Group, Quantity, Results, StageMeans, Standing, Sweep, SweepFolder};
 
 /// Values that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 50.0;
@@ -31,12 +31,12 @@ struct Horizontal {
     is_logarithmic: bool,
 }
 
-/// State points along the horizontal axis that have all other values in common.
+/// State points along the horizontal axis that have all other values and the measured stage in common.
 struct Series<'r> {
-    /// The other values, in words.
+    /// The stage, if there are several, and the other values, in words.
     label: String,
     /// In ascending order.
-    points: Vec<(f64, &'r Group)>,
+    points: Vec<(f64, &'r StageMeans)>,
 }
 
 /// Makes the page of a sweep from its results.
@@ -98,10 +98,14 @@ fn series<'r>(sweep: &Sweep, results: &'r Results, along: &Horizontal) -> Vec<Se
         let settings = settings(sweep, group);
         let Ok(x) = settings[along.at].1.parse() else { continue };
         let others = settings.iter().enumerate().filter(|(at, _)| *at != along.at);
-        let label = others.map(|(_, (name, value))| format!("{name} = {value}")).collect::<Vec<_>>().join(", ");
-        match all.iter_mut().find(|series| series.label == label) {
-            Some(series) => series.points.push((x, group)),
-            None => all.push(Series { label, points: vec![(x, group)] }),
+        let others: Vec<String> = others.map(|(_, (name, value))| format!("{name} = {value}")).collect();
+        for means in &group.measurements {
+            let stage = results.has_stages().then(|| means.stage.clone());
+            let label = stage.into_iter().chain(others.iter().cloned()).collect::<Vec<_>>().join(", ");
+            match all.iter_mut().find(|series| series.label == label) {
+                Some(series) => series.points.push((x, means)),
+                None => all.push(Series { label, points: vec![(x, means)] }),
+            }
         }
     }
     for series in &mut all {
@@ -136,7 +140,8 @@ fn plots(sweep: &Sweep, results: &Results) -> String {
 
 /// The mean that a quantity has at all points, but for rounding.
 fn constant(results: &Results, at: usize) -> Option<f64> {
-    let means = || results.groups.iter().filter_map(|group| group.values[at].map(|value| value.mean));
+    let all = || results.groups.iter().flat_map(|group| &group.measurements);
+    let means = || all().filter_map(|means| means.values[at].map(|value| value.mean));
     let [least, most] = means().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
     (means().count() > 1 && most - least <= SAME * least.abs().max(most.abs())).then_some(least)
 }
@@ -144,8 +149,8 @@ fn constant(results: &Results, at: usize) -> Option<f64> {
 fn quantity_figure(quantity: &Quantity, at: usize, along: &Horizontal, series: &[Series<'_>]) -> Option<String> {
     let (mut lines, mut legend, mut text) = (Vec::new(), Vec::<Entry>::new(), String::new());
     for (index, one) in series.iter().enumerate() {
-        let dot = |(x, group): &(f64, &Group)| {
-            group.values[at].map(|it| Dot { x: *x, y: it.mean, error: it.error.or(it.scatter).unwrap_or(0.0) })
+        let dot = |(x, means): &(f64, &StageMeans)| {
+            means.values[at].map(|it| Dot { x: *x, y: it.mean, error: it.error.or(it.scatter).unwrap_or(0.0) })
         };
         lines.push(Line { style: LineStyle::Measured, points: one.points.iter().map(dot).collect() });
         let words = if one.label.is_empty() { "measured".to_owned() } else { symbols(&one.label) };
@@ -173,8 +178,8 @@ fn published(quantity: &Quantity, series: &[Series<'_>]) -> Vec<(String, String,
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {
         let mut labels: Vec<(String, String)> = Vec::new();
-        for (_, group) in &one.points {
-            for known in group.published.iter().filter(|it| it.quantity == quantity.name) {
+        for (_, means) in &one.points {
+            for known in means.published.iter().filter(|it| it.quantity == quantity.name) {
                 if labels.iter().all(|(label, _)| *label != known.label) {
                     labels.push((known.label.clone(), known.source.clone()));
                 }
@@ -184,8 +189,8 @@ fn published(quantity: &Quantity, series: &[Series<'_>]) -> Vec<(String, String,
             let points: Vec<Option<Dot>> = one
                 .points
                 .iter()
-                .map(|(x, group)| {
-                    let known = group.published.iter().find(|it| it.quantity == quantity.name && it.label == label)?;
+                .map(|(x, means)| {
+                    let known = means.published.iter().find(|it| it.quantity == quantity.name && it.label == label)?;
                     Some(Dot { x: *x, y: known.value, error: 0.0 })
                 })
                 .collect();
@@ -209,11 +214,11 @@ fn are_same(one: &[Option<Dot>], other: &[Option<Dot>]) -> bool {
 
 /// The mean square of the deviations from what is published over their standard errors, and the number of state points that have both.
 fn chi_square(quantity: &Quantity, at: usize, series: &[Series<'_>], label: &str) -> Option<(f64, usize)> {
-    let groups = series.iter().flat_map(|one| one.points.iter().map(|(_, group)| *group));
-    let squares: Vec<f64> = groups
-        .filter_map(|group| {
-            let known = group.published.iter().find(|it| it.quantity == quantity.name && it.label == label)?;
-            let measured = group.values[at]?;
+    let all = series.iter().flat_map(|one| one.points.iter().map(|(_, means)| *means));
+    let squares: Vec<f64> = all
+        .filter_map(|means| {
+            let known = means.published.iter().find(|it| it.quantity == quantity.name && it.label == label)?;
+            let measured = means.values[at]?;
             let error = measured.error.filter(|error| *error > 0.0)?;
             let deviation = (measured.mean - known.value) / error;
             Some(deviation * deviation)
@@ -239,12 +244,18 @@ fn table(class: &str, caption: &str, heads: &[String], rows: &[String]) -> Strin
 fn means(sweep: &Sweep, results: &Results) -> String {
     let Some(first) = results.groups.first() else { return String::new() };
     let keys = settings(sweep, first).into_iter().map(|(name, _)| name.replace('_', " "));
+    let keys = keys.chain(results.has_stages().then(|| "stage".to_owned()));
     let of = |it: &Quantity| format!("{}{}", symbols(&it.title), brackets(&it.unit));
     let heads: Vec<String> = keys.chain(["runs".to_owned()]).chain(results.quantities.iter().map(of)).collect();
-    let row = |group: &Group| {
+    let row = |group: &Group, means: &StageMeans| {
         let settings = settings(sweep, group);
-        let keys: String =
-            settings.iter().map(|(_, value)| format!("<th scope=\"row\">{}</th>", escape(value))).collect();
+        let stage = results.has_stages().then_some(means.stage.as_str());
+        let keys: String = settings
+            .iter()
+            .map(|(_, value)| *value)
+            .chain(stage)
+            .map(|value| format!("<th scope=\"row\">{}</th>", escape(value)))
+            .collect();
         let cell = |it: &Option<crate::sweep::Pooled>| match it {
             None => "<td class=\"n\"></td>".to_owned(),
             Some(it) => {
@@ -254,10 +265,15 @@ fn means(sweep: &Sweep, results: &Results) -> String {
                 format!("<td class=\"n\">{}{scatter}</td>", value(Some(it.mean), it.error))
             }
         };
-        let values: String = group.values.iter().map(cell).collect();
-        format!("<tr>{keys}<td class=\"n\">{}</td>{values}</tr>\n", group.runs)
+        let values: String = means.values.iter().map(cell).collect();
+        format!("<tr>{keys}<td class=\"n\">{}</td>{values}</tr>\n", means.runs)
     };
-    let rows: Vec<String> = results.groups.iter().map(row).collect();
+    let rows: Vec<String> = results
+        .groups
+        .iter()
+        .flat_map(|group| group.measurements.iter().map(move |means| (group, means)))
+        .map(|(group, means)| row(group, means))
+        .collect();
     table("results", "Means over seeds, with the standard error of the runs and that of their scatter", &heads, &rows)
         + "<p class=\"aside\">The two errors should agree: where the scatter is much larger, the runs are too short for their own errors. \
            The same numbers are in <code>sweep-mean.csv</code>, those of each run in <code>sweep.csv</code>.</p>\n"
@@ -280,7 +296,8 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
             };
             let folder = escape(point.folder());
             let keys: String = point.settings().iter().map(|(_, value)| format!("<td class=\"n\">{}</td>", escape(value))).collect();
-            let events = result.events.map_or_else(String::new, |events| events.to_string());
+            let events: u64 = result.measurements.iter().map(|measurement| measurement.events).sum();
+            let events = if result.measurements.is_empty() { String::new() } else { events.to_string() };
             format!("<tr><th scope=\"row\"><a href=\"{folder}/\">{folder}</a></th>{keys}<td>{state}</td><td class=\"n\">{events}</td></tr>\n")
         })
         .collect();

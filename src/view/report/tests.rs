@@ -91,6 +91,7 @@ fn measured() -> Measured {
         name: HOSTILE.to_owned(),
         unit: "1".to_owned(),
         standard_errors: values.iter().map(|value| value.map(|value| 0.1 * value)).collect(),
+        normalisation: None,
         values,
     };
     let curve = |variables: Vec<Variable>, series: Vec<Series>, is_logarithmic| Curve {

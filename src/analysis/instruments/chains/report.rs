@@ -1,7 +1,7 @@
 //! What the sizes of chains are called.
 
 use super::{Chains, MOST_GROUPS};
-use crate::analysis::instruments::quantity::{Curve, Measured, Number, Series, Variable};
+use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
 use crate::analysis::statistics::Estimate;
 
 fn number(name: String, title: String, unit: &str, estimate: Option<Estimate>, method: &str) -> Number {
@@ -25,9 +25,10 @@ fn distribution(
     [name, title, symbol]: [&str; 3],
     method: String,
     ends: [f64; 2],
-    values: &[Option<f64>],
-    errors: &[Option<f64>],
+    [values, errors]: [&[Option<f64>]; 2],
+    normalisation: Normalisation,
 ) -> Curve {
+    let width = (ends[1] - ends[0]) / values.len() as f64;
     Curve {
         name: name.to_owned(),
         title: title.to_owned(),
@@ -42,6 +43,7 @@ fn distribution(
             unit: "1 / length".to_owned(),
             values: values.to_vec(),
             standard_errors: errors.to_vec(),
+            normalisation: Some(normalisation.by("bin_width", "length", width)),
         }],
         is_logarithmic: [false; 2],
         published: Vec::new(),
@@ -49,7 +51,7 @@ fn distribution(
 }
 
 impl Chains {
-    pub(super) fn report_bonds(&self, measured: &mut Measured) {
+    pub(super) fn report_bonds(&self, bonds: f64, measured: &mut Measured) {
         let length = "mean distance of two bonded particles, b = <|r_ij|>";
         let square = "mean square distance of two bonded particles, <r_ij^2>";
         measured.numbers.extend([
@@ -67,8 +69,10 @@ impl Chains {
             "probability density of the distance of two bonded particles, between the ends of their potentials"
                 .to_owned(),
             self.bond_lengths,
-            &self.bonds.means()[2..],
-            &self.bonds.standard_errors()[2..],
+            [&self.bonds.means()[2..], &self.bonds.standard_errors()[2..]],
+            Normalisation::of("bonds in the bin, over all samples")
+                .by("samples", "1", self.bonds.most())
+                .by("bonds", "1", bonds),
         ));
     }
 
@@ -88,11 +92,19 @@ impl Chains {
                 let group = self.groups.iter().position(|group| group.is_linear == is_linear && group.particles == n);
                 group.map(|group| 2 * group + offset)
             };
+            let samples = |element: Option<usize>| element.map_or(0.0, |element| self.sizes.count(element));
+            let chains =
+                |element: Option<usize>| element.map_or(0.0, |element| f64::from(self.groups[element / 2].components));
             series.push(Series {
                 name: name.to_owned(),
                 unit: "length^2".to_owned(),
                 values: particles.iter().map(|n| means[element(n)?]).collect(),
                 standard_errors: particles.iter().map(|n| errors[element(n)?]).collect(),
+                normalisation: Some(
+                    Normalisation::of("squares, over all samples and chains")
+                        .by_each("samples", "1", particles.iter().map(|n| samples(element(n))).collect())
+                        .by_each("chains", "1", particles.iter().map(|n| chains(element(n))).collect()),
+                ),
             });
         }
         measured.curves.push(Curve {
@@ -147,8 +159,12 @@ impl Chains {
                     group.components
                 ),
                 [0.0, longest],
-                &means[range.clone()],
-                &errors[range],
+                [&means[range.clone()], &errors[range]],
+                Normalisation::of("chains in the bin, over all samples").by("samples", "1", self.ends.most()).by(
+                    "chains",
+                    "1",
+                    f64::from(group.components),
+                ),
             ));
         }
     }

@@ -3,7 +3,7 @@
 use super::lags::{LOGARITHMIC, logarithmic_ticks};
 use super::tracers::Tracers;
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
-use crate::analysis::instruments::quantity::{Curve, Measured, Number, Series, Variable};
+use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
 use crate::analysis::instruments::slope::{of_means, straight_slope};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::Estimate;
@@ -72,19 +72,17 @@ fn linear(diffusion: &Diffusion, system: &SystemDescription, kind: usize) -> Cur
     let steps = diffusion.lags.steps;
     let times = (0..=steps).map(|step| diffusion.lags.interval() * step as f64).collect();
     let elements = |group| (0..=steps).map(|step| offset(diffusion, group, kind) + step).collect();
-    let (name, title, symbol, unit, method) = match kind {
-        MSD => ("mean_squared_displacement", "Mean squared displacement", "<dr^2>", "length^2", DISPLACEMENT),
-        VACF => {
-            ("velocity_autocorrelation", "Velocity autocorrelation", "<v(0).v(t)>", "length^2 / time^2", CORRELATION)
-        }
-        _ => ("diffusion_integral", "Integral of the velocity autocorrelation", "D(t)", "length^2 / time", RUNNING),
+    let (name, title, method, quantity) = match kind {
+        MSD => ("mean_squared_displacement", "Mean squared displacement", DISPLACEMENT, SQUARE),
+        VACF => ("velocity_autocorrelation", "Velocity autocorrelation", CORRELATION, PRODUCT),
+        _ => ("diffusion_integral", "Integral of the velocity autocorrelation", RUNNING, SUMMED),
     };
     Curve {
         name: name.to_owned(),
         title: title.to_owned(),
         method: self::method(method, system),
         variables: vec![time(times)],
-        series: series(diffusion, system, symbol, unit, &diffusion.linear, elements),
+        series: series(diffusion, system, &quantity, &diffusion.linear, elements),
         is_logarithmic: [false, false],
         published: Vec::new(),
     }
@@ -100,7 +98,7 @@ fn logarithmic(diffusion: &Diffusion, system: &SystemDescription) -> Curve {
         title: "Mean squared displacement at logarithmic times".to_owned(),
         method: method(DISPLACEMENT, system),
         variables: vec![time(times)],
-        series: series(diffusion, system, "<dr^2>", "length^2", average, elements),
+        series: series(diffusion, system, &SQUARE, average, elements),
         is_logarithmic: [true, true],
         published: Vec::new(),
     }
@@ -110,21 +108,54 @@ fn time(values: Vec<f64>) -> Variable {
     Variable { name: "t".to_owned(), unit: "time".to_owned(), values }
 }
 
+/// What a curve is of.
+struct Quantity {
+    symbol: &'static str,
+    unit: &'static str,
+    /// What is summed up over particles and origins.
+    of_one: &'static str,
+    /// Whether it is also divided by the number of axes.
+    is_by_axis: bool,
+}
+
+const SQUARE: Quantity = Quantity { symbol: "<dr^2>", unit: "length^2", of_one: "|r(t) - r(0)|^2", is_by_axis: false };
+const PRODUCT: Quantity =
+    Quantity { symbol: "<v(0).v(t)>", unit: "length^2 / time^2", of_one: "v(0) . v(t)", is_by_axis: false };
+const SUMMED: Quantity = Quantity {
+    symbol: "D(t)",
+    unit: "length^2 / time",
+    of_one: "the integral of v(0) . v(t) by trapezoids",
+    is_by_axis: true,
+};
+
 /// One series for each group of particles.
 fn series(
     diffusion: &Diffusion,
     system: &SystemDescription,
-    symbol: &str,
-    unit: &str,
+    quantity: &Quantity,
     average: &crate::analysis::statistics::CurveAverage,
     elements: impl Fn(usize) -> Vec<usize>,
 ) -> Vec<Series> {
     let of = |group: usize| {
         let name = group.checked_sub(1).and_then(|index| species(diffusion, system, index));
         let estimates: Vec<_> = elements(group).into_iter().map(|element| average.estimate(element)).collect();
+        let origins = elements(group).into_iter().map(|element| average.count(element)).collect();
+        let (particles, free_part) = (diffusion.tracers.count_of(group), diffusion.tracers.free_part_of(group));
+        let free = if free_part.is_none() { ", each over its 1 - m / M" } else { "" };
+        let sum = format!("{} over all origins and particles{free}", quantity.of_one);
+        let mut normalisation =
+            Normalisation::of(&sum).by_each("origins", "1", origins).by("particles", "1", particles);
+        if let Some(part) = free_part {
+            normalisation = normalisation.by("free_part", "1", part);
+        }
+        if quantity.is_by_axis {
+            normalisation = normalisation.by("axes", "1", Tracers::dimensions(system));
+        }
+        let symbol = quantity.symbol;
         Series {
             name: name.map_or(symbol.to_owned(), |name| format!("{symbol} {name}")),
-            unit: unit.to_owned(),
+            unit: quantity.unit.to_owned(),
+            normalisation: Some(normalisation),
             values: estimates.iter().map(|estimate| Some(estimate.as_ref()?.mean)).collect(),
             standard_errors: estimates.iter().map(|estimate| estimate.as_ref()?.standard_error).collect(),
         }

@@ -77,6 +77,22 @@ impl Tracers {
         if self.species.len() > 1 { 1 + self.species.len() } else { 1 }
     }
 
+    /// Number of particles of a group.
+    pub fn count_of(&self, group: usize) -> f64 {
+        let of_species = group.checked_sub(1).and_then(|species| self.counts.get(species));
+        of_species.map_or(self.ids.len() as f64, |count| *count as f64)
+    }
+
+    /// What the squares of a group are divided by, `1 - m / M` or its mean over the axes; `None` where its species differ in it.
+    pub fn free_part_of(&self, group: usize) -> Option<f64> {
+        let scales = match group.checked_sub(1) {
+            None => &self.scales[..],
+            Some(species) => self.scales.get(species..=species)?,
+        };
+        let first = scales.first()?;
+        scales.iter().all(|scale| scale == first).then_some(1.0 / first)
+    }
+
     pub fn frame(&self, sample: &Sample<'_>, system: &SystemDescription) -> Frame {
         let drifted = self.drift * (sample.time - self.start);
         let ids = || self.ids.iter().map(|&id| id as usize);

@@ -56,10 +56,7 @@ impl Histogram {
 
     /// All bins; none before there are values.
     pub fn density(&self) -> Vec<Bin> {
-        let mut binned = self.clone();
-        if binned.width == 0.0 {
-            binned.choose();
-        }
+        let binned = self.binned();
         if binned.width == 0.0 {
             return Vec::new();
         }
@@ -70,6 +67,20 @@ impl Histogram {
             error: (count > 0).then(|| (count as f64).sqrt() * scale),
         };
         binned.counts.iter().enumerate().map(bin).collect()
+    }
+
+    /// Number of all values, and the width of a bin; 0 before there are bins.
+    pub fn divisors(&self) -> [f64; 2] {
+        [self.count as f64, self.binned().width]
+    }
+
+    /// The same with bins, as far as there can be any.
+    fn binned(&self) -> Self {
+        let mut binned = self.clone();
+        if binned.width == 0.0 {
+            binned.choose();
+        }
+        binned
     }
 
     fn put(&mut self, value: f64) {

@@ -1,9 +1,10 @@
 use super::*;
 use crate::Vector;
+use crate::analysis::instruments::quantity::Divisor;
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::engine::{Simulation, Until};
 use crate::model::potential::Potential;
-use crate::model::space::Space;
+use crate::model::space::{Space, nearest_image};
 use crate::scene::{Amount, Lattice, SceneBuilder};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
@@ -40,6 +41,33 @@ fn random_frames(count: usize, particles: usize, space: &Space) -> Vec<Vec<Vecto
     let mut next = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
     let mut frame = || (0..particles).map(|_| space.lower + Vector::from_fn(|k, _| next() * space.size[k])).collect();
     (0..count).map(|_| frame()).collect()
+}
+
+#[test]
+fn a_curve_times_its_divisors_is_the_number_of_pairs_in_each_bin() {
+    let space =
+        Space { boundary: [Boundary::Periodic, Boundary::OPEN, Boundary::Periodic], ..Space::periodic_cube(6.0) };
+    let frames = random_frames(7, 30, &space);
+    let curve = &measure(&SystemDescription::of_points(space.clone(), 30), &plan(2.0, 5), &frames).curves[0];
+    let mut counts = [0.0; 5];
+    for frame in &frames[1..] {
+        for (a, position) in frame.iter().enumerate() {
+            for other in &frame[..a] {
+                let distance = nearest_image(position - other, &space.periods(), 0.0).norm();
+                if let Some(count) = counts.get_mut(trunc_to_usize(distance / 2.0 * 5.0)) {
+                    *count += 1.0;
+                }
+            }
+        }
+    }
+    let normalisation = curve.series[0].normalisation.as_ref().unwrap();
+    assert_eq!(normalisation.divisors[0].values, [6.0]);
+    for (bin, count) in counts.into_iter().enumerate() {
+        let product = |divisor: &Divisor| divisor.values[if divisor.values.len() == 1 { 0 } else { bin }];
+        let undone = curve.series[0].values[bin].unwrap() * normalisation.divisors.iter().map(product).product::<f64>();
+        // Each of six samples was divided, added and multiplied again.
+        assert!((undone - count).abs() < 1e-12 * count && count > 0.0, "{bin}: {undone} and {count}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Curves of speeds: a series for each window, and Maxwell's distribution beside them.
 
-use super::super::quantity::{Curve, Measured, Published, Series, Variable, free_name};
+use super::super::quantity::{Curve, Measured, Normalisation, Published, Series, Variable, free_name};
 use super::super::system::SystemDescription;
 use super::{Class, Speeds, Window, mass_of};
 use crate::analysis::published::maxwell_speed_below;
@@ -54,11 +54,16 @@ impl Speeds {
         let estimates: Vec<_> = (0..rows)
             .map(|bin| histograms[class].estimate(bin).map(|estimate| estimate.over(self.classes[class].width)))
             .collect();
+        let normalisation = Normalisation::of("particles in the bin, over all samples of the window")
+            .by("samples", "1", histograms[class].most())
+            .by("particles", "1", self.classes[class].count() as f64)
+            .by("bin_width", "length / time", self.classes[class].width);
         Series {
             name: format!("p(v) from {} to {}", digits(begin), digits(end)),
             unit: "time / length".to_owned(),
             values: estimates.iter().map(|estimate| estimate.map(|estimate| estimate.mean)).collect(),
             standard_errors: estimates.iter().map(|estimate| estimate.and_then(|it| it.standard_error)).collect(),
+            normalisation: Some(normalisation),
         }
     }
 

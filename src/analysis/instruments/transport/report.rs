@@ -1,8 +1,8 @@
 //! Coefficients and curves of transport.
 
-use super::{BULK, BULK_MEAN, HEAT, SHEAR, Transport};
+use super::{BULK, BULK_MEAN, HEAT, SHEAR, Transport, pairs_of_axes};
 use crate::analysis::instruments::momentum_flow::trace;
-use crate::analysis::instruments::quantity::{Curve, Measured, Number, Series, Variable};
+use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
 use crate::analysis::instruments::slope::straight_slope;
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::Estimate;
@@ -23,18 +23,21 @@ pub(super) fn report(transport: &Transport, system: &SystemDescription, measured
         number(HEAT, "thermal_conductivity", "Thermal conductivity", CONDUCTIVITY, HEAT_METHOD),
     ]);
     measured.curves.extend([
-        curve(transport, "helfand_viscosity", "Viscosity over time", &[(SHEAR, "shear"), (BULK, "bulk")], &scales),
-        curve(transport, "helfand_conductivity", "Thermal conductivity over time", &[(HEAT, "heat")], &scales),
+        curve(transport, system, ["helfand_viscosity", "Viscosity over time"], &[(SHEAR, "shear"), (BULK, "bulk")]),
+        curve(transport, system, ["helfand_conductivity", "Thermal conductivity over time"], &[(HEAT, "heat")]),
     ]);
+}
+
+/// The mean of the temperature over all of the time.
+fn temperature(transport: &Transport, system: &SystemDescription) -> f64 {
+    let freedom = system.space.dimensions() as f64 * (system.moving.len() as f64 - 1.0);
+    trace(&transport.flow.kinetic) / (freedom * (transport.flow.time() - transport.start))
 }
 
 /// What takes `<dG^2> / t` to a coefficient, by curve; none where it means nothing.
 fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4] {
     let dimensions = system.space.dimensions() as f64;
-    let freedom = dimensions * (system.moving.len() as f64 - 1.0);
-    let elapsed = transport.flow.time() - transport.start;
-    // The mean of the temperature over all of the time.
-    let temperature = trace(&transport.flow.kinetic) / (freedom * elapsed);
+    let temperature = temperature(transport, system);
     let viscosity = Some(0.5 / (system.space.volume() * temperature))
         .filter(|scale| transport.is_meaningful && scale.is_finite() && *scale > 0.0);
     let heat = viscosity.filter(|_| transport.heat.is_some()).map(|scale| scale / temperature);
@@ -71,7 +74,38 @@ fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Op
     Some(Estimate { mean: estimate.mean + square, ..estimate })
 }
 
-fn curve(transport: &Transport, name: &str, title: &str, kinds: &[(usize, &str)], scales: &[Option<f64>; 4]) -> Curve {
+/// What takes sums over all origins to `<dG^2> / (2 V T t)`; `None` where that means nothing.
+fn normalisation(transport: &Transport, system: &SystemDescription, kind: usize) -> Option<Normalisation> {
+    scales(transport, system)[kind]?;
+    let dimensions = system.space.dimensions() as f64;
+    let (sum, by) = match kind {
+        SHEAR => ("dG^2 over all origins and pairs of axes", Some(("pairs_of_axes", pairs_of_axes(dimensions)))),
+        HEAT => ("dG^2 over all origins and axes", Some(("axes", dimensions))),
+        _ => ("(dG_p - <dG_p>)^2 over all origins", None),
+    };
+    let origins = (1..=transport.lags).map(|lag| transport.average.count(kind * transport.lags + lag - 1)).collect();
+    let times = (1..=transport.lags).map(|lag| lag as f64 * transport.interval).collect();
+    let temperature = temperature(transport, system);
+    let mut normalisation = Normalisation::of(sum).by_each("origins", "1", origins);
+    if let Some((name, number)) = by {
+        normalisation = normalisation.by(name, "1", number);
+    }
+    let volume = 2.0 * system.space.volume();
+    normalisation = normalisation.by("twice_volume", &format!("length^{dimensions}"), volume);
+    normalisation = match kind {
+        HEAT => normalisation.by("temperature_squared", "energy^2", temperature * temperature),
+        _ => normalisation.by("temperature", "energy", temperature),
+    };
+    Some(normalisation.by_each("time", "time", times))
+}
+
+fn curve(
+    transport: &Transport,
+    system: &SystemDescription,
+    [name, title]: [&str; 2],
+    kinds: &[(usize, &str)],
+) -> Curve {
+    let scales = scales(transport, system);
     let time = |lag: usize| lag as f64 * transport.interval;
     let series = kinds.iter().map(|&(kind, series)| {
         let at = |lag: usize| {
@@ -84,6 +118,7 @@ fn curve(transport: &Transport, name: &str, title: &str, kinds: &[(usize, &str)]
             unit: if kind == HEAT { CONDUCTIVITY } else { VISCOSITY }.to_owned(),
             values: estimates.iter().map(|estimate| Some(estimate.as_ref()?.mean)).collect(),
             standard_errors: estimates.iter().map(|estimate| estimate.as_ref()?.standard_error).collect(),
+            normalisation: normalisation(transport, system, kind),
         }
     });
     Curve {
