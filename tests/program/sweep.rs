@@ -283,7 +283,7 @@ fn measured_stages_have_rows_of_their_own() {
         assert!((number(row, "pressure_xx") / mean - 1.0).abs() < 1e-14, "{row:?}");
     }
     let page = place.read("s/sweep.html");
-    for word in ["<th scope=\"row\">cold</th>", "</svg>cold</li>", "6 runs"] {
+    for word in ["<th scope=\"row\" data-head=\"stage\">cold</th>", "</svg>cold</li>", "6 runs"] {
         assert!(page.contains(word), "{word}");
     }
     assert!(place.read("s/sweep-columns.csv").contains("\nstage,,"));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::figures::{Entry, capitalised, figure};
-use super::html::{brackets, escape, symbols};
+use super::html::{brackets, cell, escape, symbols};
 use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
 use super::results::value;
 use super::{Page, shell};
@@ -98,10 +98,7 @@ fn words(name: &str) -> String {
 fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
     let class = |column: usize| if column == 0 { "" } else { " class=\"n\"" };
     let head = |(column, head): (usize, &String)| format!("<th scope=\"col\"{}>{}</th>", class(column), escape(head));
-    let cell = |(head, cell): (&String, &String)| match cell.is_empty() {
-        true => "<td class=\"n\"></td>".to_owned(),
-        false => format!("<td class=\"n\" data-head=\"{}\">{cell}</td>", escape(head)),
-    };
+    let cell = |(head, content): (&String, &String)| cell("td", "n", head, content);
     let row = |cells: &Vec<String>| {
         let first = cells.first().map(String::as_str).unwrap_or_default();
         let others: String = heads.iter().zip(cells).skip(1).map(cell).collect();

@@ -20,6 +20,14 @@ pub(super) fn escape(text: &str) -> String {
     safe
 }
 
+/// A cell with content that is safe, and with the head of its column, which stands before it on narrow screens; nothing does before an empty one.
+pub(super) fn cell(element: &str, class: &str, head: &str, content: &str) -> String {
+    let scope = if element == "th" { " scope=\"row\"" } else { "" };
+    let class = if class.is_empty() { String::new() } else { format!(" class=\"{class}\"") };
+    let head = if content.is_empty() { String::new() } else { format!(" data-head=\"{}\"", escape(head)) };
+    format!("<{element}{scope}{class}{head}>{content}</{element}>")
+}
+
 /// JSON that can stand in a script element: nothing in it ends the element.
 pub(super) fn escape_json(json: &str) -> String {
     json.replace('<', "\\u003c").replace('>', "\\u003e").replace('&', "\\u0026")

@@ -1,6 +1,6 @@
 //! The measured stages of a run: their means side by side, and a part for each with its numbers and plots.
 
-use super::html::{brackets, escape};
+use super::html::{brackets, cell, escape};
 use super::inputs::{Inputs, Results};
 use super::results::value;
 use super::{figures, results};
@@ -36,17 +36,17 @@ fn comparison(all: &[Results<'_>]) -> String {
             || "<a href=\"#results\">measurement</a>".to_owned(),
             |name| format!("<a href=\"#{}\">{}</a>", escape(&anchor(name)), escape(name)),
         );
-        let cell = |(name, _): &(&str, &str)| {
+        let shown = |(name, _): &(&str, &str)| {
             let observable = results.observables.get(*name);
             let shown = observable.map(|observable| value(Some(observable.mean), observable.standard_error));
-            format!("<td class=\"n\">{}</td>", shown.unwrap_or_default())
+            cell("td", "n", &name.replace('_', " "), &shown.unwrap_or_default())
         };
         let verdict = match results.equilibrated.verdict {
-            Answer::Yes => "<td class=\"sound\">✓ yes</td>",
-            Answer::No => "<td class=\"failed\">✗ no</td>",
-            Answer::Unknown => "<td>unknown</td>",
+            Answer::Yes => cell("td", "sound", "equilibrated", "✓ yes"),
+            Answer::No => cell("td", "failed", "equilibrated", "✗ no"),
+            Answer::Unknown => cell("td", "", "equilibrated", "unknown"),
         };
-        format!("<tr><th scope=\"row\">{name}</th>{verdict}{}</tr>\n", columns.iter().map(cell).collect::<String>())
+        format!("<tr><th scope=\"row\">{name}</th>{verdict}{}</tr>\n", columns.iter().map(shown).collect::<String>())
     };
     format!(
         "<div class=\"wide\"><table class=\"results\">\n<caption>Means over each measured stage and their standard errors</caption>\n\

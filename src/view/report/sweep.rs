@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use super::figures::{Entry, capitalised, figure};
-use super::html::{brackets, escape, symbols};
+use super::html::{brackets, cell, escape, symbols};
 use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
 use super::results::value;
 use super::{Page, shell};
@@ -250,23 +250,21 @@ fn means(sweep: &Sweep, results: &Results) -> String {
     let row = |group: &Group, means: &StageMeans| {
         let settings = settings(sweep, group);
         let stage = results.has_stages().then_some(means.stage.as_str());
-        let keys: String = settings
-            .iter()
-            .map(|(_, value)| *value)
-            .chain(stage)
-            .map(|value| format!("<th scope=\"row\">{}</th>", escape(value)))
-            .collect();
-        let cell = |it: &Option<crate::sweep::Pooled>| match it {
-            None => "<td class=\"n\"></td>".to_owned(),
+        let of_row = settings.iter().map(|(_, value)| *value).chain(stage);
+        let keys: String = heads.iter().zip(of_row).map(|(head, value)| cell("th", "", head, &escape(value))).collect();
+        let shown = |it: &Option<crate::sweep::Pooled>| match it {
+            None => String::new(),
             Some(it) => {
                 let scatter = it.scatter.map_or_else(String::new, |scatter| {
                     format!("<br><small>scatter ± {}</small>", escape(&super::html::number(&digits(scatter))))
                 });
-                format!("<td class=\"n\">{}{scatter}</td>", value(Some(it.mean), it.error))
+                format!("{}{scatter}", value(Some(it.mean), it.error))
             }
         };
-        let values: String = means.values.iter().map(cell).collect();
-        format!("<tr>{keys}<td class=\"n\">{}</td>{values}</tr>\n", means.runs)
+        let cells = std::iter::once(means.runs.to_string()).chain(means.values.iter().map(shown));
+        let first = heads.len() - 1 - means.values.len();
+        let values: String = heads[first..].iter().zip(cells).map(|(head, it)| cell("td", "n", head, &it)).collect();
+        format!("<tr>{keys}{values}</tr>\n")
     };
     let rows: Vec<String> = results
         .groups
@@ -295,10 +293,15 @@ fn runs(sweep: &Sweep, results: &Results) -> String {
                 Standing::Failed(why) => format!("<span class=\"verdict failed\">failed</span> {}", escape(why)),
             };
             let folder = escape(point.folder());
-            let keys: String = point.settings().iter().map(|(_, value)| format!("<td class=\"n\">{}</td>", escape(value))).collect();
+            let keys = heads.iter().skip(1).zip(point.settings());
+            let keys: String = keys.map(|(head, (_, value))| cell("td", "n", head, &escape(value))).collect();
             let events: u64 = result.measurements.iter().map(|measurement| measurement.events).sum();
             let events = if result.measurements.is_empty() { String::new() } else { events.to_string() };
-            format!("<tr><th scope=\"row\"><a href=\"{folder}/\">{folder}</a></th>{keys}<td>{state}</td><td class=\"n\">{events}</td></tr>\n")
+            format!(
+                "<tr><th scope=\"row\"><a href=\"{folder}/\">{folder}</a></th>{keys}{}{}</tr>\n",
+                cell("td", "", "state", &state),
+                cell("td", "n", "events", &events)
+            )
         })
         .collect();
     table("results", "All runs", &heads, &rows)
