@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
-use carom::io::{Existing, Folder};
+use carom::io::{Existing, Folder, OutputError};
 use carom::model::Scene;
 use carom::run::{Run, run};
 
@@ -174,7 +174,7 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
     let target = place.path().join("run");
     // First where there is nothing, then where there is that run.
     for (path, kept) in [(target.clone(), None), (target.join("replacement"), Some(target.clone()))] {
-        let mut folder = Folder::create(&target, &scene, Existing::Replace).unwrap();
+        let mut folder = when_free(|| Folder::create(&target, &scene, Existing::Replace));
         fs::create_dir(path.join("trajectory-npy")).unwrap();
         fs::write(path.join("trajectory-npy/notes.txt"), "mine").unwrap();
         let finished = run(scene.clone(), &mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
@@ -184,12 +184,23 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
         assert_eq!(fs::read_to_string(path.join("trajectory-npy/notes.txt")).unwrap(), "mine");
         // When it is out of the way, going on makes up for it.
         fs::remove_file(path.join("trajectory-npy/notes.txt")).unwrap();
-        let (mut folder, checkpoint) = Folder::resume(&target, None).unwrap();
+        let (mut folder, checkpoint) = when_free(|| Folder::resume(&target, None));
         let result = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(()));
         let done = folder.complete(&result.unwrap(), "").unwrap();
         assert_eq!((&done.folder, &done.kept, done.failures.len()), (&target, &None, 0), "{:?}", done.failures);
         assert!(target.join("trajectory-npy/positions.npy").exists() && !target.join("replacement").exists());
     }
+}
+
+/// What is opened while other tests start programs: until such a process has become its program, it has the locks of this one, too.
+fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
+    for _ in 0..1000 {
+        match open() {
+            Err(OutputError::Busy(_)) => std::thread::sleep(std::time::Duration::from_millis(5)),
+            opened => return opened.unwrap(),
+        }
+    }
+    open().unwrap()
 }
 
 #[test]
