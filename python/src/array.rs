@@ -1,66 +1,63 @@
-//! Arrays of NumPy, made by NumPy itself around memory that was written once.
+//! Arrays of NumPy around memory that was written once, here, and is not copied.
 //!
-//! NumPy is not linked: a `bytearray` is filled here, and `numpy.frombuffer` makes it an array that can be written to.
+//! NumPy is not linked: an object with the [array interface](https://numpy.org/doc/stable/reference/arrays.interface.html) owns the memory, and
+//! `numpy.asarray` makes an array of it that keeps the object alive and can be written to.
+
+use std::any::Any;
 
 use pyo3::prelude::*;
-use pyo3::types::PyByteArray;
+use pyo3::types::{PyDict, PyTuple};
 
-/// A number that arrays hold, in the byte order of the machine.
-pub trait Number: Copy {
-    /// Its type, as NumPy writes it.
+/// A number that arrays hold.
+pub trait Number: Copy + Send + Sync + 'static {
+    /// Its type in the array interface, with the byte order of the machine.
     const KIND: &'static str;
-    /// Bytes of one.
-    const SIZE: usize;
-    /// Writes it into as many bytes.
-    fn write(self, bytes: &mut [u8]);
 }
 
 macro_rules! number {
     ($type:ty, $kind:literal) => {
         impl Number for $type {
-            const KIND: &'static str = $kind;
-            const SIZE: usize = size_of::<$type>();
-
-            fn write(self, bytes: &mut [u8]) {
-                bytes.copy_from_slice(&self.to_ne_bytes());
-            }
+            const KIND: &'static str =
+                if cfg!(target_endian = "little") { concat!("<", $kind) } else { concat!(">", $kind) };
         }
     };
 }
 
-number!(f64, "=f8");
-number!(i32, "=i4");
-number!(u32, "=u4");
+number!(f64, "f8");
+number!(i32, "i4");
+number!(u32, "u4");
+
+/// Owner of the memory of an array, which nothing but that array reads or writes from then on.
+#[pyclass(frozen, module = "carom._carom")]
+struct Memory {
+    _numbers: Box<dyn Any + Send + Sync>,
+    address: usize,
+    kind: &'static str,
+    shape: Vec<usize>,
+}
+
+#[pymethods]
+impl Memory {
+    #[getter]
+    fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        all.set_item("version", 3)?;
+        all.set_item("typestr", self.kind)?;
+        all.set_item("shape", PyTuple::new(py, &self.shape)?)?;
+        // The second one says whether it is for reading only.
+        all.set_item("data", (self.address, false))?;
+        Ok(all)
+    }
+}
 
 /// An array of one axis, or of rows of `columns` numbers where that is given.
-pub fn array<'py, T: Number>(py: Python<'py>, numbers: &[T], columns: Option<usize>) -> PyResult<Bound<'py, PyAny>> {
-    filled::<T>(py, numbers.len(), columns, |bytes| {
-        for (bytes, number) in bytes.chunks_exact_mut(T::SIZE).zip(numbers) {
-            number.write(bytes);
-        }
-    })
-}
-
-/// The same of as many numbers that `fill` writes.
-pub fn filled<'py, T: Number>(
-    py: Python<'py>,
-    count: usize,
-    columns: Option<usize>,
-    fill: impl FnOnce(&mut [u8]),
-) -> PyResult<Bound<'py, PyAny>> {
-    let numpy = py.import("numpy")?;
-    let array = if count == 0 {
-        // NumPy makes no array of no bytes.
-        numpy.call_method1("zeros", (0, T::KIND))?
-    } else {
-        let bytes = PyByteArray::new_with(py, count * T::SIZE, |bytes| {
-            fill(bytes);
-            Ok(())
-        })?;
-        numpy.call_method1("frombuffer", (bytes, T::KIND))?
+pub fn array<T: Number>(py: Python<'_>, mut numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'_, PyAny>> {
+    let shape = match columns {
+        Some(columns) => vec![numbers.len() / columns, columns],
+        None => vec![numbers.len()],
     };
-    match columns {
-        Some(columns) => array.call_method1("reshape", (count / columns, columns)),
-        None => Ok(array),
-    }
+    // The memory of a vector stays where it is when the vector moves.
+    let address = numbers.as_mut_ptr() as usize;
+    let memory = Memory { _numbers: Box::new(numbers), address, kind: T::KIND, shape };
+    py.import("numpy")?.call_method1("asarray", (memory,))
 }

@@ -118,22 +118,22 @@ impl Scene {
 
     fn species<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let species: Vec<u32> = self.model.particles().iter().map(|particle| particle.species.0).collect();
-        array(py, &species, None)
+        array(py, species, None)
     }
 
     fn positions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let all: Vec<f64> = self.model.particles().iter().flat_map(|it| <[f64; 3]>::from(it.position)).collect();
-        array(py, &all, Some(3))
+        array(py, all, Some(3))
     }
 
     fn velocities<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let all: Vec<f64> = self.model.particles().iter().flat_map(|it| <[f64; 3]>::from(it.velocity)).collect();
-        array(py, &all, Some(3))
+        array(py, all, Some(3))
     }
 
     fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let ends: Vec<u32> = self.model.bonds().iter().flat_map(|bond| bond.pair.map(|ParticleId(id)| id)).collect();
-        array(py, &ends, Some(2))
+        array(py, ends, Some(2))
     }
 }
 

@@ -10,7 +10,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyDict};
 
-use crate::array::{Number, array, filled};
+use crate::array::{Number, array};
 use crate::error;
 use crate::scene::{Scene, dictionary};
 use crate::signals::Signals;
@@ -43,18 +43,15 @@ impl Simulation {
         of: impl Fn(&ParticleNow) -> [T; K] + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         let state = self.state()?;
-        let count = K * state.engine.population().iter().sum::<usize>();
-        filled::<T>(py, count, (K > 1).then_some(K), |bytes| {
-            let mut places = bytes.chunks_exact_mut(T::SIZE);
-            py.detach(|| {
-                let Ok(()) = state.engine.for_each_now(|particle| {
-                    for (number, bytes) in of(&particle).into_iter().zip(&mut places) {
-                        number.write(bytes);
-                    }
-                    Ok::<(), std::convert::Infallible>(())
-                });
+        let numbers = py.detach(|| {
+            let mut numbers = Vec::with_capacity(K * state.engine.population().iter().sum::<usize>());
+            let Ok(()) = state.engine.for_each_now(|particle| {
+                numbers.extend(of(&particle));
+                Ok::<(), std::convert::Infallible>(())
             });
-        })
+            numbers
+        });
+        array(py, numbers, (K > 1).then_some(K))
     }
 }
 
@@ -228,7 +225,7 @@ impl Simulation {
         let state = self.state()?;
         let pairs = py.detach(|| state.engine.captured_pairs());
         let flat: Vec<u32> = pairs.iter().flat_map(|([a, b], state)| [a.0, b.0, u32::from(*state)]).collect();
-        array(py, &flat, Some(3))
+        array(py, flat, Some(3))
     }
 
     /// Three numbers of the type `f8` for each particle.
