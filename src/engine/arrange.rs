@@ -18,6 +18,11 @@ use crate::engine::pairs::states::{CapturedPairs, PairState};
 /// The order in memory is made anew after this many transitions per particle.
 const WANDERED: u64 = 64;
 
+/// With more particles than these, prefetching pays: bodies and cells take some megabytes. Lists take as much of fewer particles, and an event
+/// reads little else.
+const LARGE_IN_CELLS: usize = 32_768;
+const LARGE_IN_LISTS: usize = 2_048;
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Arranges everything anew if that pays, at the epoch; whether it did.
     pub(super) fn rearrange_if_due(&mut self) -> bool {
@@ -90,10 +95,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let positions: Vec<Vector> = self.state.bodies.iter().map(|body| body.position).collect();
         self.ranges.further_images.clear();
         self.ranges.tied_axes = [false; 3];
+        let factor = self.reach_factor();
+        let most = if search == Search::Cells { LARGE_IN_CELLS } else { LARGE_IN_LISTS };
+        self.hardware.is_large = positions.len() > most;
         self.neighbours = match search {
             Search::Cells => {
-                let reach = self.ranges.of_cells * self.sources.growth.map_or(1.0, |growing| growing.reach);
-                let cells = Cells::new(&self.state.space, reach, &positions);
+                let cells = Cells::new(&self.state.space, self.ranges.of_cells * factor, &positions);
                 self.ranges.further_images = cells.grid.further_images(&self.state.periods);
                 if self.ranges.further_images.is_empty() {
                     self.ranges.tied_axes = cells.grid.tied_axes();
@@ -107,8 +114,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Search::Lists { half_skin } => Neighbours::Lists(VerletLists::new(
                 &self.state.space,
                 half_skin,
-                &self.ranges.between,
-                self.ranges.longest,
+                &self.ranges.between.iter().map(|range| range * factor).collect::<Vec<_>>(),
+                self.ranges.longest * factor,
                 positions,
             )),
         };

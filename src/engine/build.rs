@@ -17,9 +17,6 @@ use crate::model::{InteractionId, Scene};
 use crate::physics::detection::lanes::Simd;
 use crate::physics::motion::RelativeState;
 
-/// With more particles than these, bodies and lists take some megabytes, and prefetching begins to pay.
-const LARGE: usize = 32_768;
-
 /// So many times have a median that is near enough to that of more.
 const MANY: usize = 32_768;
 
@@ -43,7 +40,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             ranges: Ranges::of(scene, rows.species()),
             sources: Sources::of(scene, rows),
             counts: Counts::new(if TABLE { rows.species().len() } else { 0 }),
-            hardware: Hardware { width: Simd::most(), is_large: count > LARGE },
+            hardware: Hardware { width: Simd::most(), is_large: false },
             broken: None,
             scratch: None,
             pairs,

@@ -59,7 +59,7 @@ pub(super) struct Hardware {
     /// The SIMD instructions.
     #[serde(skip, default = "Simd::most")]
     pub width: Simd,
-    /// Whether particles are too many for the caches next to the processor.
+    /// Whether what the particles take is too much for the caches next to the processor, so that it pays to look ahead.
     pub is_large: bool,
 }
 

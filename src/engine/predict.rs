@@ -3,7 +3,6 @@
 use super::batch::Batch;
 use super::parts::Engine;
 use super::prediction::Prediction;
-use super::reach::Reach;
 use super::sources::growth;
 use super::sources::lees_edwards::FLOW;
 use super::state::Body;
@@ -125,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             && let Some(squared) = self.pairs.rules.accelerated_squared(self.row(me.id))
         {
             let others = &others[..length.next_multiple_of(MOST_LANES)];
-            self.predict_within_reach(me, wraps, others, &Reach { squared, growth: [1.0, 0.0] }, prediction);
+            self.predict_within_reach(me, wraps, others, squared, prediction);
         }
     }
 

@@ -1,4 +1,4 @@
-//! Pairs that are predicted one by one, because they accelerate relative to each other or grow, or meet in several images of a small box: which of
+//! Pairs that are predicted one by one, because they accelerate relative to each other or meet in several images of a small box: which of
 //! them can meet at all before the earliest contact so far, several at a time in SIMD lanes.
 
 use super::batch::{Batch, dot, minimum_image};
@@ -8,20 +8,14 @@ use super::prediction::Prediction;
 use super::sources::lees_edwards::{FLOW, GRADIENT};
 use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
 
-/// The distances at which others are met that can only be predicted one by one.
-pub(super) struct Reach<'a> {
-    /// By species, their squares `[length^2]`; infinite for one that is always looked at, negative infinity for one that is not met so.
-    pub squared: &'a [f64],
-    /// The factor of the distances now, and how fast it grows `[1, 1 / time]`.
-    pub growth: [f64; 2],
-}
-
 /// The search of [`Batch::within_reach`].
 struct WithinReach<'a> {
     batch: &'a Batch<'a>,
     me: &'a Streamed,
     others: &'a [u32],
-    reach: &'a Reach<'a>,
+    /// By species, the squared distances at which they are met `[length^2]`; infinite for one that is always looked at, negative infinity for one that
+    /// is not met so.
+    squared: &'a [f64],
     horizon: f64,
 }
 
@@ -33,15 +27,14 @@ impl Work for WithinReach<'_> {
 
     #[inline(always)]
     fn run<F: Lanes>(self) -> u32 {
-        let Self { batch, me, others, reach: Reach { squared, growth: [scale, rate] }, horizon } = self;
+        let Self { batch, me, others, squared, horizon } = self;
         let gained = F::all(0.5 * batch.acceleration.norm() * horizon);
-        let factor = F::all(scale + rate * horizon);
         let mut bits = 0;
         for (at, ids) in others.chunks_exact(F::COUNT).enumerate() {
             let squared: [f64; MOST_LANES] = std::array::from_fn(|k| squared[batch.species_of(ids[k % F::COUNT])]);
             // Those that accelerate themselves are not where this says, but have an infinite range; that of those that are not met is no number.
             let (r, v) = batch.seen_from::<F, false>(me, ids);
-            let reach = F::each(&squared).sqrt().mul(factor).add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
+            let reach = F::each(&squared).sqrt().add(dot(&v, &v).sqrt().add(gained).mul(F::all(horizon)));
             let beyond = dot(&r, &r).sub(reach.mul(reach).mul(F::all(SLACK)));
             bits |= beyond.at_most(0.0) << (at * F::COUNT);
         }
@@ -188,10 +181,10 @@ impl Batch<'_> {
     }
 
     /// Which of [`MOST_LANES`] others, as bits, `me` can meet within a finite time, at the sum of all speeds:
-    /// `|r| <= s + (|v| + |a| T / 2 + growth) T`. It may say so of one that cannot be met, never the other way round.
+    /// `|r| <= s + (|v| + |a| T / 2) T`. It may say so of one that cannot be met, never the other way round.
     #[inline]
-    pub fn within_reach(&self, me: &Streamed, others: &[u32], reach: &Reach<'_>, horizon: f64) -> u32 {
-        self.width.run(WithinReach { batch: self, me, others, reach, horizon })
+    pub fn within_reach(&self, me: &Streamed, others: &[u32], squared: &[f64], horizon: f64) -> u32 {
+        self.width.run(WithinReach { batch: self, me, others, squared, horizon })
     }
 }
 
@@ -203,14 +196,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         me: &Streamed,
         wraps: bool,
         others: &[u32],
-        reach: &Reach<'_>,
+        squared: &[f64],
         prediction: &mut Prediction,
     ) {
         let batch = self.others(me, wraps);
-        let is_met = |other: &u32| reach.squared[batch.species_of(*other)] >= 0.0;
+        let is_met = |other: &u32| squared[batch.species_of(*other)] >= 0.0;
         let kept = |some: &[u32], horizon: f64| {
             let bits = (0..).zip(some).fold(0, |bits, (k, other)| bits | u32::from(is_met(other)) << k);
-            if bits == 0 || horizon == f64::INFINITY { bits } else { batch.within_reach(me, some, reach, horizon) }
+            if bits == 0 || horizon == f64::INFINITY { bits } else { batch.within_reach(me, some, squared, horizon) }
         };
         for_each_kept(others, [me.time, f64::INFINITY], prediction, kept, |other, prediction| {
             self.predict_uncaptured_pair(me, other, prediction);

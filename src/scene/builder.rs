@@ -48,6 +48,8 @@ pub struct SceneBuilder {
     pub(crate) species: Vec<UnvalidatedSpecies>,
     pub(crate) interactions: Vec<UnvalidatedInteraction>,
     pub(crate) groups: Vec<LocatedGroup>,
+    /// Groups of one particle that [`Self::particle`] has added: to count them each time takes long where there are many.
+    pub(crate) listed: usize,
     pub(crate) bonds: Vec<UnvalidatedBond>,
     pub(crate) audit: AuditPlan,
     pub(crate) run: RunPlan,
@@ -79,6 +81,7 @@ impl SceneBuilder {
             species: Vec::new(),
             interactions: Vec::new(),
             groups: Vec::new(),
+            listed: 0,
             bonds: Vec::new(),
             audit: AuditPlan::default(),
             run: RunPlan::default(),
@@ -212,7 +215,8 @@ impl SceneBuilder {
     /// One particle.
     pub fn particle(mut self, species: &str, position: Vector, velocity: Vector) -> Self {
         let listed = Listed { species: species.to_owned(), position, velocity };
-        let at = ConfigPath::entry("particle", self.count_groups(|group| matches!(group, Group::Listed(_))));
+        let at = ConfigPath::entry("particle", self.listed);
+        self.listed += 1;
         self.groups.push(LocatedGroup { at, group: Group::Listed(vec![listed]) });
         self
     }

@@ -88,11 +88,10 @@ fn all_that_one_by_one_is_within_reach_is_so_in_lanes() {
             let me = engine.streamed(particle, now);
             let species = |id: u32| engine.row(id);
             let squared = engine.pairs.rules.accelerated_squared(species(particle)).unwrap();
-            let reach = Reach { squared, growth: [1.0, 0.0] };
             for (width, horizon) in Simd::all().into_iter().zip([0.01, 0.1, 1.0].into_iter().cycle()) {
                 let batch = Batch { width, ..engine.others(&me, true) };
                 for some in others.chunks_exact(MOST_LANES) {
-                    let bits = batch.within_reach(&me, some, &reach, horizon);
+                    let bits = batch.within_reach(&me, some, squared, horizon);
                     for (k, &other) in some.iter().enumerate() {
                         let meeting = engine.pairs.rules.meeting(species(particle), species(other));
                         let (state, _) = engine.relative(&me, other);

@@ -6,7 +6,6 @@ use crate::engine::neighbours::grid::{Face, Grid};
 use crate::engine::parts::Engine;
 use crate::engine::predict::{Scratch, Streamed};
 use crate::engine::prediction::Prediction;
-use crate::engine::reach::Reach;
 use crate::engine::sources::lees_edwards::GRADIENT;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::lanes::MOST_LANES;
@@ -80,10 +79,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         } else if let Some(growing) = &self.sources.growth
             && is_large
         {
-            let species = self.row(me.id);
-            let reach = Reach { squared: self.pairs.rules.inertial_squared(species), growth: growing.factor(me.time) };
             let (others, _) = near.filled_up(me.id);
-            self.predict_within_reach(me, true, others, &reach, prediction);
+            self.predict_growing(me, growing, true, others, prediction);
         } else if let Some(sliding) = self.sliding(me.time)
             && is_batch
             && !(FALLING && TABLE)

@@ -1,5 +1,7 @@
 //! Diameters that grow: the discontinuities of all pairs move outwards at a constant speed.
 
+mod contacts;
+
 use serde::{Deserialize, Serialize};
 
 use super::{GlobalOutcome, Repredict};
@@ -10,7 +12,7 @@ use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::plane;
 use crate::physics::motion::RelativeState;
 
-/// Cells reach for spheres that are larger by up to this factor. Smaller steps sort more often, larger ones search farther.
+/// Cells and lists reach for spheres that are larger by up to this factor. Smaller steps sort more often, larger ones search farther.
 const STAGE: f64 = 1.1;
 
 /// Diameters that are `1 + rate (t - start)` times those of the scene.
@@ -20,7 +22,7 @@ pub(in crate::engine) struct GrowingDiameters {
     rate: f64,
     /// Since the epoch.
     start: f64,
-    /// Cells reach for diameters that are this factor times those of the scene,
+    /// Cells and lists reach for diameters that are this factor times those of the scene,
     pub reach: f64,
     /// which ends at this one.
     largest: f64,
@@ -44,7 +46,7 @@ impl GrowingDiameters {
         self.start -= shift;
     }
 
-    /// When the spheres will be as large as cells reach, since the epoch; infinite if they are not to become larger.
+    /// When the spheres will be as large as cells or lists reach, since the epoch; infinite if they are not to become larger.
     pub fn next_stage(&self) -> f64 {
         if self.reach < self.largest { self.start + (self.reach - 1.0) / self.rate } else { f64::INFINITY }
     }
@@ -118,7 +120,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.schedule_global();
     }
 
-    /// Sorts the spheres into larger cells, when they have come to the size that cells reach for.
+    /// Sorts the spheres anew, when they have come to the size that cells or lists reach for.
     pub(in crate::engine) fn begin_growth_stage(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
         let Some(growing) = &mut self.sources.growth else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
@@ -135,7 +137,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let position = self.state.bodies[particle as usize].position;
             self.wrap(particle, &position);
         }
-        self.sort_in(Search::Cells);
+        let positions = || self.state.bodies.iter().map(|body| body.position);
+        let search = Search::choose_among(&self.state.space, self.longest_meeting(), positions, None);
+        self.sort_in(search);
+        self.fill_lists();
+    }
+
+    /// The longest distance at which a pair meets before the spheres are sorted anew.
+    fn longest_meeting(&self) -> f64 {
+        self.reach_factor() * self.ranges.between.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The factor of the distances that a search has to reach.
+    pub(in crate::engine) fn reach_factor(&self) -> f64 {
+        self.sources.growth.map_or(1.0, |growing| growing.reach)
     }
 }
 

@@ -16,12 +16,27 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first contact with those in the particle's list, and when it leaves its skin.
     #[inline]
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
-        let (others, length) = verlet.lists.filled_up(me.id);
-        self.predict_uncaptured(me, verlet.wraps(&me.position), others, length, prediction);
+        self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
         if !self.sources.walls.is_empty() {
             self.predict_walls(me, |_| true, prediction);
         }
         prediction.transition_time = self.leaves_skin(me, verlet);
+    }
+
+    /// The first contact with some others in the particle's list, filled up as lists are; so many are there.
+    #[inline]
+    fn predict_listed(
+        &self,
+        me: &Streamed,
+        verlet: &VerletLists,
+        (others, length): (&[u32], usize),
+        prediction: &mut Prediction,
+    ) {
+        let wraps = verlet.wraps(&me.position);
+        if let Some(growing) = &self.sources.growth {
+            return self.predict_growing(me, growing, wraps, others, prediction);
+        }
+        self.predict_uncaptured(me, wraps, others, length, prediction);
     }
 
     /// When the particle leaves its skin: like a bond to the centre that reaches its length.
@@ -71,8 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
         let mut prediction = self.schedule.predictions[particle as usize];
-        let (newcomers, count) = verlet.lists.newcomers();
-        self.predict_uncaptured(&me, verlet.wraps(&me.position), newcomers, count, &mut prediction);
+        self.predict_listed(&me, verlet, verlet.lists.newcomers(), &mut prediction);
         prediction.transition_time = self.leaves_skin(&me, verlet);
         self.schedule.predictions[particle as usize] = prediction;
         self.enqueue(particle);

@@ -1,0 +1,187 @@
+//! Contacts of spheres that grow: in SIMD lanes those that may be the earliest, one by one when they are due.
+
+use super::GrowingDiameters;
+use crate::engine::batch::{Batch, dot};
+use crate::engine::parts::Engine;
+use crate::engine::predict::Streamed;
+use crate::engine::prediction::Prediction;
+use crate::physics::detection::lanes::{Lanes, MOST_LANES, Work};
+
+/// Pairs that are compared with each other: longer lists come in parts.
+const TOGETHER: usize = 32;
+
+/// Parts of a number that rounding does not reach: what is nearer to a limit than this is left to the prediction one by one, whose contacts
+/// count.
+const SLACK: f64 = 1e-9;
+
+/// Times are compared with this slack, because the root of a discriminant that is `SLACK` of its terms has half as many digits.
+const SLACK_OF_TIMES: f64 = 1e-6;
+
+/// The search of [`Batch::growing_contacts`].
+struct GrowingContacts<'a> {
+    batch: &'a Batch<'a>,
+    me: &'a Streamed,
+    others: &'a [u32],
+    /// The factor of all diameters, and how fast it grows `[1, 1 / time]`.
+    growth: [f64; 2],
+    horizon: f64,
+}
+
+impl Work for GrowingContacts<'_> {
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<F: Lanes>(self) -> u32 {
+        let Self { batch, me, others, growth: [scale, rate], horizon } = self;
+        let (zero, never) = (F::all(0.0), F::all(f64::INFINITY));
+        let mut due = [f64::INFINITY; TOGETHER];
+        let (mut least, mut unsure) = (F::all(horizon), 0);
+        for (at, (due, ids)) in due.chunks_exact_mut(F::COUNT).zip(others.chunks_exact(F::COUNT)).enumerate() {
+            let squared: [f64; MOST_LANES] =
+                std::array::from_fn(|k| batch.squared[batch.species_of(ids[k % F::COUNT])]);
+            let squared = F::each(&squared);
+            let (r, v) = batch.seen_from::<F, false>(me, ids);
+            let distance = squared.sqrt();
+            let (contact, speed) = (distance.mul(F::all(scale)), distance.mul(F::all(rate)));
+            // See [`super::next_contact`].
+            let r2 = dot(&r, &r).sub(contact.mul(contact));
+            let b = dot(&r, &v).sub(contact.mul(speed));
+            let v2 = dot(&v, &v).sub(speed.mul(speed));
+            let squares = b.mul(b);
+            let discriminant = squares.sub(v2.mul(r2));
+            let root = r2.div(discriminant.sqrt().sub(b));
+            let dt = b.if_less(zero, zero.if_less(discriminant, root, never), never);
+            // In contact, grazing, or apart until growth brings them together.
+            let is_touching = r2.sub(F::all(SLACK).mul(contact).mul(contact));
+            let is_overtaken = b.if_less(zero, never, v2.sub(F::all(SLACK).mul(speed).mul(speed)));
+            let is_grazing = discriminant.mul(discriminant).sub(F::all(SLACK * SLACK).mul(squares).mul(squares));
+            let is_unsure = is_touching.at_most(0.0) | is_overtaken.at_most(0.0) | is_grazing.at_most(0.0);
+            // Of species that do not meet, the squared distance is negative, and nothing made of its root is a number or at most anything.
+            unsure |= is_unsure << (at * F::COUNT);
+            let dt = zero.if_less(is_touching, dt, never);
+            dt.write(due);
+            least = dt.least(least);
+        }
+        let limit = least.smallest() * (1.0 + SLACK_OF_TIMES);
+        let mut bits = 0;
+        if limit < f64::INFINITY {
+            for (at, due) in due.chunks_exact(F::COUNT).take(others.len() / F::COUNT).enumerate() {
+                bits |= F::each(due).at_most(limit) << (at * F::COUNT);
+            }
+        }
+        bits | unsure
+    }
+}
+
+impl Batch<'_> {
+    /// Which of up to [`TOGETHER`] others, as bits, may be the first that `me` meets while all grow, before a finite or infinite time; never
+    /// leaves that one out.
+    #[inline]
+    fn growing_contacts(&self, me: &Streamed, others: &[u32], growth: [f64; 2], horizon: f64) -> u32 {
+        self.width.run(GrowingContacts { batch: self, me, others, growth, horizon })
+    }
+}
+
+impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
+    /// The first contact with any of some uncaptured others while all grow; their number is a multiple of [`MOST_LANES`].
+    pub(in crate::engine) fn predict_growing(
+        &self,
+        me: &Streamed,
+        growing: &GrowingDiameters,
+        wraps: bool,
+        others: &[u32],
+        prediction: &mut Prediction,
+    ) {
+        let batch = self.others(me, wraps);
+        let growth = growing.factor(me.time);
+        for some in others.chunks(TOGETHER) {
+            let mut bits = batch.growing_contacts(me, some, growth, prediction.contact_time - me.time);
+            while bits != 0 {
+                self.predict_uncaptured_pair(me, some[bits.trailing_zeros() as usize], prediction);
+                bits &= bits - 1;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Until;
+    use crate::engine::neighbours::Search;
+    use crate::engine::neighbours::candidates::Candidates;
+    use crate::model::Scene;
+    use crate::model::potential::Potential;
+    use crate::physics::detection::lanes::Simd;
+    use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
+
+    /// Spheres of two kinds; a third one meets nobody but its own.
+    fn mixture(packing_fraction: f64) -> Scene {
+        let hard_sphere = |diameter| Potential::hard_sphere(diameter).unwrap();
+        let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
+        fill.composition = [("A", 4.0), ("B", 3.0), ("C", 1.0)].map(|(name, share)| (name.to_owned(), share)).to_vec();
+        SceneBuilder::new("mixture")
+            .species("A", 1.0, 1.0)
+            .species("B", 0.7, 0.6)
+            .species("C", 1.3, 0.8)
+            .interaction("A", "A", hard_sphere(1.0), 1.0)
+            .interaction("A", "B", hard_sphere(0.8), 1.0)
+            .interaction("B", "B", hard_sphere(0.6), 1.0)
+            .interaction("C", "C", hard_sphere(0.8), 1.0)
+            .interaction("A", "C", hard_sphere(0.9), 1.0)
+            .add_fill(fill.count(500).amount(Amount::PackingFraction(packing_fraction)))
+            .temperature(1.0)
+            .build()
+            .unwrap()
+    }
+
+    /// Every prediction has the contact that all others, looked at one by one, have.
+    fn finds_what_one_by_one_finds<const TABLE: bool>(scene: &Scene, rate: f64, largest: f64) -> [bool; 2] {
+        let mut used = [false; 2];
+        for width in Simd::all() {
+            let mut engine = Engine::<false, TABLE>::new(scene);
+            engine.hardware.width = width;
+            engine.advance(Until::events(2_000), &mut None).unwrap();
+            engine.grow(rate, largest);
+            let mut near = Candidates::default();
+            let mut met = 0;
+            for part in 1..=40 {
+                engine.advance(Until::events(2_000 + 300 * part), &mut None).unwrap();
+                used[usize::from(engine.neighbours.search() != Search::Cells)] = true;
+                let now = engine.clock.now;
+                let mut scratch = engine.take_scratch();
+                for particle in engine.particles() {
+                    let mut one_by_one = Prediction::NONE;
+                    let me = engine.streamed(particle, now);
+                    engine.neighbours.find_candidates(particle, &mut near);
+                    near.found().iter().for_each(|&other| engine.predict_uncaptured_pair(&me, other, &mut one_by_one));
+                    let prediction = engine.predict(particle, now, &mut scratch);
+                    if one_by_one.contact_time < prediction.transition_time {
+                        assert_eq!(prediction.contact_time, one_by_one.contact_time, "{particle}");
+                        assert_eq!(prediction.partner, one_by_one.partner, "{particle}");
+                        met += 1;
+                    } else {
+                        assert!(prediction.is_transition() || prediction.contact_time == one_by_one.contact_time);
+                    }
+                }
+            }
+            assert!(met > 1_000, "{met}");
+            assert!(engine.scale() > 1.01, "{}", engine.scale());
+        }
+        used
+    }
+
+    #[test]
+    fn the_first_contact_in_lanes_is_that_of_all_one_by_one() {
+        let mut used = [false; 2];
+        for (packing_fraction, largest) in [(0.1, 1.3), (0.3, 1.15), (0.42, 1.06)] {
+            // From much slower to faster than the spheres themselves.
+            for rate in [0.002, 0.1, 3.0] {
+                let scene = mixture(packing_fraction);
+                let one = finds_what_one_by_one_finds::<true>(&scene, rate, largest);
+                used = [used[0] || one[0], used[1] || one[1]];
+            }
+        }
+        assert_eq!(used, [true; 2], "cells and lists");
+    }
+}
