@@ -319,33 +319,6 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.is_over())
     }
 
-    /// Where everything is now.
-    #[must_use]
-    pub fn snapshot(&self) -> Snapshot {
-        let snapshot = with_engine!(&self.engine, engine => engine.snapshot());
-        Snapshot { scale: self.scale(), ..snapshot }
-    }
-
-    /// Calls `visit` for every particle as it is now, in the order of their ids: a snapshot that takes no memory.
-    ///
-    /// # Errors
-    /// That of `visit`, which ends it.
-    pub fn for_each_now<E>(&self, visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
-        with_engine!(&self.engine, engine => engine.for_each_now(visit))
-    }
-
-    /// Displacement of the next image up, as in a [`Snapshot`] `[length]`.
-    #[must_use]
-    pub fn displacement(&self) -> f64 {
-        with_engine!(&self.engine, engine => engine.displacement().0)
-    }
-
-    /// The energies now.
-    #[must_use]
-    pub fn energy(&self) -> Energy {
-        with_engine!(&self.engine, engine => engine.energy())
-    }
-
     /// The deepest overlap now, of all pairs and walls; `None` if nothing overlaps.
     #[must_use]
     pub fn deepest_overlap(&self) -> Option<Overlap> {

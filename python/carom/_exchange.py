@@ -28,6 +28,7 @@ def exchange(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     jobs: int | None = None,
+    force: bool = False,
     checkpoint_every: float = 300.0,
     progress: bool = True,
 ) -> Exchange:
@@ -43,6 +44,8 @@ def exchange(
         As for :class:`Scene`.
     jobs : int, optional
         Threads; as many as there are processors if not given.
+    force : bool
+        Writes also more than 10 GB, or a tenth of what is free on the disk.
     checkpoint_every, progress
         As for :func:`run`.
 
@@ -51,7 +54,7 @@ def exchange(
     SceneError
         If the scene is wrong, or has no ``[exchange]``.
     FolderError
-        If the folder holds something else.
+        If the folder holds something else, or the files would be too large.
     SimulationError
         If a replica cannot go on, or an audit failed.
 
@@ -80,10 +83,12 @@ def exchange(
         temporary = tempfile.TemporaryDirectory(prefix="carom-")
         folder = Path(temporary.name) / f"{made.name}-exchange"
     with Progress(progress, made.name) as bar:
-        faults = _carom.exchange(made._core, folder, threads, float(checkpoint_every), bar.callback)
+        faults = _carom.exchange(made._core, folder, threads, (bool(force), float(checkpoint_every)), bar.callback)
     result = Exchange(folder, _temporary=temporary)
     if faults:
-        raise SimulationError(f"the audit failed: {'; '.join(faults)}", folder=folder)
+        # A temporary folder goes with the exchange.
+        kept = folder if temporary is None else None
+        raise SimulationError(f"the audit failed: {'; '.join(faults)}", folder=kept)
     return result
 
 

@@ -33,6 +33,7 @@ def sweep(
     executor: Executor | None = None,
     jobs: int | None = None,
     set: Mapping[str, Any] | None = None,
+    force: bool = False,
     checkpoint_every: float = 300.0,
     progress: bool = True,
 ) -> Sweep:
@@ -59,6 +60,8 @@ def sweep(
         Number of these threads; as many as there are processors if not given.
     set : dict, optional
         Replaces values at all points, as for :class:`Scene`.
+    force : bool
+        Writes also more than 10 GB in all, or a tenth of what is free on the disk.
     checkpoint_every, progress
         As for :func:`run`.
 
@@ -69,7 +72,7 @@ def sweep(
     SceneError
         If a key or a value is wrong.
     FolderError
-        If the folder holds something else.
+        If the folder holds something else, or the files would be too large.
 
     Warns
     -----
@@ -100,15 +103,16 @@ def sweep(
         made = Scene(scene)
         core = _carom.Sweep(Path(f"{made.name}.toml"), made.to_toml(), overrides(None, set), axes)
         name = made.name
-    core.check()
     folder = Path("runs") / f"{name}-sweep" if out is None else path_of("out", out)
     folder = Path(os.path.abspath(folder))
+    core.check(folder, bool(force))
+    orders = (bool(force), float(checkpoint_every))
     core.begin(folder)
     if executor is None:
         threads = (os.cpu_count() or 1) if jobs is None else whole("jobs", jobs, 1)
         with Progress(progress, name) as bar:
             try:
-                core.run_all(folder, threads, float(checkpoint_every), bar.callback)
+                core.run_all(folder, threads, orders, bar.callback)
             except BaseException:
                 # The tables show what is there; the same call goes on.
                 core.write(folder)
@@ -116,7 +120,7 @@ def sweep(
     else:
         if jobs is not None:
             raise ValueError("jobs: are those of the threads of this process; an executor has a number of workers of its own")
-        _submit(core, folder, executor, float(checkpoint_every), progress, name)
+        _submit(core, folder, executor, orders, progress, name)
     return _finished(core, folder)
 
 
@@ -155,13 +159,13 @@ def _axis(keys: Any, values: Any) -> str:
     return "; ".join(f"{key}=" + ",".join(_text(key, value) for value in column) for key, column in columns)
 
 
-def _point(folder: str, name: str, checkpoint_every: float) -> tuple[str, str | None]:
+def _point(folder: str, name: str, orders: tuple[bool, float]) -> tuple[str, str | None]:
     """Runs a point of the sweep in a folder: the task of an executor, whose process has nothing but the folder."""
-    return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, checkpoint_every)
+    return _carom.Sweep.open(Path(folder)).run_point(Path(folder), name, orders)
 
 
 def _submit(
-    core: _carom.Sweep, folder: Path, executor: Executor, checkpoint_every: float, progress: bool, name: str
+    core: _carom.Sweep, folder: Path, executor: Executor, orders: tuple[bool, float], progress: bool, name: str
 ) -> None:
     if not hasattr(executor, "submit"):
         cure = "for Dask give client.get_executor()" if hasattr(executor, "get_executor") else "such as ProcessPoolExecutor()"
@@ -171,7 +175,7 @@ def _submit(
     standing = core.standing(folder)
     missing = [point for point, state, _ in standing if state != "done"]
     over = len(standing) - len(missing)
-    futures = [executor.submit(_point, str(folder), point, checkpoint_every) for point in missing]
+    futures = [executor.submit(_point, str(folder), point, orders) for point in missing]
     lost: BaseException | None = None
     with Progress(progress, name) as bar:
         try:

@@ -8,7 +8,7 @@ use carom::view::report;
 use pyo3::prelude::*;
 
 use crate::error;
-use crate::run::{Watch, interval_of};
+use crate::run::{Watch, interval_of, most_bytes};
 use crate::scene::{Scene, borrowed};
 
 /// Runs the replicas of a scene in a folder, or goes on with them. What comes back is what the audits object to.
@@ -18,14 +18,16 @@ pub fn exchange(
     scene: &Scene,
     out: PathBuf,
     jobs: usize,
-    checkpoint_every: f64,
+    orders: (bool, f64),
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Vec<String>> {
+    let (force, checkpoint_every) = orders;
     let interval = interval_of(checkpoint_every)?;
     let mut watch = Watch::new(callback);
     py.detach(|| {
         if !ExchangeFolder::is_one(&out) {
             refuse_input(&out, scene.inputs()).map_err(|error| error::output(&error))?;
+            most_bytes("the exchange", ExchangeFolder::expected_bytes(&scene.model), &out, force)?;
         }
         let record = scene.model.record_of(scene.text.clone(), &scene.name, &borrowed(&scene.set));
         let record = record.map_err(|error| error::scene(&error))?;

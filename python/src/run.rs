@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use carom::analysis::observables::OBSERVABLES;
 use carom::base::text::{self, with_causes};
-use carom::io::estimate::{SizeEstimate, allowance, free_disk};
+use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Existing, Folder, refuse_input};
-use carom::model::{Limit, Scene as Model};
-use carom::run::{Ending, Progress, Recorder, Run, Stage, expected_rate};
+use carom::model::Limit;
+use carom::run::{Ending, Progress, Run, Stage, expected_rate};
 use carom::view::{final_table, report};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -66,19 +66,15 @@ impl Watch {
     }
 }
 
-/// What a run may write where the user does not say.
-fn most_bytes(scene: &Model, path: &Path, force: bool) -> PyResult<f64> {
+/// What may be written in a folder, where `what` is expected to write `bytes`.
+pub fn most_bytes(what: &str, bytes: f64, folder: &Path, force: bool) -> PyResult<f64> {
     if force {
         return Ok(f64::INFINITY);
     }
-    let most = allowance(free_disk(path));
-    let bytes = SizeEstimate::of(scene, expected_rate(scene)).bytes;
-    if bytes <= most {
-        return Ok(most);
-    }
-    let size = text::size;
-    let message = format!("the run would write some {}, and writes no more than {} unasked", size(bytes), size(most));
-    Err(error::cured("FolderError", &message, Some("choose longer intervals in [output], another out, or force=True")))
+    allowed(bytes, folder).map_err(|too_large| {
+        let cure = "choose longer intervals in [output], another out, or force=True";
+        error::cured("FolderError", &format!("{what} {too_large}"), Some(cure))
+    })
 }
 
 pub fn limit_of(time: Option<f64>, events: Option<u64>) -> PyResult<Option<Limit>> {
@@ -127,7 +123,8 @@ pub fn run(
         let record = model.record_of(scene.text.clone(), &scene.name, &borrowed(&scene.set));
         let record = record.map_err(|error| error::scene(&error))?;
         refuse_input(&out, scene.inputs()).map_err(|error| error::output(&error))?;
-        let most = most_bytes(&model, &out, force)?;
+        let bytes = SizeEstimate::of(&model, expected_rate(&model)).bytes;
+        let most = most_bytes("the run", bytes, &out, force)?;
         let existing = if force { Existing::Replace } else { Existing::Keep };
         let folder = Folder::create(&out, &model, existing).map_err(|error| error::output(&error))?;
         let mut folder = folder.checkpoint_every(interval).at_most(most);
@@ -151,13 +148,7 @@ pub fn resume(
     let mut watch = Watch::new(callback);
     py.detach(|| {
         let (folder, checkpoint) = Folder::resume(&path, limit).map_err(|error| error::output(&error))?;
-        let mut folder = folder.checkpoint_every(interval).at_most(allowance(free_disk(&path)));
-        if limit.is_some() {
-            let kept = folder.checkpoint(&checkpoint.simulation, &checkpoint.state);
-            kept.map_err(|error| error::output(&error))?;
-        }
-        let limit = checkpoint.simulation.scene().run().limit;
-        folder.keep_limit(limit).map_err(|error| error::output(&error))?;
+        let folder = folder.checkpoint_every(interval).at_most(allowance(free_disk(&path)));
         execute(Run::resume(checkpoint), folder, &mut watch)
     })
 }

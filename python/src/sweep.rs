@@ -1,7 +1,7 @@
 //! Sweeps: their points, each of which any process can run, and their tables.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
@@ -15,7 +15,7 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 
 use crate::error;
-use crate::run::{Watch, interval_of};
+use crate::run::{Watch, interval_of, most_bytes};
 use crate::scene::borrowed;
 
 /// Between two looks at runs in other threads.
@@ -58,24 +58,16 @@ impl Sweep {
         self.0.short_names()
     }
 
-    /// Finds out what is wrong before anything is made: keys and types of all points, and one whole scene.
-    fn check(&self, py: Python<'_>) -> PyResult<()> {
+    /// Finds out what is wrong before anything is made, in a folder that is yet to be, too.
+    fn check(&self, py: Python<'_>, folder: PathBuf, force: bool) -> PyResult<()> {
         py.detach(|| {
-            for point in self.0.points() {
-                self.0.check_keys_at(point).map_err(|error| error::scene(&error))?;
-            }
-            let (Some(first), Some(last)) = (self.0.points().first(), self.0.points().last()) else { return Ok(()) };
-            // A scene that is wrong at one end of an axis may be right at the other.
-            let scene = match self.0.scene_at(first) {
-                Ok(scene) => scene,
-                Err(error) => self.0.scene_at(last).map_err(|_| error::scene(&error))?,
-            };
+            let scene = self.0.check().map_err(|error| error::scene(&error))?;
             if scene.exchange().is_some() {
                 let message = "the scene has [exchange], and a sweep varies runs";
                 let cure = "call carom.exchange in a loop, each with an out of its own";
                 return Err(error::cured("SweepError", message, Some(cure)));
             }
-            Ok(())
+            most_bytes("the sweep", self.0.expected_bytes(&scene), &folder, force).map(|_| ())
         })
     }
 
@@ -90,8 +82,9 @@ impl Sweep {
         py: Python<'_>,
         folder: PathBuf,
         name: &str,
-        checkpoint_every: f64,
+        orders: (bool, f64),
     ) -> PyResult<(&'static str, Option<String>)> {
+        let (force, checkpoint_every) = orders;
         let interval = interval_of(checkpoint_every)?;
         let Some(point) = self.0.points().iter().find(|point| point.folder() == name) else {
             return Err(PyKeyError::new_err(format!("the sweep in {} has no point {name}", folder.display())));
@@ -99,7 +92,7 @@ impl Sweep {
         let mut watch = Watch::new(None);
         let fate = py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
-            let orders = orders(1, interval, &folder);
+            let orders = orders_for(1, interval, &folder, force);
             let fate = opened.execute_point(&self.0, point, &orders, &mut |progress| watch.see(progress));
             fate.map_err(|error| error::sweep(&error))
         })?;
@@ -115,9 +108,10 @@ impl Sweep {
         py: Python<'_>,
         folder: PathBuf,
         jobs: usize,
-        checkpoint_every: f64,
+        orders: (bool, f64),
         callback: Option<Py<PyAny>>,
     ) -> PyResult<Vec<(String, &'static str, Option<String>)>> {
+        let (force, checkpoint_every) = orders;
         let interval = interval_of(checkpoint_every)?;
         let (parts, is_over) = (Mutex::new(vec![0.0; self.0.points().len()]), AtomicBool::new(false));
         let mut watch = Watch::new(callback);
@@ -133,7 +127,7 @@ impl Sweep {
         };
         let fates = py.detach(|| {
             let opened = SweepFolder::existing(&folder).map_err(|error| error::sweep(&error))?;
-            let orders = orders(jobs, interval, &folder);
+            let orders = orders_for(jobs, interval, &folder, force);
             // Signals come to this thread alone, so that the others simulate.
             let ran = thread::scope(|scope| {
                 let runs = scope.spawn(|| opened.execute(&self.0, &orders, &see));
@@ -194,12 +188,12 @@ fn so_far(parts: &[f64]) -> (u64, f64) {
     (done as u64, parts.iter().sum::<f64>() / parts.len().max(1) as f64)
 }
 
-fn orders(jobs: usize, checkpoint_every: Duration, folder: &std::path::Path) -> Orders<'static> {
+fn orders_for(jobs: usize, checkpoint_every: Duration, folder: &Path, force: bool) -> Orders<'static> {
     Orders {
         jobs,
         share: Share::ALL,
         checkpoint_every,
-        most_bytes: allowance(free_disk(folder)),
+        most_bytes: if force { f64::INFINITY } else { allowance(free_disk(folder)) },
         report: &final_table::text,
     }
 }

@@ -396,3 +396,27 @@ def test_an_exchange_that_is_none(fluid: dict) -> None:
         carom.run(with_one)
     with pytest.raises(carom.SceneError, match="carom.exchange"):
         carom.Simulation(with_one)
+
+
+def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> None:
+    # Some 10^13 frames.
+    large = {**fluid, "run": {"until_time": 1e4}, "output": {"frame_interval": 1e-9}}
+    replicas = {**large, "exchange": {"temperatures": [1.0, 1.2], "interval": 1.0, "rate": 1.0}}
+    calls = [
+        lambda **keywords: carom.run(large, tmp_path / "run", **keywords),
+        lambda **keywords: carom.sweep(large, seeds=2, out=tmp_path / "sweep", **keywords),
+        lambda **keywords: carom.exchange(replicas, tmp_path / "exchange", **keywords),
+    ]
+    for call in calls:
+        with pytest.raises(carom.FolderError, match=r"would write some .* unasked\n.*force=True"):
+            call()
+        assert not list(tmp_path.iterdir())
+    # With force it is something else that ends them.
+    (tmp_path / "sweep").write_text("in the way")
+    with pytest.raises(carom.CaromError, match="sweep"):
+        calls[1](force=True)
+    (tmp_path / "exchange").write_text("in the way")
+    with pytest.raises(carom.CaromError, match="exchange"):
+        calls[2](force=True)
+    with pytest.raises(carom.FolderError, match="unasked"):
+        calls[1]()

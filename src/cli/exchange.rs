@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use carom::analysis::statistics::Estimate;
-use carom::base::text::{digits, size};
+use carom::base::text::digits;
 use carom::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Measured, Opened};
-use carom::io::estimate::{allowance, free_disk};
+use carom::io::estimate::allowed;
 use carom::io::{Existing, read_scene, refuse_input};
 use carom::model::Scene;
 use carom::view::{describe, report};
@@ -119,15 +119,14 @@ impl ExchangeCommand {
     }
 
     fn refuse_large(&self, scene: &Scene, path: &Path) -> Result<(), Failure> {
-        let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
-        let bytes = ExchangeFolder::expected_bytes(scene);
-        if bytes <= most {
+        if self.force {
             return Ok(());
         }
-        let message =
-            format!("the exchange would write some {}, and writes no more than {} unasked", size(bytes), size(most));
-        let help = "choose a longer output.frame_interval or exchange.interval, or another disk with --out, or --force";
-        Err(Failure::bad_input(message, None, Some(help)))
+        allowed(ExchangeFolder::expected_bytes(scene), path).map(|_| ()).map_err(|too_large| {
+            let help =
+                "choose a longer output.frame_interval or exchange.interval, or another disk with --out, or --force";
+            Failure::bad_input(format!("the exchange {too_large}"), None, Some(help))
+        })
     }
 
     fn run(&self, mut folder: ExchangeFolder, exchange: Exchange, path: &Path) -> Result<(), Failure> {

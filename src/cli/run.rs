@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use carom::base::text::{size, with_causes};
+use carom::base::text::with_causes;
 use carom::engine::{Arrest, InvariantBroken};
-use carom::io::estimate::{SizeEstimate, allowance, free_disk};
+use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Completed, Folder, refuse_input};
 use carom::model::{Limit, Scene};
-use carom::run::{self, Ending, Finished, Jam, Recorder};
+use carom::run::{self, Ending, Finished, Jam};
 use carom::view::{description, final_table};
 use clap::Args;
 
@@ -138,12 +138,6 @@ impl Run {
         let (folder, checkpoint) = Folder::resume(path, self.limit())?;
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
         let mut folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
-        if self.limit().is_some() {
-            // Whatever happens next, the new end holds.
-            folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
-        }
-        // Also where a kill came between a checkpoint with a new end and this.
-        folder.keep_limit(checkpoint.simulation.scene().run().limit)?;
         signals::watch();
         let mut display = Display::new(checkpoint.simulation.scene(), self.quiet);
         let result = run::Run::resume(checkpoint).execute(&mut folder, &mut |progress| {
@@ -159,15 +153,10 @@ impl Run {
         if self.force {
             return Ok(f64::INFINITY);
         }
-        let most = allowance(free_disk(path));
-        let bytes = SizeEstimate::of(scene, run::expected_rate(scene)).bytes;
-        if bytes <= most {
-            return Ok(most);
-        }
-        let message =
-            format!("the run would write some {}, and writes no more than {} unasked", size(bytes), size(most));
-        let help = "choose longer intervals in [output], or another disk with --out, or --force";
-        Err(Failure::bad_input(message, None, Some(help)))
+        allowed(SizeEstimate::of(scene, run::expected_rate(scene)).bytes, path).map_err(|too_large| {
+            let help = "choose longer intervals in [output], or another disk with --out, or --force";
+            Failure::bad_input(format!("the run {too_large}"), None, Some(help))
+        })
     }
 
     /// What replaces the limit of the scene.

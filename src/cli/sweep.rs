@@ -6,12 +6,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use carom::base::text::{digits, size, with_causes};
-use carom::io::estimate::{SizeEstimate, allowance, free_disk};
+use carom::base::text::{digits, with_causes};
+use carom::io::estimate::{allowance, allowed, free_disk};
 use carom::io::{Existing, FolderState};
-use carom::model::Scene;
-use carom::run;
-use carom::scene::SceneError;
 use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
 use carom::view::report;
 use carom::view::{describe, final_table};
@@ -132,34 +129,20 @@ impl SweepCommand {
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
     }
 
-    /// What can be found out before anything is made: keys and types of all points, and one whole scene.
+    /// What can be found out before anything is made.
     fn check(&self, sweep: &Sweep, path: &Path) -> Result<(), Failure> {
-        for point in sweep.points() {
-            sweep.check_keys_at(point)?;
-        }
-        let (Some(first), Some(last)) = (sweep.points().first(), sweep.points().last()) else { return Ok(()) };
-        // A scene that is wrong at one end of an axis may be right at the other.
-        let scene = match sweep.scene_at(first) {
-            Ok(scene) => scene,
-            Err(error) => sweep.scene_at(last).map_err(|_: SceneError| error)?,
-        };
+        let scene = sweep.check()?;
         super::refuse_exchange(
             &scene,
             "a sweep varies runs: `carom exchange` takes --set and --seed, so that a loop over them varies exchanges",
         )?;
-        self.refuse_large(&scene, sweep.points().len(), path)
-    }
-
-    fn refuse_large(&self, scene: &Scene, points: usize, path: &Path) -> Result<(), Failure> {
-        let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
-        let bytes = SizeEstimate::of(scene, run::expected_rate(scene)).bytes * points as f64;
-        if bytes <= most {
+        if self.force {
             return Ok(());
         }
-        let message =
-            format!("the runs would write some {}, and write no more than {} unasked", size(bytes), size(most));
-        let help = "choose longer intervals in [output], or another disk with --out, or --force";
-        Err(Failure::bad_input(message, None, Some(help)))
+        allowed(sweep.expected_bytes(&scene), path).map(|_| ()).map_err(|too_large| {
+            let help = "choose longer intervals in [output], or another disk with --out, or --force";
+            Failure::bad_input(format!("the sweep {too_large}"), None, Some(help))
+        })
     }
 
     /// Tables, page and verdict.

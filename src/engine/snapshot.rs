@@ -2,6 +2,7 @@
 
 use super::parts::Engine;
 use super::sources::lees_edwards::{FLOW, GRADIENT};
+use super::{Chosen, Simulation};
 use crate::Vector;
 use crate::base::sum::Sum;
 use crate::model::{ParticleId, SpeciesId};
@@ -61,6 +62,35 @@ pub struct Energy {
     pub momentum: Vector,
     /// `sum m (v - u)`, with the velocity `u` of what streams in a sheared box; elsewhere the total momentum.
     pub peculiar_momentum: Vector,
+}
+
+impl Simulation {
+    /// Where everything is now.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let snapshot = with_engine!(&self.engine, engine => engine.snapshot());
+        Snapshot { scale: self.scale(), ..snapshot }
+    }
+
+    /// Calls `visit` for every particle as it is now, in the order of their ids: a snapshot that takes no memory.
+    ///
+    /// # Errors
+    /// That of `visit`, which ends it.
+    pub fn for_each_now<E>(&self, visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
+        with_engine!(&self.engine, engine => engine.for_each_now(visit))
+    }
+
+    /// Displacement of the next image up, as in a [`Snapshot`] `[length]`.
+    #[must_use]
+    pub fn displacement(&self) -> f64 {
+        with_engine!(&self.engine, engine => engine.displacement().0)
+    }
+
+    /// The energies now.
+    #[must_use]
+    pub fn energy(&self) -> Energy {
+        with_engine!(&self.engine, engine => engine.energy())
+    }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {

@@ -17,8 +17,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use crate::model::Format;
-use crate::model::{Limit, Scene};
+use std::path::Path;
+
+use thiserror::Error;
+
+use crate::base::text::size;
+use crate::model::{Format, Limit, Scene};
 use crate::run::{Settings, Stage};
 
 /// A run that chooses its intervals itself writes at most so many rows and frames, and those of its start and its end.
@@ -170,6 +174,25 @@ fn frame_bytes(scene: &Scene) -> f64 {
     text * (1.0 + scene.output.formats.iter().map(share).sum::<f64>())
 }
 
+/// Something would write more than it may without being asked twice.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[error("would write some {}, and writes no more than {} unasked", size(*.bytes), size(*.most))]
+pub struct TooLarge {
+    /// What it would write `[bytes]`.
+    pub bytes: f64,
+    /// What it may write `[bytes]`.
+    pub most: f64,
+}
+
+/// What may be written in a folder without being asked twice `[bytes]`, where `bytes` are expected to be.
+///
+/// # Errors
+/// [`TooLarge`] if they are more than that.
+pub fn allowed(bytes: f64, folder: &Path) -> Result<f64, TooLarge> {
+    let most = allowance(free_disk(folder));
+    if bytes <= most { Ok(most) } else { Err(TooLarge { bytes, most }) }
+}
+
 /// What a run may write without being asked twice: 10 GB, or a tenth of what is free on the disk `[bytes]`.
 #[must_use]
 pub fn allowance(free: Option<f64>) -> f64 {
@@ -179,7 +202,7 @@ pub fn allowance(free: Option<f64>) -> f64 {
 /// What is free on the disk of a folder that may be yet to be made `[bytes]`; `None` where the system does not report it.
 #[cfg(target_os = "linux")]
 #[must_use]
-pub fn free_disk(folder: &std::path::Path) -> Option<f64> {
+pub fn free_disk(folder: &Path) -> Option<f64> {
     use std::ffi::CString;
     use std::os::unix::ffi::OsStrExt;
 
@@ -197,7 +220,7 @@ pub fn free_disk(folder: &std::path::Path) -> Option<f64> {
 /// What is free on the disk of a folder; not known on this system.
 #[cfg(not(target_os = "linux"))]
 #[must_use]
-pub fn free_disk(_folder: &std::path::Path) -> Option<f64> {
+pub fn free_disk(_folder: &Path) -> Option<f64> {
     None
 }
 

@@ -29,7 +29,7 @@ use crate::analysis::observables::Row;
 use crate::engine::event::Event;
 use crate::engine::{Simulation, Snapshot};
 use crate::model::Format;
-use crate::model::{Limit, Scene};
+use crate::model::Scene;
 use crate::run::checkpoint::{Manifest, ManifestEntry};
 use crate::run::{Recorder, RunState, Stage};
 
@@ -194,14 +194,6 @@ impl Folder {
     pub fn keep_scene(&mut self, text: &str) -> Result<(), OutputError> {
         self.scene = Some(SceneCopy::create(&self.path.join(SCENE), text)?);
         Ok(())
-    }
-
-    /// Changes the limit in the scene that is kept, for a run that is to go on to another end.
-    ///
-    /// # Errors
-    /// [`OutputError::Write`] if it cannot be written.
-    pub fn keep_limit(&mut self, limit: Limit) -> Result<(), OutputError> {
-        self.scene.as_mut().map_or(Ok(()), |scene| scene.set_limit(limit))
     }
 
     /// The state of the run in a folder, by its files.

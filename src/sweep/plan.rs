@@ -7,8 +7,10 @@ use std::path::{Path, PathBuf};
 use super::axis::{Axis, MOST};
 use super::error::SweepError;
 use crate::base::checksum::checksum;
+use crate::io::estimate::SizeEstimate;
 use crate::io::read_scene_text;
 use crate::model::Scene;
+use crate::run::expected_rate;
 use crate::scene::{SceneError, read_text};
 
 /// The key whose values are repetitions of the same state point.
@@ -212,6 +214,23 @@ impl Sweep {
     /// [`SceneError`] with the first mistake.
     pub fn check_keys_at(&self, point: &Point) -> Result<(), SceneError> {
         Scene::check_keys(&self.text, &self.scene, &self.overrides(point))
+    }
+
+    /// Finds what is wrong before anything is made: keys and types at all points, and one whole scene, which it returns.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the first mistake.
+    pub fn check(&self) -> Result<Scene, SceneError> {
+        self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
+        // There is at least one point. A scene that is wrong at one end of an axis may be right at the other.
+        let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
+        self.scene_at(first).or_else(|error| self.scene_at(last).map_err(|_| error))
+    }
+
+    /// What the runs of all points write, if they are like `scene` `[bytes]`, within a factor of two.
+    #[must_use]
+    pub fn expected_bytes(&self, scene: &Scene) -> f64 {
+        SizeEstimate::of(scene, expected_rate(scene)).bytes * self.points.len() as f64
     }
 
     /// The text from which the scene at a point can be made again.

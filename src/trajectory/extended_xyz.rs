@@ -34,6 +34,7 @@
 
 mod comment;
 mod error;
+mod places;
 mod read;
 #[cfg(test)]
 mod tests;
@@ -44,6 +45,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 pub use error::{ReadError, WriteError};
+pub use places::{FramePlace, frame_at, frame_places};
 pub use read::FrameReader;
 pub(crate) use read::{Preamble, bounds};
 pub use write::write_frame;

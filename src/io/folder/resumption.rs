@@ -16,11 +16,13 @@ use crate::io::scene_copy::SceneCopy;
 use crate::io::thermo::Columns;
 use crate::io::{inputs, replacement};
 use crate::model::Limit;
+use crate::run::Recorder;
 use crate::run::checkpoint::{Checkpoint, CheckpointError};
 
 impl Folder {
     /// Goes on with a run from its last checkpoint, or from the one before if that is gone: what its files gained later is cut off. A run that
-    /// was to replace the one in the folder, and has not come to its end, comes first. `limit` gives the measurement another end.
+    /// was to replace the one in the folder, and has not come to its end, comes first. `limit` gives the measurement another end, which is on
+    /// the disk when this returns.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes there; [`OutputError::Checkpoint`] if there is none, if a file is missing, too short, or not
@@ -61,7 +63,7 @@ impl Folder {
             let missing = || CheckpointError::File { path: path.join(name), found: 0, expected: 0 };
             file(name)?.ok_or_else(|| OutputError::from(missing()))
         };
-        let folder = Self {
+        let mut folder = Self {
             // A program of the library need not have kept it.
             scene: manifest.scene.map(|checksum| SceneCopy::resume(&path.join(SCENE), checksum)).transpose()?,
             columns: Columns::with(scene, checkpoint.state.applicable().clone()),
@@ -78,7 +80,18 @@ impl Folder {
             path: path.to_owned(),
             owned,
         };
+        if limit.is_some() {
+            // Whatever happens next, the new end holds.
+            folder.checkpoint(&checkpoint.simulation, &checkpoint.state)?;
+        }
+        // Also where a kill came between a checkpoint with a new end and this.
+        folder.keep_limit(checkpoint.simulation.scene().run().limit)?;
         Ok((folder, checkpoint))
+    }
+
+    /// Changes the limit in the scene that is kept.
+    fn keep_limit(&mut self, limit: Limit) -> Result<(), OutputError> {
+        self.scene.as_mut().map_or(Ok(()), |scene| scene.set_limit(limit))
     }
 }
 

@@ -1,0 +1,174 @@
+//! Where the frames of a trajectory are in its file, so that each can be read without those before it.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Seek, SeekFrom};
+use std::path::Path;
+
+use super::{FrameReader, ReadError};
+use crate::trajectory::Frame;
+
+/// Bytes that are read at once.
+const BUFFER: usize = 1 << 18;
+
+/// Where a frame begins in the file of a trajectory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FramePlace {
+    byte: u64,
+    /// Lines before it, for what errors say.
+    lines: usize,
+}
+
+/// Where the frames of a trajectory file are, in order. The file is passed over once, and none of its numbers is read; a frame that is cut off at
+/// the end, as by a kill, is left out.
+///
+/// ```
+/// # use carom::trajectory::extended_xyz::{frame_at, frame_places};
+/// # let folder = tempfile::tempdir()?;
+/// # let path = folder.path().join("trajectory.xyz");
+/// std::fs::write(&path, "1\nTime=0\nA 0 0 0\n1\nTime=2\nA 1 0 0\n1\nTime=4\n")?;
+/// let places = frame_places(&path)?;
+/// assert_eq!(places.len(), 2);
+/// assert_eq!(frame_at(&path, places[1])?.time, 2.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`ReadError::Open`] if the file cannot be opened or read; any other [`ReadError`] if a frame does not begin with the number of its particles.
+pub fn frame_places(path: &Path) -> Result<Vec<FramePlace>, ReadError> {
+    let unreadable = |source| ReadError::Open { path: path.to_owned(), source };
+    let mut input = opened(path)?;
+    let mut places = Vec::new();
+    let mut at = FramePlace { byte: 0, lines: 0 };
+    let mut line = Vec::new();
+    loop {
+        line.clear();
+        let read = input.read_until(b'\n', &mut line).map_err(unreadable)?;
+        if read == 0 {
+            return Ok(places);
+        }
+        let text = String::from_utf8_lossy(&line);
+        let mut next = FramePlace { byte: at.byte + read as u64, lines: at.lines + 1 };
+        if text.trim().is_empty() {
+            at = next;
+            continue;
+        }
+        let Ok(count) = text.trim().parse::<u32>() else {
+            // The reader says what is wrong.
+            return frame_at(path, at).map(|_| places);
+        };
+        // The lines of the particles, and the comment.
+        let mut is_whole = true;
+        for _ in 0..=count {
+            let skipped = skip_line(&mut input).map_err(unreadable)?;
+            if skipped == 0 {
+                is_whole = false;
+                break;
+            }
+            next = FramePlace { byte: next.byte + skipped, lines: next.lines + 1 };
+        }
+        if is_whole {
+            places.push(at);
+        }
+        at = next;
+    }
+}
+
+/// The frame of a trajectory file at a place.
+///
+/// # Errors
+/// [`ReadError::Open`] if the file cannot be opened; any other [`ReadError`] if the frame is malformed, or the file is another one by now.
+pub fn frame_at(path: &Path, place: FramePlace) -> Result<Frame, ReadError> {
+    let mut input = opened(path)?;
+    input.seek(SeekFrom::Start(place.byte)).map_err(|source| ReadError::Open { path: path.to_owned(), source })?;
+    FrameReader::behind(input, place.lines).next().unwrap_or(Err(ReadError::NoFrame))
+}
+
+fn opened(path: &Path) -> Result<BufReader<File>, ReadError> {
+    let file = File::open(path).map_err(|source| ReadError::Open { path: path.to_owned(), source })?;
+    Ok(BufReader::with_capacity(BUFFER, file))
+}
+
+/// Passes over a line, and says how many bytes it has.
+fn skip_line(input: &mut impl BufRead) -> std::io::Result<u64> {
+    let mut passed = 0;
+    loop {
+        let bytes = input.fill_buf()?;
+        if bytes.is_empty() {
+            return Ok(passed);
+        }
+        let end = bytes.iter().position(|byte| *byte == b'\n');
+        let length = end.map_or(bytes.len(), |end| end + 1);
+        passed += length as u64;
+        input.consume(length);
+        if end.is_some() {
+            return Ok(passed);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn trajectory() -> String {
+        // The second frame has two particles, and blank lines stand between frames.
+        let mut text = String::new();
+        for frame in 0..5 {
+            let count = if frame == 1 { 2 } else { 1 };
+            text += &format!("{count}\nTime={frame}\n");
+            (0..count).for_each(|at| text += &format!("A {frame} {at} 0.5\n"));
+            text += if frame == 2 { "\n  \n" } else { "" };
+        }
+        text
+    }
+
+    #[test]
+    fn every_frame_is_read_by_its_place_as_in_its_turn() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trajectory.xyz");
+        let text = trajectory();
+        let all: Vec<Frame> = FrameReader::new(text.as_bytes()).map(Result::unwrap).collect();
+        std::fs::write(&path, &text).unwrap();
+        let places = frame_places(&path).unwrap();
+        assert_eq!(places.len(), 5);
+        for at in [3, 0, 4, 1, 2] {
+            assert_eq!(frame_at(&path, places[at]).unwrap(), all[at]);
+        }
+        // Windows line ends.
+        std::fs::write(&path, text.replace('\n', "\r\n")).unwrap();
+        let places = frame_places(&path).unwrap();
+        assert_eq!(places.iter().map(|place| frame_at(&path, *place).unwrap()).collect::<Vec<_>>(), all);
+    }
+
+    #[test]
+    fn a_frame_that_is_cut_off_is_left_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trajectory.xyz");
+        let text = trajectory();
+        let last = text.rfind("1\nTime=4").unwrap();
+        let lines = text.rfind("A 4").unwrap();
+        for end in [last, last + 1, last + 2, lines - 1, lines] {
+            std::fs::write(&path, &text[..end]).unwrap();
+            assert_eq!(frame_places(&path).unwrap().len(), 4, "{end}");
+        }
+        std::fs::write(&path, "").unwrap();
+        assert_eq!(frame_places(&path).unwrap(), []);
+    }
+
+    #[test]
+    fn an_error_has_the_line_of_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trajectory.xyz");
+        let text = trajectory();
+        // The particle of the third frame.
+        std::fs::write(&path, text.replace("A 2 0 0.5", "A 2 x 0.5")).unwrap();
+        let places = frame_places(&path).unwrap();
+        assert_eq!(places.len(), 5);
+        let error = frame_at(&path, places[2]).unwrap_err().to_string();
+        assert!(error.contains("line 10"), "{error}");
+        std::fs::write(&path, text.replace("1\nTime=3", "one\nTime=3")).unwrap();
+        let error = frame_places(&path).unwrap_err().to_string();
+        assert!(error.contains("one") && error.contains("line 13"), "{error}");
+        assert!(matches!(frame_places(&folder.path().join("none")), Err(ReadError::Open { .. })));
+    }
+}
