@@ -25,14 +25,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         scratch: &mut Scratch,
         prediction: &mut Prediction,
     ) {
-        cells.find_candidates(cells.home(me.id), &mut scratch.near);
+        let cell = cells.home(me.id);
+        // First, because its quotients take long, and what comes then waits for memory.
+        self.predict_transition(me, &cells.grid, cell, prediction);
+        cells.find_candidates(cell, &mut scratch.near);
         self.predict_candidates(me, cells, scratch, prediction);
-        self.predict_bounds(me, cells, prediction);
+        self.predict_walls_of_cell(me, cells, prediction);
     }
 
-    /// What is fixed in space: walls near the particle's cell, and the cell's faces.
+    /// The walls near the particle's cell.
     #[inline]
-    fn predict_bounds(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
+    fn predict_walls_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
         if !self.sources.walls.is_empty() {
             // Those of other cells are too far away to be met.
@@ -42,7 +45,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             };
             self.predict_walls(me, is_near, prediction);
         }
-        self.predict_transition(me, &cells.grid, cell, prediction);
     }
 
     /// The first contact with the uncaptured ones among the neighbour candidates.
@@ -171,9 +173,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(particle, None, Invariant::Cells));
         };
         let me = self.streamed(particle, time);
+        self.predict_transition(&me, &cells.grid, transition.cell, &mut prediction);
         cells.find_new_candidates(transition.cell, face, &mut scratch.near);
         self.predict_candidates(&me, cells, &mut scratch, &mut prediction);
-        self.predict_bounds(&me, cells, &mut prediction);
+        self.predict_walls_of_cell(&me, cells, &mut prediction);
         self.scratch = Some(scratch);
         self.schedule.predictions[particle as usize] = prediction;
         self.enqueue(particle);

@@ -16,11 +16,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// The first contact with those in the particle's list, and when it leaves its skin.
     #[inline]
     pub(in crate::engine) fn predict_in_list(&self, me: &Streamed, verlet: &VerletLists, prediction: &mut Prediction) {
+        // First, because its root and its quotient take long, and what comes then waits for memory.
+        prediction.transition_time = self.leaves_skin(me, verlet);
         self.predict_listed(me, verlet, verlet.lists.filled_up(me.id), prediction);
         if !self.sources.walls.is_empty() {
             self.predict_walls(me, |_| true, prediction);
         }
-        prediction.transition_time = self.leaves_skin(me, verlet);
     }
 
     /// The first contact with some others in the particle's list, filled up as lists are; so many are there.
@@ -86,8 +87,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return Err(self.broken(particle, None, Invariant::VerletList));
         };
         let mut prediction = self.schedule.predictions[particle as usize];
-        self.predict_listed(&me, verlet, verlet.lists.newcomers(), &mut prediction);
         prediction.transition_time = self.leaves_skin(&me, verlet);
+        self.predict_listed(&me, verlet, verlet.lists.newcomers(), &mut prediction);
         self.schedule.predictions[particle as usize] = prediction;
         self.enqueue(particle);
         Ok(())
