@@ -401,7 +401,7 @@ def test_an_exchange_that_is_none(fluid: dict) -> None:
 def test_what_would_fill_the_disk_is_refused(fluid: dict, tmp_path: Path) -> None:
     # Some 10^13 frames.
     large = {**fluid, "run": {"until_time": 1e4}, "output": {"frame_interval": 1e-9}}
-    replicas = {**large, "exchange": {"temperatures": [1.0, 1.2], "interval": 1.0, "rate": 1.0}}
+    replicas = {**large, "exchange": {"temperatures": [1.0, 1.2], "interval": 1e-6, "rate": 1.0}, "output": {"frame_interval": 1e-6}}
     calls = [
         lambda **keywords: carom.run(large, tmp_path / "run", **keywords),
         lambda **keywords: carom.sweep(large, seeds=2, out=tmp_path / "sweep", **keywords),
