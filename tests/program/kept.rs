@@ -4,10 +4,10 @@ use std::fs;
 use std::ops::ControlFlow;
 
 use carom::io::{Existing, Folder};
-use carom::model::Scene;
+use carom::model::{Limit, Scene};
 use carom::run::{Ending, Progress, Run, run};
 
-use super::place::{FLUID, Place, begun, begun_in, code, contents, ended, errors, killed, line, words};
+use super::place::{FLUID, Place, begun, begun_in, code, contents, ended, errors, killed, line, when_free, words};
 
 #[test]
 fn no_command_replaces_anything_unasked() {
@@ -197,7 +197,7 @@ fn what_no_estimate_can_know_is_counted_and_the_run_goes_on_to_the_same_bits() {
     folder.complete(&finished, "").unwrap();
     let written = fs::metadata(limited.join("trajectory.xyz")).unwrap().len();
     assert!((30_000..120_000).contains(&written), "{written}");
-    let (mut folder, checkpoint) = Folder::resume(&limited, None).unwrap();
+    let (mut folder, checkpoint) = when_free(|| Folder::resume(&limited, None));
     let finished = Run::resume(checkpoint).execute(&mut folder, &mut go_on.clone()).unwrap();
     assert!(finished.is_sound());
     folder.complete(&finished, "").unwrap();
@@ -207,4 +207,22 @@ fn what_no_estimate_can_know_is_counted_and_the_run_goes_on_to_the_same_bits() {
     for name in ["thermo.csv", "trajectory.xyz"] {
         assert_eq!(fs::read(limited.join(name)).unwrap(), fs::read(whole.join(name)).unwrap(), "{name}");
     }
+}
+
+#[test]
+fn another_end_is_on_the_disk_before_the_run_goes_on() {
+    let place = Place::with(FLUID);
+    let scene = Scene::from_file(place.path().join("scene.toml")).unwrap();
+    let path = place.path().join("run");
+    let mut folder = Folder::create(&path, &scene, Existing::Keep).unwrap();
+    folder.keep_scene(&fs::read_to_string(place.path().join("scene.toml")).unwrap()).unwrap();
+    let finished = run(scene.clone(), &mut folder, &mut |_: &Progress| ControlFlow::Continue(())).unwrap();
+    folder.complete(&finished, "").unwrap();
+    let events = 8_000;
+    // As if it were killed at once.
+    drop(when_free(|| Folder::resume(&path, Some(Limit::events(events)))));
+    let (_, checkpoint) = when_free(|| Folder::resume(&path, None));
+    assert_eq!(checkpoint.simulation.scene().run().limit, Limit::events(events));
+    let kept = fs::read_to_string(path.join("scene.toml.partial")).unwrap();
+    assert!(kept.contains(&format!("until_events = {events}")), "{kept}");
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
+use carom::io::OutputError;
 use serde_json::Value;
 
 pub const FLUID: &str = r#"
@@ -198,4 +199,15 @@ pub fn ended(place: &Place, folder: &str) -> Output {
     let message = line(&output);
     let measured = message.split_once("has measured ").and_then(|(_, rest)| rest.split(' ').next()?.parse().ok());
     measured.map_or(output, |events: u64| to(events + 1))
+}
+
+/// What is opened while other tests start programs: until such a process has become its program, it has the locks of this one, too.
+pub fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
+    for _ in 0..1000 {
+        match open() {
+            Err(OutputError::Busy(_)) => std::thread::sleep(Duration::from_millis(5)),
+            opened => return opened.unwrap(),
+        }
+    }
+    open().unwrap()
 }

@@ -5,11 +5,11 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
-use carom::io::{Existing, Folder, OutputError};
+use carom::io::{Existing, Folder};
 use carom::model::Scene;
 use carom::run::{Run, run};
 
-use super::place::{COLLAPSE, FLUID, Place, begun_in, code, contents, ended, errors, line, words};
+use super::place::{COLLAPSE, FLUID, Place, begun_in, code, contents, ended, errors, line, when_free, words};
 
 /// Whether all files of a run are what they were.
 fn is_as_before(before: &std::collections::BTreeMap<String, Vec<u8>>, folder: &Path) -> bool {
@@ -190,17 +190,6 @@ fn a_run_whose_conversion_fails_is_complete_but_replaces_nothing() {
         assert_eq!((&done.folder, &done.kept, done.failures.len()), (&target, &None, 0), "{:?}", done.failures);
         assert!(target.join("trajectory-npy/positions.npy").exists() && !target.join("replacement").exists());
     }
-}
-
-/// What is opened while other tests start programs: until such a process has become its program, it has the locks of this one, too.
-fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
-    for _ in 0..1000 {
-        match open() {
-            Err(OutputError::Busy(_)) => std::thread::sleep(std::time::Duration::from_millis(5)),
-            opened => return opened.unwrap(),
-        }
-    }
-    open().unwrap()
 }
 
 #[test]
