@@ -75,17 +75,6 @@ impl Batch<'_> {
         self.bodies[particle as usize].name
     }
 
-    #[inline(always)]
-    fn offer_all<F: Lanes>(&self, me: &Streamed, ids: &[u32], due: F, side: Side, prediction: &mut Prediction) {
-        if due.at_most(prediction.contact_time) != 0 {
-            let mut times = [f64::INFINITY; MOST_LANES];
-            due.write(&mut times);
-            for (due, other) in times.into_iter().zip(ids) {
-                self.offer(me, *other, due, side, prediction);
-            }
-        }
-    }
-
     /// Where `me` is from others, and how it moves.
     #[inline(always)]
     pub fn seen_from<F: Lanes, const FALLING: bool>(&self, me: &Streamed, ids: &[u32]) -> ([F; 3], [F; 3]) {
@@ -111,14 +100,6 @@ impl Batch<'_> {
         }
         (r, v)
     }
-
-    /// Keeps a meeting if it is the earliest so far; between simultaneous ones the lower ids come first.
-    #[inline(always)]
-    fn offer(&self, me: &Streamed, other: u32, time: f64, side: Side, prediction: &mut Prediction) {
-        if time < f64::INFINITY && prediction.is_before(me.id, other, time, self.bodies) {
-            prediction.meet(me.id, other, side, time, self.bodies);
-        }
-    }
 }
 
 /// The search of [`Batch::earliest_contact`].
@@ -138,11 +119,12 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
         let Self { batch, me, others, length, before } = self;
         let mut first = Earliest { time: before, other: NO_PARTICLE };
         let mut due = [f64::INFINITY; TOGETHER];
+        let is_mixture = TABLE && batch.squared.len() > 1;
         for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
             // No branch depends on what is found before all are done: the processor would guess it wrong.
             for (due, ids) in due.chunks_exact_mut(F::COUNT).zip(some.chunks_exact(F::COUNT)) {
-                let squared = if TABLE {
+                let squared = if is_mixture {
                     let squared: [f64; MOST_LANES] =
                         std::array::from_fn(|k| batch.squared[usize::from(batch.species[ids[k % F::COUNT] as usize])]);
                     F::each(&squared)
@@ -197,26 +179,52 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
         let Self { batch, me, captured, rules, prediction } = self;
         let species = |id: u32| batch.species[id as usize];
         let steps = &rules.steps[..];
-        for some in captured.chunks(F::COUNT) {
-            let mut ids = [me.id; MOST_LANES];
-            let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
-            for (k, captured) in some.iter().enumerate() {
-                ids[k] = captured.partner;
-                if FALLING && rules.meeting(species(me.id), species(captured.partner)).is_accelerated {
-                    continue;
+        let (mut of_inner, mut of_outer) = ([f64::INFINITY; TOGETHER], [f64::INFINITY; TOGETHER]);
+        for together in captured.chunks(TOGETHER) {
+            let mut least = F::all(prediction.contact_time);
+            let times = of_inner.chunks_exact_mut(F::COUNT).zip(of_outer.chunks_exact_mut(F::COUNT));
+            // As above, no branch depends on what is found before all are done.
+            for ((of_inner, of_outer), some) in times.zip(together.chunks(F::COUNT)) {
+                let mut ids = [me.id; MOST_LANES];
+                let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
+                for (k, captured) in some.iter().enumerate() {
+                    ids[k] = captured.partner;
+                    if FALLING && rules.meeting(species(me.id), species(captured.partner)).is_accelerated {
+                        continue;
+                    }
+                    let edges = steps[usize::from(captured.interaction)].edges(captured.state);
+                    (inner[k], outer[k]) = (edges.inner, edges.outer);
                 }
-                let edges = steps[usize::from(captured.interaction)].edges(captured.state);
-                (inner[k], outer[k]) = (edges.inner, edges.outer);
+                let (r, v) = batch.seen_from::<F, FALLING>(me, &ids[..F::COUNT]);
+                let (squared, b, v2) = (dot(&r, &r), dot(&v, &r), dot(&v, &v));
+                let time = F::all(me.time).add(positive(squared.sub(F::each(&inner)), b, v2));
+                time.write(of_inner);
+                least = time.least(least);
+                let distance = F::each(&outer);
+                let dt = negative(squared.sub(distance), b, v2);
+                let dt = distance.if_less(F::all(f64::INFINITY), dt, F::all(f64::INFINITY));
+                let time = F::all(me.time).add(dt);
+                time.write(of_outer);
+                least = time.least(least);
             }
-            let ids = &ids[..F::COUNT];
-            let (r, v) = batch.seen_from::<F, FALLING>(me, ids);
-            let (squared, b, v2) = (dot(&r, &r), dot(&v, &r), dot(&v, &v));
-            let dt = positive(squared.sub(F::each(&inner)), b, v2);
-            batch.offer_all(me, ids, F::all(me.time).add(dt), Side::Positive, prediction);
-            let distance = F::each(&outer);
-            let dt = negative(squared.sub(distance), b, v2);
-            let dt = distance.if_less(F::all(f64::INFINITY), dt, F::all(f64::INFINITY));
-            batch.offer_all(me, ids, F::all(me.time).add(dt), Side::Negative, prediction);
+            let least = least.smallest();
+            if least > prediction.contact_time || least == f64::INFINITY {
+                continue;
+            }
+            for (side, times) in [(Side::Positive, &of_inner), (Side::Negative, &of_outer)] {
+                let mut bits = 0_u32;
+                for (at, times) in times.chunks_exact(F::COUNT).take(together.len().div_ceil(F::COUNT)).enumerate() {
+                    bits |= F::each(times).at_most(least) << (at * F::COUNT);
+                }
+                while bits != 0 {
+                    // Between simultaneous ones the lower ids come first.
+                    let other = together[bits.trailing_zeros() as usize].partner;
+                    if prediction.is_before(me.id, other, least, batch.bodies) {
+                        prediction.meet(me.id, other, side, least, batch.bodies);
+                    }
+                    bits &= bits - 1;
+                }
+            }
         }
     }
 }

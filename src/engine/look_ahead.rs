@@ -72,9 +72,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 for &other in verlet.lists.of(particle) {
                     prefetch(&self.state.bodies, other as usize);
                 }
+                self.prefetch_captured(particle);
             }
             if prediction.is_transition() {
                 verlet.cells.prefetch_near(verlet.home(particle));
+            }
+        }
+    }
+
+    /// Captured partners, which are not among the uncaptured ones in lists.
+    #[inline]
+    fn prefetch_captured(&self, particle: u32) {
+        if TABLE {
+            for captured in self.pairs.states.of(particle) {
+                prefetch(&self.state.bodies, captured.partner as usize);
             }
         }
     }

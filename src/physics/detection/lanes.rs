@@ -226,9 +226,11 @@ pub fn negative<F: Lanes>(r2: F, b: F, v2: F) -> F {
     let discriminant = b.mul(b).sub(v2.mul(r2));
     let root = discriminant.sqrt();
     let q = b.add(b.if_less(zero, zero.sub(root), root));
-    let (one, other) = (zero.sub(q).div(v2), zero.sub(r2).div(q));
+    // One division for the first root, and for the turning point where there is none.
+    let one = zero.sub(zero.if_less(discriminant, q, b)).div(v2);
+    let other = zero.sub(r2).div(q);
     let last = one.if_less(other, other, one);
-    let no_root = r2.if_less(zero, never, zero.sub(b).div(v2));
+    let no_root = r2.if_less(zero, never, one);
     let dt = zero.if_less(discriminant, last, no_root);
     zero.if_less(v2, dt.if_less(zero, zero, dt), never)
 }
