@@ -40,9 +40,9 @@ pub fn negative(f: &Quadratic) -> Option<f64> {
     }
     let discriminant = f.b * f.b - f.v2 * f.r2;
     let dt = if discriminant > 0.0 {
+        // The later root, in the form without cancellation: of two that are behind, either.
         let root = discriminant.sqrt();
-        let q = f.b + if f.b < 0.0 { -root } else { root };
-        (-q / f.v2).max(-f.r2 / q)
+        if f.b < 0.0 { -(f.b - root) / f.v2 } else { -f.r2 / (f.b + root) }
     } else if f.r2 < 0.0 {
         // A pair inside has a root ahead; here both products are below the smallest float, and it is out of reach.
         return None;
