@@ -126,6 +126,9 @@ const DIFFERENT: f64 = 0.3;
 /// So few particles are cheap to have in a list, wherever they are.
 const FEW: usize = 32;
 
+/// Part of what fits that a skin takes at most.
+const WITHIN: f64 = 0.95;
+
 /// Half of a skin is no thinner than this part of the range, however dense the system.
 const THINNEST: f64 = 0.08;
 
@@ -157,7 +160,8 @@ impl Search {
         positions: impl Fn() -> I,
         current: Option<Self>,
     ) -> Self {
-        if positions().count() <= FEW && range > 0.0 && VerletLists::fit(space, range, range) {
+        let widest = VerletLists::widest_half_skin(space, range);
+        if positions().count() <= FEW && range > 0.0 && range < widest {
             return Self::Lists { half_skin: range };
         }
         let dimensions = space.dimensions();
@@ -167,18 +171,22 @@ impl Search {
             2 => (range * range + per_volume / std::f64::consts::PI).sqrt(),
             _ => range + 0.5 * per_volume,
         };
-        let half_skin = (0.5 * (reach - range)).max(THINNEST * range);
+        let thinnest = THINNEST * range;
+        // A small box has room for a thin skin only, which is still better than a look at all images of all others.
+        let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(thinnest);
         let worthwhile = match current {
             None => WORTHWHILE,
             Some(Self::Cells) => WORTHWHILE * (1.0 - HYSTERESIS),
             Some(Self::Lists { .. }) => WORTHWHILE * (1.0 + HYSTERESIS),
         };
+        // With three cells along a period, all particles are candidates in several images, however thin the system.
+        let has_few_cells = (0..3).any(|k| space.boundary[k] == Boundary::Periodic && space.size[k] < 4.0 * range);
         // NaN, from no particles or no range, means cells.
-        if !(reach < worthwhile * range && VerletLists::fit(space, half_skin, range)) {
+        if !((reach < worthwhile * range || has_few_cells) && half_skin < widest) {
             return Self::Cells;
         }
         match current {
-            Some(Self::Lists { half_skin: old }) if (half_skin - old).abs() < DIFFERENT * old => {
+            Some(Self::Lists { half_skin: old }) if (half_skin - old).abs() < DIFFERENT * old && old < widest => {
                 Self::Lists { half_skin: old }
             }
             _ => Self::Lists { half_skin },
@@ -260,8 +268,19 @@ mod tests {
             choose(12, 1.0)
         );
         assert_eq!(choose(12, 1.5), Search::Cells);
-        assert_eq!(choose(3, 1.0), Search::Cells);
+        assert_eq!(choose(2, 1.2), Search::Cells);
         assert_eq!(Search::choose(&Space::periodic_cube(9.0), 1.0, &[], None), Search::Cells);
+    }
+
+    #[test]
+    fn a_small_box_has_lists_with_a_skin_that_fits() {
+        for (n, spacing) in [(3, 1.0), (3, 1.3), (2, 1.5), (4, 1.0)] {
+            let (space, positions) = lattice(n, spacing);
+            let chosen = Search::choose(&space, 1.0, &positions, None);
+            let Search::Lists { half_skin } = chosen else { panic!("{n} {spacing}") };
+            assert!(half_skin >= THINNEST && space.size[0] > 2.0 * (1.0 + 4.0 * half_skin), "{half_skin}");
+            assert_eq!(Search::choose(&space, 1.0, &positions, Some(chosen)), chosen);
+        }
     }
 
     #[test]

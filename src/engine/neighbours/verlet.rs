@@ -56,10 +56,12 @@ impl VerletLists {
         }
     }
 
-    /// Whether a half skin fits a box: the nearest image of a pair stays the same one while both are in their skins.
+    /// The half skin that just fits a box: the nearest image of a pair stays the same one while both are in their skins. Infinite without
+    /// periodic axes, negative where none fits.
     #[must_use]
-    pub fn fit(space: &Space, half_skin: f64, range: f64) -> bool {
-        (0..3).all(|k| space.boundary[k] != Boundary::Periodic || space.size[k] > 2.0 * (range + 4.1 * half_skin))
+    pub fn widest_half_skin(space: &Space, range: f64) -> f64 {
+        let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
+        periodic.map(|k| (0.5 * space.size[k] - range) / 4.1).fold(f64::INFINITY, f64::min)
     }
 
     /// The cell that holds a particle's centre.
