@@ -145,6 +145,18 @@
 
 // The same bits on every processor; unit tests may be careless.
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
+// No input may end a program of the library.
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::unreachable,
+        clippy::todo,
+        clippy::unimplemented
+    )
+)]
 // Some of what writes files safely serves pictures, movies and pages only.
 #![cfg_attr(not(feature = "view"), allow(dead_code, unused_imports))]
 

@@ -61,6 +61,7 @@ pub(crate) fn single(x: f64) -> f32 {
 /// # Panics
 /// If the index is not one of a scene.
 #[inline]
+#[cfg_attr(not(test), expect(clippy::expect_used, reason = "scenes with more are refused"))]
 pub(crate) fn id(index: usize) -> u32 {
     u32::try_from(index).expect("a scene numbers what it holds with 32 bits")
 }

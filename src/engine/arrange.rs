@@ -33,17 +33,22 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if search == self.neighbours.search() && since < WANDERED * self.state.bodies.len() as u64 {
             return false;
         }
-        for particle in self.particles() {
-            self.stream(particle, 0.0);
-            let position = self.state.bodies[particle as usize].position;
-            self.wrap(particle, &position);
-        }
+        self.stream_all(0.0);
         // Gone before the new ones come, so that there is never memory for both.
         self.neighbours = Neighbours::none(&self.state.space);
         self.reorder();
         self.sort_in(search);
         self.predict_all();
         true
+    }
+
+    /// Moves all particles along their free flights to a time since the epoch, and brings those that have left the box back in.
+    pub(super) fn stream_all(&mut self, time: f64) {
+        for particle in self.particles() {
+            self.stream(particle, time);
+            let position = self.state.bodies[particle as usize].position;
+            self.wrap(particle, &position);
+        }
     }
 
     /// Numbers the particles along the curve.

@@ -119,6 +119,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
         let Self { batch, me, others, length, before } = self;
         let mut first = Earliest { time: before, other: NO_PARTICLE };
         let mut due = [f64::INFINITY; TOGETHER];
+        // One species has one range: nothing to look up.
         let is_mixture = TABLE && batch.squared.len() > 1;
         for some in others[..length.next_multiple_of(F::COUNT)].chunks(TOGETHER) {
             let mut least = F::all(f64::INFINITY);
@@ -145,10 +146,7 @@ impl<const FALLING: bool, const TABLE: bool> Work for EarliestContact<'_, FALLIN
             let least = least.smallest();
             if least <= first.time && least < f64::INFINITY {
                 // Nor does one depend on where it is.
-                let mut bits = 0;
-                for (at, due) in due.chunks_exact(F::COUNT).take(some.len() / F::COUNT).enumerate() {
-                    bits |= F::each(due).at_most(least) << (at * F::COUNT);
-                }
+                let mut bits = which_at_most::<F>(&due[..some.len()], least);
                 while bits != 0 {
                     let other = some[bits.trailing_zeros() as usize];
                     if least < first.time || first.other == NO_PARTICLE || batch.name(other) < batch.name(first.other) {
@@ -183,7 +181,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
         for together in captured.chunks(TOGETHER) {
             let mut least = F::all(prediction.contact_time);
             let times = of_inner.chunks_exact_mut(F::COUNT).zip(of_outer.chunks_exact_mut(F::COUNT));
-            // As above, no branch depends on what is found before all are done.
+            // Here, too, no branch depends on what is found before all are done.
             for ((of_inner, of_outer), some) in times.zip(together.chunks(F::COUNT)) {
                 let mut ids = [me.id; MOST_LANES];
                 let (mut inner, mut outer) = ([f64::NEG_INFINITY; MOST_LANES], [f64::INFINITY; MOST_LANES]);
@@ -212,10 +210,7 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
                 continue;
             }
             for (side, times) in [(Side::Positive, &of_inner), (Side::Negative, &of_outer)] {
-                let mut bits = 0_u32;
-                for (at, times) in times.chunks_exact(F::COUNT).take(together.len().div_ceil(F::COUNT)).enumerate() {
-                    bits |= F::each(times).at_most(least) << (at * F::COUNT);
-                }
+                let mut bits = which_at_most::<F>(&times[..together.len().next_multiple_of(F::COUNT)], least);
                 while bits != 0 {
                     // Between simultaneous ones the lower ids come first.
                     let other = together[bits.trailing_zeros() as usize].partner;
@@ -227,6 +222,13 @@ impl<const FALLING: bool> Work for EarliestOfCaptured<'_, FALLING> {
             }
         }
     }
+}
+
+/// Which of some times, as many as fill lanes, are at most `limit`, as bits.
+#[inline(always)]
+fn which_at_most<F: Lanes>(times: &[f64], limit: f64) -> u32 {
+    let in_lanes = times.chunks_exact(F::COUNT).enumerate();
+    in_lanes.fold(0, |bits, (at, times)| bits | F::each(times).at_most(limit) << (at * F::COUNT))
 }
 
 #[inline(always)]

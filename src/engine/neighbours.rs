@@ -168,25 +168,11 @@ impl Search {
         if positions().count() <= FEW && range > 0.0 && range < widest {
             return Self::Lists { half_skin: range };
         }
-        let dimensions = space.dimensions();
-        let per_volume = LISTED[dimensions - 1] / local_density(space, range, &positions);
-        let reach = match dimensions {
-            3 => libm::cbrt(range * range * range + per_volume / (4.0 / 3.0 * std::f64::consts::PI)),
-            2 => (range * range + per_volume / std::f64::consts::PI).sqrt(),
-            _ => range + 0.5 * per_volume,
-        };
-        let thinnest = THINNEST * range;
+        let reach = reach_of_lists(space, range, local_density(space, range, &positions));
         // A small box has room for a thin skin only, which is still better than a look at all images of all others.
-        let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(thinnest);
-        let has_few_cells = (0..3).any(|k| space.boundary[k] == Boundary::Periodic && space.size[k] < 4.0 * range);
-        let worthwhile = if has_few_cells { WORTHWHILE_IN_SMALL_BOX } else { WORTHWHILE };
-        let worthwhile = match current {
-            None => worthwhile,
-            Some(Self::Cells) => worthwhile * (1.0 - HYSTERESIS),
-            Some(Self::Lists { .. }) => worthwhile * (1.0 + HYSTERESIS),
-        };
+        let half_skin = (0.5 * (reach - range)).min(WITHIN * widest).max(THINNEST * range);
         // NaN, from no particles or no range, means cells.
-        if !(reach < worthwhile * range && half_skin < widest) {
+        if !(reach < worthwhile(space, range, current) * range && half_skin < widest) {
             return Self::Cells;
         }
         match current {
@@ -195,6 +181,28 @@ impl Search {
             }
             _ => Self::Lists { half_skin },
         }
+    }
+}
+
+/// How far lists should reach at a number density.
+fn reach_of_lists(space: &Space, range: f64, density: f64) -> f64 {
+    let dimensions = space.dimensions();
+    let volume = LISTED[dimensions - 1] / density;
+    match dimensions {
+        3 => libm::cbrt(range * range * range + volume / (4.0 / 3.0 * std::f64::consts::PI)),
+        2 => (range * range + volume / std::f64::consts::PI).sqrt(),
+        _ => range + 0.5 * volume,
+    }
+}
+
+/// The ranges that lists reach at most, to be better than cells.
+fn worthwhile(space: &Space, range: f64, current: Option<Search>) -> f64 {
+    let has_few_cells = (0..3).any(|k| space.boundary[k] == Boundary::Periodic && space.size[k] < 4.0 * range);
+    let worthwhile = if has_few_cells { WORTHWHILE_IN_SMALL_BOX } else { WORTHWHILE };
+    match current {
+        None => worthwhile,
+        Some(Search::Cells) => worthwhile * (1.0 - HYSTERESIS),
+        Some(Search::Lists { .. }) => worthwhile * (1.0 + HYSTERESIS),
     }
 }
 
@@ -284,6 +292,9 @@ mod tests {
             let Search::Lists { half_skin } = chosen else { panic!("{n} {spacing}") };
             assert!(half_skin >= THINNEST && space.size[0] > 2.0 * (1.0 + 4.0 * half_skin), "{half_skin}");
             assert_eq!(Search::choose(&space, 1.0, &positions, Some(chosen)), chosen);
+            // One that does not fit is not kept, as near as it is.
+            let wider = Search::Lists { half_skin: 1.1 * half_skin };
+            assert_eq!(Search::choose(&space, 1.0, &positions, Some(wider)), chosen);
         }
     }
 

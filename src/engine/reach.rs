@@ -276,4 +276,4 @@ fn for_each_kept(
 }
 
 #[cfg(test)]
-mod tests;
+pub(in crate::engine) mod tests;

@@ -60,6 +60,7 @@ impl VerletLists {
     /// periodic axes, negative where none fits.
     #[must_use]
     pub fn widest_half_skin(space: &Space, range: f64) -> f64 {
+        // `range + 4 half_skin`: two half skins that lists reach further, two that the pair has gone since; the tenth is for rounding.
         let periodic = (0..3).filter(|&k| space.boundary[k] == Boundary::Periodic);
         periodic.map(|k| (0.5 * space.size[k] - range) / 4.1).fold(f64::INFINITY, f64::min)
     }

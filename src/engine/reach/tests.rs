@@ -1,5 +1,4 @@
 use super::*;
-use crate::Vector;
 use crate::engine::Until;
 use crate::engine::batch::tests::falling;
 use crate::engine::neighbours::Search;
@@ -8,11 +7,10 @@ use crate::engine::predict::{Scratch, is_out_of_reach};
 use crate::model::Scene;
 use crate::model::potential::Potential;
 use crate::physics::detection::lanes::Simd;
-use crate::physics::overlap::Side;
 use crate::scene::{Amount, Fill, Lattice, SceneBuilder};
 
 /// Spheres of one kind or two in a periodic box.
-fn box_of_spheres(count: u64, packing_fraction: f64, is_mixture: bool, shear_rate: f64) -> Scene {
+pub(in crate::engine) fn box_of_spheres(count: u64, packing_fraction: f64, is_mixture: bool, shear_rate: f64) -> Scene {
     let hard_sphere = |diameter| Potential::hard_sphere(diameter).unwrap();
     let mut scene = SceneBuilder::new("small").species("A", 1.0, 1.0).interaction("A", "A", hard_sphere(1.0), 1.0);
     let mut fill = Fill::new(Lattice::FaceCentredCubic, "A");
@@ -42,11 +40,7 @@ fn meets_in_all_images<const TABLE: bool>(scene: &Scene) {
         engine.advance(Until::events(50 * part), &mut None).unwrap();
         let now = engine.clock.now;
         if engine.neighbours.verlet().is_some() {
-            for particle in engine.particles() {
-                engine.stream(particle, now);
-                let position = engine.state.bodies[particle as usize].position;
-                engine.wrap(particle, &position);
-            }
+            engine.stream_all(now);
             engine.sort_in(Search::Cells);
             engine.particles().for_each(|particle| engine.repredict(particle, now));
         }
@@ -79,55 +73,6 @@ fn in_a_small_box_a_particle_meets_all_images() {
             let ranges = engine.ranges;
             assert!(!ranges.further_images.is_empty() || ranges.tied_axes == [true; 3], "{count} {is_mixture}");
             if is_mixture { meets_in_all_images::<true>(&scene) } else { meets_in_all_images::<false>(&scene) }
-        }
-    }
-}
-
-/// Until one of a pair leaves its skin, its lists hold all that a particle meets in any image of the box.
-fn lists_hold_all_images<const TABLE: bool>(scene: &Scene) {
-    let mut engine = Engine::<false, TABLE>::new(scene);
-    assert!(engine.neighbours.verlet().is_some());
-    let mut scratch = Scratch::new(scene.particles().len());
-    let mut met = 0;
-    for part in 1..=30 {
-        engine.advance(Until::events(100 * part), &mut None).unwrap();
-        let now = engine.clock.now;
-        let period = engine.state.periods;
-        for particle in engine.particles() {
-            let me = engine.streamed(particle, now);
-            let mut first = (f64::INFINITY, particle);
-            for other in engine.particles().filter(|&other| other != particle) {
-                let meeting = engine.pairs.rules.meeting(engine.row(particle), engine.row(other));
-                let (nearest, _) = engine.relative(&me, other);
-                for image in 0..125 {
-                    let along = |k: i32| f64::from(image / 5_i32.pow(k as u32) % 5 - 2);
-                    let mut state = nearest;
-                    state.position += Vector::new(along(0), along(1), along(2)).component_mul(&period);
-                    if let Some(dt) =
-                        engine.detect(&me, other, &state, (meeting.squared, Side::Positive), f64::INFINITY)
-                        && now + dt < first.0
-                    {
-                        first = (now + dt, other);
-                    }
-                }
-            }
-            let prediction = engine.predict(particle, now, &mut scratch);
-            let leaves = engine.schedule.predictions[first.1 as usize].transition_time;
-            if first.0 < prediction.transition_time.min(leaves) {
-                assert_eq!((prediction.contact_time, prediction.partner), first, "{particle}");
-                met += 1;
-            }
-        }
-    }
-    assert!(met > 30, "{met}");
-}
-
-#[test]
-fn in_a_small_box_lists_hold_all_that_a_particle_meets() {
-    for (count, packing_fraction) in [(16, 0.2), (32, 0.3), (32, 0.45), (108, 0.4)] {
-        for is_mixture in [false, true] {
-            let scene = box_of_spheres(count, packing_fraction, is_mixture, 0.0);
-            if is_mixture { lists_hold_all_images::<true>(&scene) } else { lists_hold_all_images::<false>(&scene) }
         }
     }
 }

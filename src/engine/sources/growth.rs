@@ -132,11 +132,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     fn sort_anew(&mut self) {
-        for particle in self.particles() {
-            self.stream(particle, self.clock.now);
-            let position = self.state.bodies[particle as usize].position;
-            self.wrap(particle, &position);
-        }
+        self.stream_all(self.clock.now);
         let positions = || self.state.bodies.iter().map(|body| body.position);
         let search = Search::choose_among(&self.state.space, self.longest_meeting(), positions, None);
         self.sort_in(search);

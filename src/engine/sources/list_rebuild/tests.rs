@@ -1,0 +1,166 @@
+//! What lists hold, against all pairs.
+
+use super::*;
+use crate::engine::Until;
+use crate::engine::predict::Scratch;
+use crate::engine::reach::tests::box_of_spheres;
+use crate::model::Scene;
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Face, Space, minimum_image};
+use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
+
+/// Every uncaptured pair within reach is in both lists, no other is, and each particle is in its skin.
+fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
+    let mut engine = Engine::<FALLING, TABLE>::new(scene);
+    for part in 1..=10 {
+        engine.advance(Until::events(events * part / 10), &mut None).unwrap();
+        let Some(verlet) = engine.neighbours.verlet() else { continue };
+        for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
+            let (position, _) = engine.state_at(particle, engine.clock.now);
+            let gone = (position - verlet.centres[particle as usize]).norm();
+            assert!(gone < verlet.half_skin * (1.0 + 1e-9), "{particle} left its half_skin: {gone}");
+            let list = verlet.lists.of(particle);
+            let is_moving = |other: &&u32| !engine.is_static(**other);
+            assert!(list.iter().filter(is_moving).all(|other| verlet.lists.of(*other).contains(&particle)));
+            for other in engine.particles() {
+                let [a, b] = [particle, other].map(|id| verlet.centres[id as usize]);
+                let apart = minimum_image(a - b, &engine.state.periods).norm();
+                let species = [particle, other].map(|id| usize::from(engine.row(id)));
+                let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
+                let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
+                let is_near = |factor| apart < (range + 2.0 * verlet.half_skin) * factor;
+                let may_meet = other != particle && range > 0.0 && !is_captured;
+                let times = list.iter().filter(|entry| **entry == other).count();
+                // Centres are packed in single precision.
+                assert!(times <= usize::from(may_meet && is_near(1.0 + 1e-4)), "{particle} {other} {times}");
+                assert!(times >= usize::from(may_meet && is_near(1.0)), "{particle} misses {other}");
+            }
+        }
+    }
+    assert!(engine.neighbours.verlet().is_some(), "dense enough for lists in the end");
+    assert!(engine.counts.totals.transition > 100, "only {} lists were made anew", engine.counts.totals.transition);
+}
+
+#[test]
+fn lists_are_complete_in_a_fluid() {
+    let hard = Potential::hard_sphere(1.0).unwrap();
+    let scene = SceneBuilder::new("fluid")
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", hard, 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45))
+        .temperature(1.0)
+        .build()
+        .unwrap();
+    check::<false, false>(&scene, 20_000);
+}
+
+#[test]
+fn lists_are_complete_among_wells_of_two_sizes() {
+    let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
+    let scene = SceneBuilder::new("mixture")
+        .space(Space::periodic_cube(12.0))
+        .species("A", 1.0, 1.0)
+        .species("B", 0.5, 0.6)
+        .interaction("A", "A", well(1.0), 1.0)
+        .interaction("A", "B", well(0.8), 1.0)
+        .interaction("B", "B", Potential::hard_sphere(0.6).unwrap(), 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(500))
+        .add_fill(Fill::new(Arrangement::Random, "B").count(500))
+        .temperature(1.0)
+        .build()
+        .unwrap();
+    check::<false, true>(&scene, 20_000);
+}
+
+#[test]
+fn lists_are_complete_for_grains_that_fall_on_static_ones() {
+    let floor = Boundary::Bounded { lower: Face::Wall { restitution: 0.9 }, upper: Face::Open };
+    let hard = || Potential::hard_sphere(1.0).unwrap();
+    let space = Space {
+        lower: Vector::zeros(),
+        size: Vector::new(12.0, 12.0, 12.0),
+        boundary: [Boundary::Periodic, Boundary::walls(0.9), floor],
+    };
+    let mut builder = SceneBuilder::new("grains")
+        .space(space)
+        .gravity(Vector::new(0.0, 0.0, -1.0))
+        .contact_time(1e-3)
+        .species("A", 1.0, 1.0)
+        .static_species("S", 1.0)
+        .interaction("A", "A", hard(), 0.5)
+        .interaction("A", "S", hard(), 0.5);
+    for k in 0..36 {
+        let at = Vector::new(2.0 * f64::from(k % 6) + 1.0, 2.0 * f64::from(k / 6) + 1.0, 1.0);
+        builder = builder.particle("S", at, Vector::zeros());
+    }
+    let region = (Vector::new(0.0, 0.5, 2.1), Vector::new(12.0, 11.5, 8.5));
+    let fill = Fill::new(Arrangement::Random, "A").count(500).region(region.0, region.1);
+    check::<true, true>(&builder.add_fill(fill).temperature(1.0).build().unwrap(), 200_000);
+}
+
+#[test]
+fn lists_are_complete_in_a_small_box_of_wells() {
+    // The skin is as wide as the box lets it be.
+    let scene = SceneBuilder::new("small")
+        .space(Space::periodic_cube(4.1))
+        .species("A", 1.0, 1.0)
+        .species("B", 0.7, 0.8)
+        .interaction("A", "A", Potential::square_well(1.0, 1.5, 0.8).unwrap(), 1.0)
+        .interaction("A", "B", Potential::square_shoulder(0.9, 1.4, 0.4).unwrap(), 0.9)
+        .interaction("B", "B", Potential::hard_sphere(0.8).unwrap(), 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(18))
+        .add_fill(Fill::new(Arrangement::Random, "B").count(17))
+        .temperature(1.0)
+        .build()
+        .unwrap();
+    check::<false, true>(&scene, 20_000);
+}
+
+/// Until one of a pair leaves its skin, its lists hold all that a particle meets in any image of the box.
+fn lists_hold_all_images<const TABLE: bool>(scene: &Scene) {
+    let mut engine = Engine::<false, TABLE>::new(scene);
+    assert!(engine.neighbours.verlet().is_some());
+    let mut scratch = Scratch::new(scene.particles().len());
+    let mut met = 0;
+    for part in 1..=30 {
+        engine.advance(Until::events(100 * part), &mut None).unwrap();
+        let now = engine.clock.now;
+        let period = engine.state.periods;
+        for particle in engine.particles() {
+            let me = engine.streamed(particle, now);
+            let mut first = (f64::INFINITY, particle);
+            for other in engine.particles().filter(|&other| other != particle) {
+                let meeting = engine.pairs.rules.meeting(engine.row(particle), engine.row(other));
+                let (nearest, _) = engine.relative(&me, other);
+                for image in 0..125 {
+                    let along = |k: i32| f64::from(image / 5_i32.pow(k as u32) % 5 - 2);
+                    let mut state = nearest;
+                    state.position += Vector::new(along(0), along(1), along(2)).component_mul(&period);
+                    if let Some(dt) =
+                        engine.detect(&me, other, &state, (meeting.squared, Side::Positive), f64::INFINITY)
+                        && now + dt < first.0
+                    {
+                        first = (now + dt, other);
+                    }
+                }
+            }
+            let prediction = engine.predict(particle, now, &mut scratch);
+            let leaves = engine.schedule.predictions[first.1 as usize].transition_time;
+            if first.0 < prediction.transition_time.min(leaves) {
+                assert_eq!((prediction.contact_time, prediction.partner), first, "{particle}");
+                met += 1;
+            }
+        }
+    }
+    assert!(met > 30, "{met}");
+}
+
+#[test]
+fn in_a_small_box_lists_hold_all_that_a_particle_meets() {
+    for (count, packing_fraction) in [(16, 0.2), (32, 0.3), (32, 0.45), (108, 0.4)] {
+        for is_mixture in [false, true] {
+            let scene = box_of_spheres(count, packing_fraction, is_mixture, 0.0);
+            if is_mixture { lists_hold_all_images::<true>(&scene) } else { lists_hold_all_images::<false>(&scene) }
+        }
+    }
+}
