@@ -321,4 +321,66 @@ pub(super) mod tests {
         let ends: Vec<_> = Simd::all().into_iter().map(run).collect();
         assert!(ends.iter().all(|end| *end == ends[0]));
     }
+
+    /// What a particle at rest in the middle of a box meets first, given where others are from it and how they move; and who that is by id.
+    fn first_met(potential: &Potential, others: &[(Vector, Vector)], middle: usize) -> (f64, u32) {
+        let mut scene = SceneBuilder::new("middle")
+            .space(Space { lower: Vector::zeros(), size: Vector::repeat(16.0), boundary: [Boundary::Periodic; 3] })
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", potential.clone(), 1.0);
+        let (before, after) = others.split_at(middle);
+        let at_rest = (Vector::zeros(), Vector::zeros());
+        for (position, velocity) in before.iter().chain([&at_rest]).chain(after) {
+            scene = scene.particle("A", Vector::repeat(8.0) + position, *velocity);
+        }
+        let engine = Engine::<false, true>::new(&scene.build().unwrap());
+        let particle = engine.state.numbers[middle];
+        let mut ends = Simd::all().into_iter().map(|width| {
+            let mut engine = engine.clone();
+            engine.hardware.width = width;
+            engine.predict_anew(particle, 0.0);
+            let prediction = engine.schedule.predictions[particle as usize];
+            (prediction.contact_time, engine.state.bodies[prediction.partner as usize].name)
+        });
+        let first = ends.next().unwrap();
+        assert!(ends.all(|end| end == first));
+        first
+    }
+
+    #[test]
+    fn of_more_captured_partners_than_come_together_the_first_is_met() {
+        let at = |k: i32| 1.25 * Vector::new(f64::from(k % 5 - 2), f64::from(k / 5 % 5 - 2), f64::from(k / 25 - 2));
+        let places: Vec<Vector> = (0..125).map(at).filter(|at| at.norm() > 0.0 && at.norm() < 2.9).collect();
+        assert!(places.len() > TOGETHER, "{}", places.len());
+        let well = Potential::square_well(1.0, 3.0, 1.0).unwrap();
+        for moving in 0..places.len() {
+            let velocity =
+                |k: usize, sign: f64| if k == moving { places[k].normalize() * sign } else { Vector::zeros() };
+            for (sign, edge) in [(-1.0, 1.0), (1.0, 3.0)] {
+                let others: Vec<_> = (0..places.len()).map(|k| (places[k], velocity(k, sign))).collect();
+                let (time, met) = first_met(&well, &others, 0);
+                // To round-off: lengths are some 3, the time at most 2.
+                assert!((time - (edge - places[moving].norm()).abs()).abs() < 1e-14, "{moving} {time}");
+                assert_eq!(met as usize, moving + 1);
+            }
+        }
+    }
+
+    #[test]
+    fn of_simultaneous_contacts_that_of_the_lowest_id_comes_first() {
+        let (hard, well) = (Potential::hard_sphere(1.0).unwrap(), Potential::square_well(1.0, 1.5, 1.0).unwrap());
+        // From a side each, at the same distance and speed: contact from outside, the core of the well and its edge.
+        for (potential, distance, speed, time) in
+            [(&hard, 2.0, -1.0, 1.0), (&well, 1.25, -0.5, 0.5), (&well, 1.25, 1.0, 0.25)]
+        {
+            let side = |k: usize| Vector::ith(k % 3, if k < 3 { 1.0 } else { -1.0 });
+            for turn in 0..6 {
+                let others = [0, 1, 2, 3, 4, 5].map(|k| side((k + turn) % 6)).map(|at| (distance * at, speed * at));
+                for middle in 0..=6 {
+                    let lowest = u32::from(middle == 0);
+                    assert_eq!(first_met(potential, &others, middle), (time, lowest), "{turn} {middle}");
+                }
+            }
+        }
+    }
 }
