@@ -17,8 +17,9 @@ pub(super) enum Contact {
     Wall(Face),
 }
 
-/// The one pending prediction of a particle: its earliest contact, and when it leaves its cell.
+/// The one pending prediction of a particle: its earliest contact, and when it leaves its cell. Half a cache line, and never parts of two.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[repr(align(32))]
 pub(super) struct Prediction {
     /// Time of the contact since the epoch; infinite if there is none.
     pub contact_time: f64,
@@ -33,6 +34,8 @@ pub(super) struct Prediction {
     pub contact: Contact,
     pub exit: Face,
 }
+
+const _: () = assert!(size_of::<Prediction>() == 32);
 
 impl Prediction {
     pub const NONE: Self = Self {
