@@ -54,22 +54,34 @@ fn lists_are_complete_in_a_fluid() {
     check::<false, false>(&scene, 20_000);
 }
 
-#[test]
-fn lists_are_complete_among_wells_of_two_sizes() {
-    let well = |diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap();
-    let scene = SceneBuilder::new("mixture")
-        .space(Space::periodic_cube(12.0))
+/// Two species in a cube, the second of some mass and diameter and hard, with potentials of the first with itself and with the second.
+fn mixture(size: f64, (mass, diameter): (f64, f64), [own, mixed]: [Potential; 2], [first, second]: [u64; 2]) -> Scene {
+    SceneBuilder::new("mixture")
+        .space(Space::periodic_cube(size))
         .species("A", 1.0, 1.0)
-        .species("B", 0.5, 0.6)
-        .interaction("A", "A", well(1.0), 1.0)
-        .interaction("A", "B", well(0.8), 1.0)
-        .interaction("B", "B", Potential::hard_sphere(0.6).unwrap(), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(500))
-        .add_fill(Fill::new(Arrangement::Random, "B").count(500))
+        .species("B", mass, diameter)
+        .interaction("A", "A", own, 1.0)
+        .interaction("A", "B", mixed, 1.0)
+        .interaction("B", "B", Potential::hard_sphere(diameter).unwrap(), 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(first))
+        .add_fill(Fill::new(Arrangement::Random, "B").count(second))
         .temperature(1.0)
         .build()
-        .unwrap();
-    check::<false, true>(&scene, 20_000);
+        .unwrap()
+}
+
+#[test]
+fn lists_are_complete_among_wells_of_two_sizes() {
+    let wells = [1.0, 0.8].map(|diameter| Potential::square_well(diameter, 1.5, 1.0).unwrap());
+    check::<false, true>(&mixture(12.0, (0.5, 0.6), wells, [500, 500]), 20_000);
+}
+
+#[test]
+fn lists_are_complete_in_a_small_box_of_wells() {
+    // The skin is as wide as the box lets it be.
+    let well = Potential::square_well(1.0, 1.5, 0.8).unwrap();
+    let shoulder = Potential::square_shoulder(0.9, 1.4, 0.4).unwrap();
+    check::<false, true>(&mixture(4.1, (0.7, 0.8), [well, shoulder], [18, 17]), 20_000);
 }
 
 #[test]
@@ -96,24 +108,6 @@ fn lists_are_complete_for_grains_that_fall_on_static_ones() {
     let region = (Vector::new(0.0, 0.5, 2.1), Vector::new(12.0, 11.5, 8.5));
     let fill = Fill::new(Arrangement::Random, "A").count(500).region(region.0, region.1);
     check::<true, true>(&builder.add_fill(fill).temperature(1.0).build().unwrap(), 200_000);
-}
-
-#[test]
-fn lists_are_complete_in_a_small_box_of_wells() {
-    // The skin is as wide as the box lets it be.
-    let scene = SceneBuilder::new("small")
-        .space(Space::periodic_cube(4.1))
-        .species("A", 1.0, 1.0)
-        .species("B", 0.7, 0.8)
-        .interaction("A", "A", Potential::square_well(1.0, 1.5, 0.8).unwrap(), 1.0)
-        .interaction("A", "B", Potential::square_shoulder(0.9, 1.4, 0.4).unwrap(), 0.9)
-        .interaction("B", "B", Potential::hard_sphere(0.8).unwrap(), 1.0)
-        .add_fill(Fill::new(Arrangement::Random, "A").count(18))
-        .add_fill(Fill::new(Arrangement::Random, "B").count(17))
-        .temperature(1.0)
-        .build()
-        .unwrap();
-    check::<false, true>(&scene, 20_000);
 }
 
 /// Until one of a pair leaves its skin, its lists hold all that a particle meets in any image of the box.
