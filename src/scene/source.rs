@@ -118,7 +118,7 @@ impl Source {
                 let text = format!("{}={}", this.key, this.value);
                 let start = (range.start - this.start).min(text.len());
                 let end = range.end.saturating_sub(this.start).clamp(start, text.len());
-                error.in_source("--set", Arc::new(text), start..end)
+                error.in_source("override", Arc::new(text), start..end)
             }
             None => {
                 let end = range.end.min(self.text.len());

@@ -303,7 +303,7 @@ fn bad_input_is_refused_with_its_cure_before_anything_is_made() {
         &["sweep", "scene.toml", "--vary", "fill.0.packing_fractoin=0.1,0.2"],
         &["packing_fractoin", "packing_fraction"],
     );
-    refused(&["sweep", "scene.toml", "--vary", "fill.3.count=1,2"], &["fill.3.count"]);
+    refused(&["sweep", "scene.toml", "--vary", "fill.3.count=1,2"], &["fill.3.count", "override:1"]);
     refused(&["sweep", "scene.toml", "--vary", "run.until_events=10,many"], &["many"]);
     refused(&["sweep", "scene.toml", "--vary", "fill.0.packing_fraction=0.49..0.05/12"], &["runs backwards"]);
     refused(&["sweep", "scene.toml", "--vary", "seed"], &["KEY=VALUES"]);

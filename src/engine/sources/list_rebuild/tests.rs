@@ -10,48 +10,77 @@ use crate::model::space::{Boundary, Face, Space, minimum_image};
 use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
 /// Every uncaptured pair within reach is in both lists, no other is, and each particle is in its skin.
+fn are_complete<const FALLING: bool, const TABLE: bool>(engine: &Engine<FALLING, TABLE>, verlet: &VerletLists) {
+    for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
+        let (position, _) = engine.state_at(particle, engine.clock.now);
+        let gone = (position - verlet.centres[particle as usize]).norm();
+        assert!(gone < verlet.half_skin * (1.0 + 1e-9), "{particle} left its half_skin: {gone}");
+        let list = verlet.lists.of(particle);
+        let is_moving = |other: &&u32| !engine.is_static(**other);
+        assert!(list.iter().filter(is_moving).all(|other| verlet.lists.of(*other).contains(&particle)));
+        for other in engine.particles() {
+            let [a, b] = [particle, other].map(|id| verlet.centres[id as usize]);
+            let apart = minimum_image(a - b, &engine.state.periods).norm();
+            let species = [particle, other].map(|id| usize::from(engine.row(id)));
+            let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
+            let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
+            let is_near = |factor| apart < (range + 2.0 * verlet.half_skin) * factor;
+            let may_meet = other != particle && range > 0.0 && !is_captured;
+            let times = list.iter().filter(|entry| **entry == other).count();
+            // Centres are packed in single precision.
+            assert!(times <= usize::from(may_meet && is_near(1.0 + 1e-4)), "{particle} {other} {times}");
+            assert!(times >= usize::from(may_meet && is_near(1.0)), "{particle} misses {other}");
+        }
+    }
+}
+
+/// Lists are complete while a scene runs.
 fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
     let mut engine = Engine::<FALLING, TABLE>::new(scene);
     for part in 1..=10 {
         engine.advance(Until::events(events * part / 10), &mut None).unwrap();
         let Some(verlet) = engine.neighbours.verlet() else { continue };
-        for particle in engine.particles().filter(|&p| !engine.is_static(p)) {
-            let (position, _) = engine.state_at(particle, engine.clock.now);
-            let gone = (position - verlet.centres[particle as usize]).norm();
-            assert!(gone < verlet.half_skin * (1.0 + 1e-9), "{particle} left its half_skin: {gone}");
-            let list = verlet.lists.of(particle);
-            let is_moving = |other: &&u32| !engine.is_static(**other);
-            assert!(list.iter().filter(is_moving).all(|other| verlet.lists.of(*other).contains(&particle)));
-            for other in engine.particles() {
-                let [a, b] = [particle, other].map(|id| verlet.centres[id as usize]);
-                let apart = minimum_image(a - b, &engine.state.periods).norm();
-                let species = [particle, other].map(|id| usize::from(engine.row(id)));
-                let range = engine.ranges.between[species[0] * engine.pairs.rules.species.len() + species[1]];
-                let is_captured = TABLE && engine.pairs.states.get(particle, other).is_some();
-                let is_near = |factor| apart < (range + 2.0 * verlet.half_skin) * factor;
-                let may_meet = other != particle && range > 0.0 && !is_captured;
-                let times = list.iter().filter(|entry| **entry == other).count();
-                // Centres are packed in single precision.
-                assert!(times <= usize::from(may_meet && is_near(1.0 + 1e-4)), "{particle} {other} {times}");
-                assert!(times >= usize::from(may_meet && is_near(1.0)), "{particle} misses {other}");
-            }
-        }
+        are_complete(&engine, verlet);
     }
     assert!(engine.neighbours.verlet().is_some(), "dense enough for lists in the end");
     assert!(engine.counts.totals.transition > 100, "only {} lists were made anew", engine.counts.totals.transition);
 }
 
-#[test]
-fn lists_are_complete_in_a_fluid() {
+fn fluid() -> Scene {
     let hard = Potential::hard_sphere(1.0).unwrap();
-    let scene = SceneBuilder::new("fluid")
+    SceneBuilder::new("fluid")
         .species("A", 1.0, 1.0)
         .interaction("A", "A", hard, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45))
         .temperature(1.0)
         .build()
-        .unwrap();
-    check::<false, false>(&scene, 20_000);
+        .unwrap()
+}
+
+#[test]
+fn lists_are_complete_in_a_fluid() {
+    check::<false, false>(&fluid(), 20_000);
+}
+
+#[test]
+fn lists_made_anew_are_complete_around_particles_that_had_left_the_box() {
+    let scene = fluid();
+    let mut engine = Engine::<false, false>::new(&scene);
+    engine.advance(Until::events(20_000), &mut None).unwrap();
+    let now = engine.clock.now;
+    let upper = scene.space().upper();
+    let are_outside = |engine: &Engine<false, false>| {
+        let is_outside =
+            |at: &Vector| (0..3).any(|axis| at[axis] < scene.space().lower[axis] || at[axis] >= upper[axis]);
+        engine.particles().filter(|&particle| is_outside(&engine.state_at(particle, now).0)).count()
+    };
+    assert!(are_outside(&engine) > 5);
+    let search = engine.neighbours.search();
+    engine.stream_all(now);
+    engine.sort_in(search);
+    engine.fill_lists();
+    assert_eq!(are_outside(&engine), 0);
+    are_complete(&engine, engine.neighbours.verlet().unwrap());
 }
 
 /// Two species in a cube, the second of some mass and diameter and hard, with potentials of the first with itself and with the second.
