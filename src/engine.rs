@@ -214,7 +214,7 @@ impl Simulation {
         EventCountsBySpecies::of_one_species(species, self.event_counts())
     }
 
-    /// Goes on until a time or a number of events.
+    /// Goes on until a time or a number of events; not at all if that has passed.
     ///
     /// Where a stretch ends does not change what happens: two stretches are one long one, bit for bit.
     ///
@@ -263,6 +263,9 @@ impl Simulation {
         if self.event_counts().physical() >= until.events {
             return Ok(Reason::Events);
         }
+        if until.time < self.time() {
+            return Ok(Reason::Time);
+        }
         with_engine!(&mut self.engine, engine => engine.advance(until, &mut observe))
     }
 
@@ -280,6 +283,9 @@ impl Simulation {
     ) -> Result<Option<Reason>, EngineError> {
         if self.event_counts().physical() >= until.events {
             return Ok(Some(Reason::Events));
+        }
+        if until.time < self.time() {
+            return Ok(Some(Reason::Time));
         }
         with_engine!(&mut self.engine, engine => engine.advance_for(steps.max(1), until, &mut observe))
     }

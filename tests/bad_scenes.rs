@@ -124,7 +124,7 @@ fn a_wrong_override_is_shown_itself() {
     ] {
         let report = refused(key, value);
         assert!(report.contains(expected), "{report}");
-        assert!(report.contains("--set"), "{report}");
+        assert!(report.contains("override"), "{report}");
     }
 }
 

@@ -102,7 +102,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.ranges.tied_axes = [false; 3];
         let factor = self.reach_factor();
         let most = if search == Search::Cells { LARGE_IN_CELLS } else { LARGE_IN_LISTS };
-        self.hardware.is_large = positions.len() > most;
+        self.hardware.looks_ahead = positions.len() > most;
         self.neighbours = match search {
             Search::Cells => {
                 let cells = Cells::new(&self.state.space, self.ranges.of_cells * factor, &positions);

@@ -35,12 +35,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut engine = Self {
             state: State::of(scene, rows, TABLE),
             clock: Clock::new(scene.start_time(), count),
-            schedule: Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 1.0) },
+            schedule: Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) },
             neighbours: Neighbours::none(scene.space()),
             ranges: Ranges::of(scene, rows.species()),
             sources: Sources::of(scene, rows),
             counts: Counts::new(if TABLE { rows.species().len() } else { 0 }),
-            hardware: Hardware { width: Simd::most(), is_large: false },
+            hardware: Hardware { width: Simd::most(), looks_ahead: false },
             broken: None,
             scratch: None,
             pairs,
@@ -53,7 +53,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn begin(&mut self, scene: &Scene, search: Search) {
         let count = self.state.bodies.len();
         self.schedule.predictions = vec![Prediction::NONE; count];
-        self.schedule.queue = EventQueue::new(count, 1.0);
+        self.schedule.queue = EventQueue::new(count, count, 1.0);
         if let Some(last) = scene.last_state() {
             let bodies = &self.state.bodies;
             self.state
@@ -72,14 +72,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let mut times: Vec<f64> = finite.step_by(moving.div_ceil(MANY)).collect();
             let middle = times.len() / 2;
             let median = *times.select_nth_unstable_by(middle, f64::total_cmp).1;
-            self.schedule.queue = EventQueue::new(moving, median);
+            let most = self.particles().filter(|&particle| !self.is_static(particle)).count();
+            self.schedule.queue = EventQueue::new(most, moving, median);
         }
         for particle in self.particles() {
             self.enqueue(particle);
         }
     }
 
-    /// Predicts all particles, which have just been sorted in, at the beginning of an epoch; none is put into the queue.
+    /// Fills the lists of all particles, which have just been sorted in, and predicts them at the beginning of an epoch; none is put into the
+    /// queue, as `start_anew` does.
     pub(super) fn predict_all(&mut self) {
         self.fill_lists();
         self.enlarge();
@@ -93,7 +95,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Frees what is largest, before another engine takes the place of this one.
     pub(super) fn let_go(&mut self) {
         (self.state.bodies, self.state.images) = (Vec::new(), Images::new(0));
-        self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 1.0) };
+        self.schedule = Schedule { predictions: Vec::new(), queue: EventQueue::new(0, 0, 1.0) };
         self.neighbours = Neighbours::none(&self.state.space);
     }
 

@@ -12,7 +12,8 @@ const SHORTEST_ADVANCE: f64 = 1.0 / (1_u64 << 40) as f64;
 /// Simulated time, counted from an epoch that moves along with it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Clock {
-    /// Simulated time at the start, at the epoch since then, and now since the epoch.
+    /// Simulated time at the start, at the epoch since then, and now since the epoch: negative while the epoch is that of the next event, after
+    /// the end of a stretch in which nothing happens.
     pub start: f64,
     pub epoch: f64,
     pub now: f64,

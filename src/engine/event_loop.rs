@@ -146,7 +146,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if self.schedule.predictions[entry.particle as usize].due_time() != entry.time {
             return Due::Void;
         }
-        if self.hardware.is_large {
+        if self.hardware.looks_ahead {
             self.prefetch_coming();
         }
         if entry.time <= stop.min(next_global) {

@@ -60,7 +60,7 @@ pub(super) struct Hardware {
     #[serde(skip, default = "Simd::most")]
     pub width: Simd,
     /// Whether what the particles take is too much for the caches next to the processor, so that it pays to look ahead.
-    pub is_large: bool,
+    pub looks_ahead: bool,
 }
 
 /// The fast engine. `FALLING`: some particles accelerate. `TABLE`: pairs differ, or have states; otherwise there is one

@@ -79,10 +79,15 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return;
         }
         let species = |id: u32| self.row(id);
-        // Images across the sides of a sheared box are looked at one by one.
-        let is_batch = self.sources.lees_edwards.is_none() || self.is_off_sliding_sides(me.id);
+        // Images across the sides of a sheared box are looked at one by one, and a partner that is not near can be one however far from
+        // them this particle is.
+        let is_batch = self.sources.lees_edwards.is_none()
+            || (self.ranges.are_captured_near()
+                && !self.has_own_interactions(me.id)
+                && self.is_off_sliding_sides(me.id));
         if is_batch {
-            let wraps = self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
+            let wraps = self.ranges.may_be_overstretched
+                || self.neighbours.verlet().is_none_or(|verlet| verlet.wraps(&me.position));
             self.others(me, wraps).earliest_of_captured::<FALLING>(me, captured, rules, prediction);
             if !FALLING {
                 return;

@@ -23,7 +23,7 @@ pub(super) enum Contact {
 pub(super) struct Prediction {
     /// Time of the contact since the epoch; infinite if there is none.
     pub contact_time: f64,
-    /// Time at which it leaves its cell since the epoch; infinite if it never does.
+    /// Time at which it leaves its cell, or the skin of its list, since the epoch; infinite if it never does.
     pub transition_time: f64,
     /// The partner of a pair contact.
     pub partner: u32,
@@ -32,6 +32,7 @@ pub(super) struct Prediction {
     /// Decides between simultaneous contacts: pairs before walls, then the lower id of the pair or particle.
     pub tie_order: u32,
     pub contact: Contact,
+    /// The face of the cell that it leaves through; of no meaning with lists.
     pub exit: Face,
 }
 

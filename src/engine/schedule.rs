@@ -70,14 +70,16 @@ pub struct EventQueue {
 }
 
 impl EventQueue {
-    /// A queue for `particles` entries of which half lie within `median` of the epoch.
+    /// A queue for `particles`, of which `due` have an entry now; half of these lie within `median` of the epoch.
+    ///
+    /// The others may move later, and an epoch, which costs a time for each particle, is to be worth it then.
     #[must_use]
-    pub fn new(particles: usize, median: f64) -> Self {
+    pub fn new(particles: usize, due: usize, median: f64) -> Self {
         // Eight or more entries per particle and epoch, however few particles there are: a longer epoch counts times with fewer digits.
         let buckets = (particles / 8).next_power_of_two().min(1 << 22);
         let width = if median.is_finite() && median > 0.0 {
-            // The rate of entries per unit time is about particles / median.
-            power_of_two(median * f64::from(TARGET) / particles as f64)
+            // The rate of entries per unit time is about due / median.
+            power_of_two(median * f64::from(TARGET) / due as f64)
         } else {
             1.0
         };
@@ -245,9 +247,17 @@ mod tests {
     }
 
     #[test]
+    fn an_epoch_is_long_enough_for_all_that_may_move_later() {
+        let [few, many] = [1, 1 << 14].map(|due| EventQueue::new(1 << 14, due, 1.0));
+        assert_eq!(few.buckets.count(), many.buckets.count());
+        assert_eq!(few.width, 64.0);
+        assert_eq!(many.width, 64.0 / f64::from(1 << 14));
+    }
+
+    #[test]
     fn ties_come_out_by_rank_then_by_number() {
         for time in [0.5, 300.0] {
-            let mut queue = EventQueue::new(1024, 64.0);
+            let mut queue = EventQueue::new(1024, 1024, 64.0);
             let mut pending = Times::new(&[time; 10]);
             pending.1[5] = 1;
             for particle in [5, 9, 3] {
@@ -264,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_bucket_is_opened_with_the_wake_times_of_then() {
-        let mut queue = EventQueue::new(1024, 64.0);
+        let mut queue = EventQueue::new(1024, 1024, 64.0);
         let mut pending = Times::new(&[100.0, 200.0, 300.0]);
         for (particle, time) in [(0, 100.0), (1, 200.0), (2, 300.0), (1, 200.0)] {
             queue.push(wake(time, particle));
@@ -281,7 +291,7 @@ mod tests {
 
     #[test]
     fn a_crowded_epoch_ends_with_its_bucket_and_the_next_one_is_shorter() {
-        let mut queue = EventQueue::new(512, 64.0);
+        let mut queue = EventQueue::new(512, 512, 64.0);
         let (span, width) = (queue.span(), queue.width);
         assert_eq!(span, 64.0 * width);
         let most = 4 * 64 * 64;
@@ -307,7 +317,7 @@ mod tests {
             times in prop::collection::vec(0.0..8.0_f64, 1..200),
             median in 1e-3..1e3_f64,
         ) {
-            let mut queue = EventQueue::new(times.len(), median);
+            let mut queue = EventQueue::new(times.len(), times.len(), median);
             let (early, later) = times.split_at(times.len() / 2);
             let mut pending = Times::new(&times);
             for (k, &time) in (0..).zip(early) {

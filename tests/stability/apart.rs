@@ -1,7 +1,7 @@
 //! Pairs with an interaction of their own that does not hold them: they meet again through any side of a periodic box.
 
 use carom::Vector;
-use carom::engine::{Simulation, Until};
+use carom::engine::{Reason, Simulation, Until};
 use carom::model::Scene;
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
@@ -11,8 +11,8 @@ use rand_core::{Rng, SeedableRng};
 
 const RANGE: f64 = 1.5;
 
-/// When two that fly freely are first at their range, over all images that come by, up to a time.
-fn first_meeting(size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, until: f64) -> Option<f64> {
+/// When two that fly freely are first at a range, over all images that come by, up to a time.
+fn first_meeting(range: f64, size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, until: f64) -> Option<f64> {
     let mut first = None;
     #[expect(clippy::cast_possible_truncation, reason = "some periods")]
     let periods = |travelled: f64| travelled.ceil() as i32 + 2;
@@ -27,7 +27,7 @@ fn first_meeting(size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, un
                 let image = Vector::from([beside, up, deep].map(f64::from)).component_mul(size);
                 let (r, v) = (apart - image, velocity - Vector::new(faster, 0.0, 0.0));
                 let (b, v2) = (r.dot(&v), v.norm_squared());
-                let root = b * b - v2 * (r.norm_squared() - RANGE * RANGE);
+                let root = b * b - v2 * (r.norm_squared() - range * range);
                 if b < 0.0 && root > 0.0 {
                     let time = (-b - root.sqrt()) / v2;
                     first = if time < first.unwrap_or(until) { Some(time) } else { first };
@@ -39,7 +39,7 @@ fn first_meeting(size: &Vector, rate: f64, apart: &Vector, velocity: &Vector, un
 }
 
 /// The two, among so many others that rest and meet no other.
-fn scene(space: &Space, rate: Option<f64>, states: [(Vector, Vector); 2], others: u32) -> Scene {
+fn scene(space: &Space, rate: Option<f64>, own: Potential, states: [(Vector, Vector); 2], others: u32) -> Scene {
     let mut builder = SceneBuilder::new("apart")
         .space(space.clone())
         .species("A", 1.0, 1.0)
@@ -47,7 +47,7 @@ fn scene(space: &Space, rate: Option<f64>, states: [(Vector, Vector); 2], others
         .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
         .no_interaction("A", "B")
         .no_interaction("B", "B")
-        .bond_interaction("own", Potential::square_well(1.0, RANGE, 1.0).unwrap(), 1.0)
+        .bond_interaction("own", own, 1.0)
         .bond(0, 1, "own");
     for (position, velocity) in states {
         builder = builder.particle("A", position, velocity);
@@ -61,6 +61,18 @@ fn scene(space: &Space, rate: Option<f64>, states: [(Vector, Vector); 2], others
         builder = builder.shear(rate);
     }
     builder.build().unwrap()
+}
+
+fn well(range: f64) -> Potential {
+    Potential::square_well(1.0, range, 1.0).unwrap()
+}
+
+/// When the first event is, if there is one up to a time.
+fn first_event(scene: Scene, until: f64) -> Option<f64> {
+    let mut found = None;
+    let until = Until { time: until, events: 1 };
+    Simulation::without_plan(scene).advance_with(until, |event| found = found.or(Some(event.time))).unwrap();
+    found
 }
 
 #[test]
@@ -89,14 +101,10 @@ fn they_meet_in_the_first_image_that_comes_by() {
             let middle = space.lower + 0.5 * size;
             let (a, b) = (middle + direction + half, middle - direction);
             let until = 6.0;
-            let expected = first_meeting(&size, rate.unwrap_or(0.0), &(a - b), &(2.0 * velocity), until);
+            let expected = first_meeting(RANGE, &size, rate.unwrap_or(0.0), &(a - b), &(2.0 * velocity), until);
             // Few have lists, many have cells.
             let others = if case % 2 == 0 { 0 } else { 60 };
-            let mut simulation = Simulation::without_plan(scene(&space, rate, [(a, velocity), (b, -velocity)], others));
-            let mut found = None;
-            simulation
-                .advance_with(Until { time: until, events: 1 }, |event| found = found.or(Some(event.time)))
-                .unwrap();
+            let found = first_event(scene(&space, rate, well(RANGE), [(a, velocity), (b, -velocity)], others), until);
             match (found, expected) {
                 // Grazing within rounding may be missed.
                 (Some(found), Some(expected)) => {
@@ -109,4 +117,98 @@ fn they_meet_in_the_first_image_that_comes_by() {
         }
     }
     assert!(met > 100 && far > 10, "{met} {far}");
+}
+
+#[test]
+fn they_meet_across_rows_of_cells_after_the_images_have_come_by_often() {
+    // Both rest along the gradient in the second row from the sides that slide, and one drifts into reach within its cell: at the sixth passage.
+    let (size, range) = (Vector::repeat(10.0), 4.6);
+    let states =
+        [(Vector::new(1.0, 2.1, 2.9), Vector::new(0.0, 0.0, -0.0025)), (Vector::new(6.0, 7.9, 1.0), Vector::zeros())];
+    let apart = states[0].0 - states[1].0;
+    for rate in [0.5, -0.5] {
+        let expected = first_meeting(range, &size, rate, &apart, &states[0].1, 30.0).unwrap();
+        assert!(expected > 10.0, "{expected}");
+        let found = first_event(scene(&Space::periodic_cube(10.0), Some(rate), well(range), states, 60), 30.0);
+        assert!((found.unwrap() - expected).abs() < 1e-9, "{found:?} {expected}");
+    }
+}
+
+#[test]
+fn a_bond_that_is_longer_than_a_cell_ends_where_it_does_across_sides_that_slide() {
+    let bond = [0.9, 4.3];
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut next = || (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+    let mut across = [0; 2];
+    for case in 0..800 {
+        let rate = if case % 2 == 0 { 0.5 } else { -1.3 };
+        let size = Vector::new(10.0, 11.0, 9.0);
+        let space = Space { lower: Vector::new(-1.0, 2.0, 0.5), size, boundary: [Boundary::Periodic; 3] };
+        let mut random_vector = |scale: f64| Vector::new(next() - 0.5, next() - 0.5, next() - 0.5) * scale;
+        let place = space.lower + (random_vector(1.0).add_scalar(0.5)).component_mul(&size);
+        let apart = random_vector(1.0).normalize() * (1.0 + 1.5 * f64::from(case % 3));
+        let velocities = [random_vector(4.0), random_vector(4.0)];
+        let v = velocities[0] - velocities[1];
+        let (r2, b, v2) = (apart.norm_squared(), apart.dot(&v), v.norm_squared());
+        let root = |distance: f64| (b * b - v2 * (r2 - distance * distance)).sqrt();
+        // A time that is no number is that of no inner contact.
+        let (inner, outer) = ((-b - root(bond[0])) / v2, (root(bond[1]) - b) / v2);
+        let expected = if b < 0.0 && inner > 0.0 { inner } else { outer };
+        // The other one in the box: from above or below it comes slower or faster.
+        let mut other = (place - apart, velocities[1]);
+        for axis in 0..3 {
+            let periods = ((other.0[axis] - space.lower[axis]) / size[axis]).floor();
+            other.0[axis] -= periods * size[axis];
+            if axis == 1 && periods != 0.0 {
+                other.1.x -= periods * rate * size.y;
+                // Five rows of cells, of which the first and the last are next to the sides.
+                let rows = [place, other.0].map(|at| ((at.y - space.lower.y) / 2.2).floor());
+                across[usize::from(rows.iter().any(|row| (1.0..=3.0).contains(row)))] += 1;
+            }
+        }
+        let own = Potential::bond(bond[0], bond[1]).unwrap();
+        let found = first_event(scene(&space, Some(rate), own, [(place, velocities[0]), other], 60), 100.0).unwrap();
+        assert!((found - expected).abs() < 1e-9 * (1.0 + expected), "{case}: {found} {expected}");
+    }
+    assert!(across.iter().all(|count| *count > 15), "{across:?}");
+}
+
+#[test]
+fn an_overstretched_bond_that_closes_across_a_side_is_left_alone() {
+    // Where few particles have lists, that of the first one does not reach the side; the other one is 8 away across it.
+    let at = |x: f64, speed: f64| (Vector::new(x, 10.0, 10.0), Vector::new(speed, 0.0, 0.0));
+    for others in [0, 30, 200] {
+        let mut builder = SceneBuilder::new("overstretched")
+            .space(Space::periodic_cube(20.0))
+            .species("A", 1.0, 1.0)
+            .species("B", 1.0, 0.1)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .no_interaction("A", "B")
+            .no_interaction("B", "B")
+            .bond_interaction("link", Potential::bond(0.9, 1.3).unwrap(), 1.0)
+            .bond(0, 1, "link")
+            .allow_invalid_start(true);
+        for (position, velocity) in [at(7.0, -1.0), at(19.0, 1.0)] {
+            builder = builder.particle("A", position, velocity);
+        }
+        for other in 0..others {
+            let at = Vector::new(0.618, 0.414, 0.732) * f64::from(other);
+            builder = builder.particle("B", at.map(f64::fract) * 20.0, Vector::zeros());
+        }
+        let found = first_event(builder.build().unwrap(), 10.0).unwrap();
+        assert!((found - 0.5 * (8.0 - 0.9)).abs() < 1e-9, "{others}: {found}");
+    }
+}
+
+#[test]
+fn a_time_that_has_passed_is_reached_already() {
+    let states =
+        [(Vector::new(1.0, 2.0, 3.0), Vector::new(1.0, 0.5, 0.0)), (Vector::new(6.0, 7.0, 1.0), Vector::zeros())];
+    let mut simulation = Simulation::without_plan(scene(&Space::periodic_cube(10.0), None, well(RANGE), states, 60));
+    simulation.advance(Until::time(3.0)).unwrap();
+    let before = simulation.snapshot();
+    assert_eq!(simulation.advance(Until::time(1.0)).unwrap(), Reason::Time);
+    assert_eq!((simulation.time(), &simulation.snapshot().positions), (3.0, &before.positions));
+    assert!(simulation.step_before(2.0).unwrap().is_none());
+    assert_eq!(simulation.time(), 3.0);
 }

@@ -1,7 +1,7 @@
 //! Centres of Verlet lists, packed by cell: eight next to each other, so that all near a place are read in one stream.
 //!
-//! What is packed is rounded to single precision and decides nothing: it says which *may* be within reach, and never leaves out
-//! one that is.
+//! What is packed is rounded to single precision: it says which *may* be within reach, and never leaves out one that is. Some of the
+//! others may be listed as well, which is harmless while they are hardly further: see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
 use super::cells::NO_PARTICLE;
@@ -171,21 +171,32 @@ impl Packed {
         });
     }
 
-    /// Finds all particles whose centres may be within `reach` of a centre, and hardly any others.
+    /// How much further than `reach` those that are found may be, from a centre whose coordinates `largest` bounds; infinite if that may
+    /// be any others in the cells around.
+    ///
+    /// Rounding moves each of the six coordinates and the three differences by half a unit in the last place at most, and a period
+    /// likewise: less than 8 roundings of the largest of them along each axis, 14 in space.
+    #[inline]
+    #[must_use]
+    pub fn slack(&self, reach: f64, largest: f64) -> f64 {
+        let scale = self.scale.max(largest) + reach;
+        if scale >= FAR { f64::INFINITY } else { 14.0 * ROUNDING * scale }
+    }
+
+    /// Finds all particles whose centres may be within `reach` of a centre, and hardly any others: none beyond [`Self::slack`].
     ///
     /// `largest` bounds the coordinates of that centre. What is found from two centres with the same bound is symmetric.
     ///
-    /// Rounding moves each of the six coordinates and the three differences by half a unit in the last place at most, and a period
-    /// likewise: less than 8 roundings of the largest of them along each axis, 14 in space. The sum of squares is left with 4.
+    /// The sum of squares has 4 roundings left.
     #[inline]
     pub fn find_within(&self, centre: &Vector, reach: f64, largest: f64, wraps: bool, near: &mut Candidates) {
         near.clear();
         let cell = self.home(centre);
-        let scale = self.scale.max(largest) + reach;
-        if scale >= FAR {
+        let slack = self.slack(reach, largest);
+        if slack.is_infinite() {
             return self.find_candidates(cell, near);
         }
-        let radius = reach + 14.0 * ROUNDING * scale;
+        let radius = reach + slack;
         let ball = Ball {
             centre: std::array::from_fn(|k| single(centre[k])),
             squared: single(radius * radius * (1.0 + 8.0 * ROUNDING)).next_up(),

@@ -17,6 +17,8 @@ pub struct Ranges {
     pub further_images: Vec<Vector>,
     /// Axes along which neighbours can be half a period apart, so that their nearest image is decided by rounding.
     pub tied_axes: [bool; 3],
+    /// Whether a pair that is held together may start further apart than that, and have its nearest image across any side.
+    pub may_be_overstretched: bool,
 }
 
 impl Ranges {
@@ -31,6 +33,14 @@ impl Ranges {
             of_cells: scene.longest_range(),
             further_images: Vec::new(),
             tied_axes: [false; 3],
+            may_be_overstretched: scene.allows_invalid_start(),
         }
+    }
+
+    /// Whether pairs that are held together are within the range of cells, so that they are in the same cell or in ones next to each other.
+    #[inline]
+    #[must_use]
+    pub fn are_captured_near(&self) -> bool {
+        self.longest <= self.of_cells
     }
 }

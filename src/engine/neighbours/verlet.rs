@@ -12,6 +12,10 @@ use serde::{Deserialize, Serialize};
 /// two particles meet that are not in each other's lists.
 const MARGIN: f64 = 1e-6;
 
+/// Pairs may be listed that are further apart than their reach by this part of a half skin. In a small box far from the origin, single precision
+/// would list some whose nearest image changes while they stay listed, and a pair is predicted when it is new in a list.
+const SPARE: f64 = 0.01;
+
 /// Verlet lists: the centres of all particles, and the lists of those within reach.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct VerletLists {
@@ -40,6 +44,7 @@ impl VerletLists {
     pub fn new(space: &Space, half_skin: f64, ranges: &[f64], longest: f64, positions: Vec<Vector>) -> Self {
         let reach = |range: f64| if range < 0.0 { -1.0 } else { range + 2.0 * half_skin * (1.0 + MARGIN) };
         let species = ranges.len().isqrt();
+        // From the particle to its centre, to that of another, to where the other is, and as far as centres leave the box.
         let widest = reach(longest) + 3.0 * half_skin;
         let margin =
             Vector::from_fn(|k, _| if space.boundary[k] == Boundary::Periodic { widest } else { f64::NEG_INFINITY });
@@ -100,8 +105,9 @@ impl VerletLists {
     ) {
         let reach = self.reaches[usize::from(mine)];
         self.cells.find_within(centre, reach, largest, self.wraps(centre), near);
-        if self.species > 1 {
-            near.retain(|other| self.is_within_reach(centre, other, [mine, species[other as usize]]));
+        if self.species > 1 || self.cells.slack(reach, largest) > SPARE * self.half_skin {
+            let of = |other: u32| species.get(other as usize).copied().unwrap_or(0);
+            near.retain(|other| self.is_within_reach(centre, other, [mine, of(other)]));
         }
     }
 

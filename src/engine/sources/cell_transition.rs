@@ -69,17 +69,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 near.put(other);
             }
         });
-        let is_large = self.ranges.further_images.is_empty();
+        let has_one_image = self.ranges.further_images.is_empty();
         // What accelerates relative to others is looked at in all images at once.
-        let is_batch = self.sources.growth.is_none() && (is_large || !(FALLING && TABLE));
+        let is_batch = self.sources.growth.is_none() && (has_one_image || !(FALLING && TABLE));
         if is_batch && (self.sources.lees_edwards.is_none() || self.is_off_sliding_sides(me.id)) {
             let (others, length) = near.filled_up(me.id);
             self.predict_uncaptured(me, true, others, length, prediction);
-            if !is_large {
+            if !has_one_image {
                 self.predict_further_images(me, others, self.leaves_cell(me, cells), prediction);
             }
         } else if let Some(growing) = &self.sources.growth
-            && is_large
+            && has_one_image
         {
             let (others, _) = near.filled_up(me.id);
             self.predict_growing(me, growing, true, others, prediction);

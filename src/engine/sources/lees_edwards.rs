@@ -186,7 +186,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now = shear.next_refresh;
         shear.next_refresh += shear.between_refreshes;
         let is_next_to_side = |particle: &u32| cells.is_outermost(cells.home(*particle), GRADIENT);
-        let found = self.particles().filter(|particle| is_next_to_side(particle) && !self.is_static(*particle));
+        // Partners that no search finds are met across more than one row of cells.
+        let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
+        let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
         Ok(GlobalOutcome { event: None, repredict: Repredict::Some(found.collect()) })
     }
 }

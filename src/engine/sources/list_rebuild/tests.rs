@@ -46,15 +46,14 @@ fn check<const FALLING: bool, const TABLE: bool>(scene: &Scene, events: u64) {
     assert!(engine.counts.totals.transition > 100, "only {} lists were made anew", engine.counts.totals.transition);
 }
 
-fn fluid() -> Scene {
+fn spheres() -> SceneBuilder {
     let hard = Potential::hard_sphere(1.0).unwrap();
-    SceneBuilder::new("fluid")
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", hard, 1.0)
-        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45))
-        .temperature(1.0)
-        .build()
-        .unwrap()
+    SceneBuilder::new("fluid").species("A", 1.0, 1.0).interaction("A", "A", hard, 1.0)
+}
+
+fn fluid() -> Scene {
+    let spheres = spheres().fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.45));
+    spheres.temperature(1.0).build().unwrap()
 }
 
 #[test]
@@ -81,6 +80,15 @@ fn lists_made_anew_are_complete_around_particles_that_had_left_the_box() {
     engine.fill_lists();
     assert_eq!(are_outside(&engine), 0);
     are_complete(&engine, engine.neighbours.verlet().unwrap());
+}
+
+#[test]
+fn lists_are_complete_and_no_longer_in_a_small_box_far_from_the_origin() {
+    for lower in [1e4, -1e6, 1e8] {
+        let space = Space { lower: Vector::repeat(lower), ..Space::periodic_cube(3.9) };
+        let fill = Fill::new(Arrangement::Random, "A").count(32);
+        check::<false, false>(&spheres().space(space).add_fill(fill).temperature(1.0).build().unwrap(), 3_000);
+    }
 }
 
 /// Two species in a cube, the second of some mass and diameter and hard, with potentials of the first with itself and with the second.
