@@ -103,7 +103,7 @@ impl Scene {
     }
 
     /// The accelerations of all species that move `[length / time^2]`.
-    fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
+    pub(crate) fn accelerations(&self) -> impl Iterator<Item = Vector> + '_ {
         self.species.iter().filter(|species| !species.is_static()).map(|species| species.acceleration)
     }
 

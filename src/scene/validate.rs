@@ -57,6 +57,7 @@ impl SceneBuilder {
         let mut scene = self.assembled(space, species, finished, groups, displacement);
         set_velocities(&drawn, &mut scene);
         plan::check_growth_fits(&scene)?;
+        plan::settle_thermostats(&mut scene)?;
         self.check_equilibrium(&scene)?;
         Ok(scene)
     }

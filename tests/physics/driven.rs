@@ -8,7 +8,7 @@ use carom::engine::{Simulation, Snapshot, Until};
 use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
-use carom::model::space::{Space, displacement_within_period};
+use carom::model::space::{Boundary, Space, displacement_within_period};
 use carom::model::{Growth, GrowthTarget, Limit, OutputPlan, RunPlan, Scene, StagePlan, Thermostat};
 use carom::run::{self, Finished};
 use carom::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
@@ -72,6 +72,94 @@ fn andersen_collisions_change_only_the_chosen_axes_of_one_particle() {
     // The variance of a square is twice the square of its mean.
     let mean = squares / collisions as f64;
     assert!((mean / 4.0 - 1.0).abs() < 4.0 * (2.0 / collisions as f64).sqrt(), "{mean}");
+}
+
+#[test]
+fn a_heat_bath_leaves_flat_axes_alone() {
+    for (dimensions, size) in [(1, Vector::new(400.0, 0.0, 0.0)), (2, Vector::new(20.0, 20.0, 0.0))] {
+        let boundary = std::array::from_fn(|axis| if axis < dimensions { Boundary::Periodic } else { Boundary::Flat });
+        let bath = Thermostat::Andersen { temperature: 1.5, rate: 1.0, axes: [true; 3] };
+        let run = RunPlan { limit: Limit::time(60.0), thermostat: Some(bath), ..RunPlan::default() };
+        let scene = SceneBuilder::new("flat")
+            .space(Space { lower: Vector::zeros(), size, boundary })
+            .species("A", 1.7, 1.0)
+            .interaction("A", "A", hard(), 1.0)
+            .add_fill(Fill::new(Arrangement::Random, "A").count(150))
+            .temperature(1.5)
+            .run(run)
+            .build()
+            .unwrap();
+        let expected: [bool; 3] = std::array::from_fn(|axis| axis < dimensions);
+        assert!(matches!(scene.run().thermostat, Some(Thermostat::Andersen { axes, .. }) if axes == expected));
+        let finished = finish(scene);
+        let snapshot = finished.simulation.snapshot();
+        for axis in dimensions..3 {
+            let moved = |vectors: &[Vector]| vectors.iter().any(|vector| vector[axis] != 0.0);
+            assert!(!moved(&snapshot.velocities) && !moved(&snapshot.positions), "{dimensions} {axis}");
+        }
+        let (name, temperature) = finished.observables[0];
+        let error = temperature.standard_error.unwrap();
+        assert_eq!(name, "temperature");
+        assert!((temperature.mean - 1.5).abs() < 4.0 * error && error < 0.05, "{dimensions}: {temperature:?}");
+        // One that is set by hand does the same.
+        let mut simulation = finished.simulation;
+        simulation.set_thermostat(Some(&bath), 1);
+        simulation.advance(Until::time(70.0)).unwrap();
+        assert!(simulation.snapshot().velocities.iter().all(|v| (dimensions..3).all(|axis| v[axis] == 0.0)));
+    }
+}
+
+#[test]
+fn thermostats_that_can_do_nothing_are_refused() {
+    let refused = |builder: SceneBuilder, thermostat: Thermostat, expected: &str| {
+        let run = RunPlan { limit: Limit::time(1.0), thermostat: Some(thermostat), ..RunPlan::default() };
+        let error = builder.run(run).build().unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    };
+    let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.1 };
+    refused(fluid("falling", 108, 0.2).gravity(Vector::new(0.0, 0.0, -0.1)), scaling, "without gravity");
+    let one = SceneBuilder::new("one").space(Space::periodic_cube(5.0)).species("A", 1.0, 1.0).interaction(
+        "A",
+        "A",
+        hard(),
+        1.0,
+    );
+    refused(one.particle("A", Vector::repeat(0.5), Vector::repeat(1.0)), scaling, "two or more particles");
+    let flat = Space {
+        size: Vector::new(9.0, 9.0, 0.0),
+        boundary: [Boundary::Periodic, Boundary::Periodic, Boundary::Flat],
+        ..Space::periodic_cube(9.0)
+    };
+    let disks = SceneBuilder::new("disks").space(flat).species("A", 1.0, 1.0).interaction("A", "A", hard(), 1.0);
+    let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [false, false, true] };
+    refused(disks.add_fill(Fill::new(Arrangement::Random, "A").count(20)).temperature(1.0), bath, "flat");
+}
+
+/// A gas that loses energy in collisions and is scaled back, whose tensor is averaged over blocks of a length.
+fn scaled_gas(block: f64) -> Vec<(String, f64)> {
+    let scaling = Thermostat::Rescaling { temperature: 1.0, interval: 0.25 };
+    let tensor = plan::PressureTensor { interval: Some(block) };
+    let builder = SceneBuilder::new("gas")
+        .species("A", 1.3, 1.0)
+        .interaction("A", "A", hard(), 0.8)
+        .fill(Lattice::FaceCentredCubic, "A", 256, Amount::PackingFraction(0.2))
+        .temperature(1.0)
+        .run(RunPlan { limit: Limit::time(20.0), thermostat: Some(scaling), ..RunPlan::default() })
+        .measure(MeasurementPlan { pressure_tensor: Some(tensor), ..MeasurementPlan::default() });
+    let finished = finish(builder.build().unwrap());
+    let is_pressure = |name: &str| name.starts_with("pressure");
+    let numbers = finished.measured.numbers.into_iter().filter(|number| is_pressure(&number.name));
+    numbers.map(|number| (number.name, number.mean.unwrap())).collect()
+}
+
+#[test]
+fn what_scaling_gives_is_in_the_pressure_whenever_blocks_end() {
+    // Integrals over the same 20 units of time: their sums are rounded in another order.
+    let [few, many] = [5.0, 0.1].map(scaled_gas);
+    assert!(few.len() > 1);
+    for ((name, few), (_, many)) in few.iter().zip(&many) {
+        assert!((few - many).abs() < 1e-10, "{name} {few} {many}");
+    }
 }
 
 #[test]

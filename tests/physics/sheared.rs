@@ -204,6 +204,41 @@ fn who_comes_near_while_many_images_slide_by_is_met() {
 }
 
 #[test]
+fn a_common_velocity_up_the_gradient_and_what_grows_from_it_are_no_pressure() {
+    let base = || {
+        SceneBuilder::new("fluid").species("A", 1.0, 1.0).interaction(
+            "A",
+            "A",
+            Potential::hard_sphere(1.0).unwrap(),
+            1.0,
+        )
+    };
+    let fill = Fill::new(Lattice::FaceCentredCubic, "A").count(108).amount(Amount::PackingFraction(0.2));
+    let still = base().add_fill(fill).temperature(1.0).build().unwrap();
+    let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
+    let limit = Limit::time(40.0);
+    let measured = |speed: f64| {
+        let mut builder = base().space(still.space().clone()).shear(0.5);
+        for particle in still.particles() {
+            builder = builder.particle("A", particle.position, particle.velocity + Vector::new(0.0, speed, 0.0));
+        }
+        let plan =
+            MeasurementPlan { pressure_tensor: Some(plan::PressureTensor::default()), ..MeasurementPlan::default() };
+        let run = RunPlan { equilibration: Limit::time(2.0), limit, thermostat: Some(bath), ..RunPlan::default() };
+        finish(builder.measure(plan).run(run)).measured
+    };
+    let (rest, moving) = (measured(0.0), measured(0.8));
+    for name in ["pressure", "pressure_xx", "pressure_yy"] {
+        let [a, b] = [&rest, &moving].map(|measured| {
+            let number = measured.numbers.iter().find(|number| number.name == name).unwrap();
+            (number.mean.unwrap(), number.standard_error.unwrap())
+        });
+        let error = a.1.hypot(b.1);
+        assert!((a.0 - b.0).abs() < 4.5 * error && error < 0.05 * a.0, "{name}: {a:?} {b:?}");
+    }
+}
+
+#[test]
 fn a_slow_shear_changes_neither_diffusion_nor_structure() {
     let bath = Thermostat::Rescaling { temperature: 1.0, interval: 0.5 };
     let limit = Limit::time(40.0);

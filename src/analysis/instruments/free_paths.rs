@@ -116,6 +116,12 @@ impl Instrument for FreePaths {
         true
     }
 
+    fn scaled(&mut self, before: &Sample<'_>, _: &Sample<'_>, system: &SystemDescription) {
+        for &id in &system.moving {
+            self.turn(id, before.time, before.velocities[id as usize].norm(), false);
+        }
+    }
+
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         let is_core = event.kind == EventKind::Pair(Outcome::Core);
         for (id, before) in [Some(event.particle), event.partner].into_iter().zip(&event.before) {
@@ -246,6 +252,29 @@ mod tests {
         assert!(number(&falling, "mean_free_time").mean.is_some());
         assert_eq!(number(&falling, "mean_free_path").mean, None);
         assert_eq!(falling.curves.len(), 1);
+    }
+
+    #[test]
+    fn scaling_the_velocities_on_the_way_changes_times_and_no_path() {
+        let walls = Space { boundary: [Boundary::walls(1.0), Boundary::Flat, Boundary::Flat], ..line() };
+        let scene = SceneBuilder::new("line")
+            .space(walls)
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(1.0, 0.0, 0.0))
+            .particle("A", Vector::new(7.0, 0.0, 0.0), Vector::new(-1.0, 0.0, 0.0));
+        let (system, mut simulation) = start(scene.build().unwrap());
+        let mut instrument = free_paths(&simulation, &system);
+        // They meet after 1.5, and have 5 of their way of 8 left when they become twice as fast.
+        measure(&mut simulation, &system, &mut instrument, 4.5);
+        let before = simulation.snapshot();
+        simulation.scale_velocities(2.0, &Vector::zeros());
+        let after = simulation.snapshot();
+        instrument.scaled(&Sample::of(&before), &Sample::of(&after), &system);
+        measure(&mut simulation, &system, &mut instrument, 3.0);
+        let measured = report(&instrument, &system);
+        assert_eq!(number(&measured, "mean_free_path").mean, Some(8.0));
+        assert_eq!(number(&measured, "mean_free_time").mean, Some(5.5));
     }
 
     #[test]

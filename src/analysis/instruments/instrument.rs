@@ -72,6 +72,9 @@ pub trait Instrument {
     /// Shows it an event.
     fn event(&mut self, _event: &Event, _system: &SystemDescription) {}
 
+    /// Shows it the particles just before and just after a thermostat has scaled all velocities, which no event tells of.
+    fn scaled(&mut self, _before: &Sample<'_>, _after: &Sample<'_>, _system: &SystemDescription) {}
+
     /// Whether the run is to end here, which is asked after every sample and event that it is shown.
     fn is_done(&self) -> bool {
         false
@@ -192,6 +195,11 @@ impl Instruments {
     /// Shows the particles at the end of the measurement.
     pub(crate) fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.all_mut().for_each(|instrument| instrument.end(sample, system));
+    }
+
+    /// Shows the particles before and after all velocities were scaled.
+    pub(crate) fn scaled(&mut self, before: &Sample<'_>, after: &Sample<'_>, system: &SystemDescription) {
+        self.all_mut().for_each(|instrument| instrument.scaled(before, after, system));
     }
 
     /// Whether any wants to see events.

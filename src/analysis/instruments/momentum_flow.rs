@@ -161,6 +161,8 @@ impl MomentumFlow {
 
 fn kinetic_flow(sample: &Sample<'_>, system: &SystemDescription, drift: &Vector) -> Tensor {
     let mut flow = [0.0; 6];
+    // In a sheared box the common velocity along x grows by that along y, and is taken away as it is now.
+    let drift = drift + system.common_peculiar_velocity(sample);
     for &id in &system.moving {
         let streaming = system.streaming_velocity(&sample.positions[id as usize]);
         let mass = system.masses[id as usize] * system.crowding_of(id);

@@ -133,6 +133,11 @@ impl Instrument for PressureTensor {
         true
     }
 
+    fn scaled(&mut self, before: &Sample<'_>, after: &Sample<'_>, system: &SystemDescription) {
+        self.flow.synchronise(before, system);
+        self.flow.synchronise(after, system);
+    }
+
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         self.flow.event(event, system);
         let kind = match event.kind {

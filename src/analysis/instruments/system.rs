@@ -153,6 +153,20 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
+    /// Of a sheared box, the velocity of the centre of mass relative to what streams, along the axes on which nothing from outside changes it; zero
+    /// in others, of which [`Self::drift`] is that of the whole measurement `[length / time]`.
+    pub(super) fn common_peculiar_velocity(&self, sample: &Sample<'_>) -> Vector {
+        if self.shear_rate == 0.0 || self.moving.len() < 2 {
+            return Vector::zeros();
+        }
+        let peculiar = |id: &u32| {
+            let (position, velocity) = (&sample.positions[*id as usize], &sample.velocities[*id as usize]);
+            (velocity - self.streaming_velocity(position)) * self.masses[*id as usize]
+        };
+        let common = self.moving.iter().map(peculiar).sum::<Vector>() / self.moving_mass();
+        Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
+    }
+
     /// What remains of the mean square of a component of the thermal velocity of a particle of some mass, `T / m`, where the momentum along
     /// the axis is conserved: a part `1 - m / M`, with the mass `M` of everything that moves. Relative to all of it, elsewhere 1.
     pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {

@@ -104,6 +104,11 @@ impl<I: Instrument + Serialize + DeserializeOwned> Instrument for Recorded<I> {
         self.again.event(event, system);
     }
 
+    fn scaled(&mut self, before: &Sample<'_>, after: &Sample<'_>, system: &SystemDescription) {
+        self.instrument.scaled(before, after, system);
+        self.again.scaled(before, after, system);
+    }
+
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         self.again.report(system, measured);
     }

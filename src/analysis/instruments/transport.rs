@@ -115,6 +115,19 @@ impl Transport {
         }
     }
 
+    /// Goes on to a sample, without an event on the way, and takes the flows from there.
+    fn synchronise(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
+        if !self.is_meaningful {
+            return;
+        }
+        self.pass(sample.time, system);
+        self.flow.synchronise(sample, system);
+        let drift = *self.flow.drift();
+        if let Some(heat) = &mut self.heat {
+            heat.synchronise(sample, system, &drift);
+        }
+    }
+
     /// Goes on to a time up to which nothing happens, and writes moments down on the way.
     fn pass(&mut self, time: f64, system: &SystemDescription) {
         loop {
@@ -192,20 +205,19 @@ impl Instrument for Transport {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        if !self.is_meaningful {
-            return;
+        if self.is_meaningful {
+            self.synchronise(sample, system);
+            self.samples.pass(sample.time);
         }
-        self.pass(sample.time, system);
-        self.flow.synchronise(sample, system);
-        let drift = *self.flow.drift();
-        if let Some(heat) = &mut self.heat {
-            heat.synchronise(sample, system, &drift);
-        }
-        self.samples.pass(sample.time);
     }
 
     fn has_events(&self) -> bool {
         self.is_meaningful
+    }
+
+    fn scaled(&mut self, before: &Sample<'_>, after: &Sample<'_>, system: &SystemDescription) {
+        self.synchronise(before, system);
+        self.synchronise(after, system);
     }
 
     fn event(&mut self, event: &Event, system: &SystemDescription) {

@@ -9,6 +9,7 @@ use crate::engine::parts::Engine;
 use crate::engine::{Invariant, InvariantBroken};
 use crate::model::ParticleId;
 use crate::model::random::{Purpose, Random};
+use crate::model::space::Boundary;
 
 /// Particles that get new velocities from a heat bath, one at a time.
 ///
@@ -126,7 +127,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Starts or ends bath.
     pub(in crate::engine) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
-        let bath = bath.filter(|_| moving > 0);
+        let boundary = self.state.space.boundary;
+        // Nothing moves along a flat axis.
+        let bath = bath.map(|bath| Bath {
+            axes: std::array::from_fn(|axis| bath.axes[axis] && boundary[axis] != Boundary::Flat),
+            ..bath
+        });
+        let bath = bath.filter(|bath| moving > 0 && bath.axes.contains(&true));
         self.sources.andersen = bath.map(|bath| Andersen::new(seed, stage, self.clock.now, moving, bath));
         self.sources.schedule_global();
     }

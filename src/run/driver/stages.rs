@@ -1,6 +1,7 @@
 //! What acts on each stage of a run.
 
 use super::Driver;
+use crate::analysis::instruments::Sample;
 use crate::model::{Limit, Thermostat};
 use crate::run::Recorder;
 use crate::run::stage::{Settings, Stage};
@@ -70,7 +71,14 @@ impl<R: Recorder> Driver<'_, R> {
         {
             let drift = applicable.drift(&energy.peculiar_momentum);
             self.state.ledger.note(&energy);
+            let is_watched = self.state.measurement.as_ref().is_some_and(|it| !it.instruments.is_empty());
+            let before = is_watched.then(|| self.simulation.snapshot());
             self.simulation.scale_velocities((temperature / now).sqrt(), &drift);
+            if let (Some(before), Some(measurement), Some(system)) = (before, &mut self.state.measurement, &self.system)
+            {
+                let after = self.simulation.snapshot();
+                measurement.instruments.scaled(&Sample::of(&before), &Sample::of(&after), system);
+            }
             self.begin_piece();
             let scaled = self.simulation.energy();
             self.state.observer.integrate(&self.simulation, &scaled);

@@ -56,7 +56,7 @@ pub(crate) struct ThermostatFile {
     /// How often a particle gets a new velocity `[1 / time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: Option<f64>,
-    /// Axes along which velocities are drawn anew; all if not given.
+    /// Axes along which velocities are drawn anew; all if not given. Flat ones are left out.
     #[schemars(length(min = 1), extend("items" = json!({ "type": "string", "enum": AXES }), "default" = AXES))]
     pub axes: Option<Vec<String>>,
     /// Time between two scalings `[time]`.

@@ -2,11 +2,12 @@
 
 use std::collections::HashMap;
 
+use crate::Vector;
 use crate::model::MeasurementPlan;
 use crate::model::measurement_plan::{DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_WINDOWS};
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{AXES, Boundary, Space};
-use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, StagePlan, Thermostat};
+use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
@@ -310,6 +311,36 @@ fn check_thermostat(thermostat: Option<&Thermostat>, at: &ConfigPath) -> Result<
             positive(*interval, at.key("interval"))?;
         }
         None => {}
+    }
+    Ok(())
+}
+
+/// Thermostats that have something to act on; a heat bath leaves flat axes out, along which nothing moves.
+pub(super) fn settle_thermostats(scene: &mut Scene) -> Result<(), SceneError> {
+    let is_moving = |species: SpeciesId| !scene.species[species.0 as usize].is_static();
+    let moving = scene.particles.iter().filter(|particle| is_moving(particle.species)).count();
+    let is_accelerated = scene.accelerations().any(|acceleration| acceleration != Vector::zeros());
+    let boundary = scene.space.boundary;
+    let in_stages = scene.run.stages.iter_mut().enumerate();
+    let in_stages = in_stages.map(|(index, stage)| (ConfigPath::entry("stage", index), &mut stage.thermostat));
+    let all = in_stages.chain([(ConfigPath::root().key("run"), &mut scene.run.thermostat)]);
+    for (at, thermostat) in all {
+        let at = at.key("thermostat");
+        match thermostat {
+            Some(Thermostat::Andersen { axes, .. }) => {
+                for axis in 0..3 {
+                    axes[axis] &= boundary[axis] != Boundary::Flat;
+                }
+                if *axes == [false; 3] {
+                    return refuse(at.key("axes"), "only flat ones", "an axis along which particles move");
+                }
+            }
+            Some(Thermostat::Rescaling { .. }) if is_accelerated || moving < 2 => {
+                let expected = "\"andersen\": to scale velocities takes a temperature, that of two or more particles that move without gravity";
+                return refuse(at.key("kind"), "\"rescaling\"", expected);
+            }
+            _ => {}
+        }
     }
     Ok(())
 }
