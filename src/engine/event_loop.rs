@@ -140,8 +140,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn next_due(&mut self, stop: f64) -> Due {
         let next_global = self.sources.next_global;
         let Some(entry) = self.schedule.queue.peek(&self.schedule.predictions) else {
-            let is_global = next_global <= stop.min(self.schedule.queue.reached());
-            return if is_global { Due::GlobalEvent } else { Due::Epoch };
+            // The stop is asked last: where someone looks must not decide what comes first, a global event or the next epoch.
+            return match () {
+                () if next_global > self.schedule.queue.reached() => Due::Epoch,
+                () if next_global <= stop => Due::GlobalEvent,
+                () => Due::Limit,
+            };
         };
         if self.schedule.predictions[entry.particle as usize].due_time() != entry.time {
             return Due::Void;

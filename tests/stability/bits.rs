@@ -7,7 +7,7 @@ use carom::engine::event::{Event, EventKind};
 use carom::engine::{Simulation, Snapshot, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Face, Space};
-use carom::model::{Limit, OutputPlan, RunPlan, Scene};
+use carom::model::{Limit, OutputPlan, RunPlan, Scene, Thermostat};
 use carom::run;
 use carom::scene::{Amount, Arrangement, Chain, Fill, SceneBuilder, Surface, SurfaceFill};
 use std::ops::ControlFlow;
@@ -162,6 +162,47 @@ fn who_looks_on_changes_nothing() {
         };
         let finished = run::run(Scene::new(parts).unwrap(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
         assert_eq!(fingerprint(&finished.simulation.snapshot()), fingerprint(&expected), "{name}");
+    }
+}
+
+/// Few particles in a heat bath, in a sheared box, or in both. Few, so that the queue often has nothing more to show before its
+/// epoch ends.
+fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
+    let fill = Fill::new(Arrangement::Random, "A").count(count);
+    let mut builder = SceneBuilder::new("driven")
+        .space(Space::periodic_cube(6.0))
+        .species("A", 1.7, 1.0)
+        .interaction("A", "A", hard_sphere(), if is_sheared { 0.9 } else { 1.0 })
+        .add_fill(fill)
+        .temperature(1.0);
+    if is_sheared {
+        builder = builder.shear(0.3);
+    }
+    let mut simulation = Simulation::without_plan(builder.build().unwrap());
+    let bath = bath.map(|axes| Thermostat::Andersen { temperature: 1.0, rate: 0.7, axes });
+    simulation.set_thermostat(bath.as_ref(), 0);
+    simulation
+}
+
+#[test]
+fn times_at_which_a_run_stops_change_nothing() {
+    let all = Some([true; 3]);
+    let systems = [(4, false, all), (10, false, all), (20, false, all), (4, true, None), (10, true, None), (30, true, None)];
+    for (count, is_sheared, bath) in systems.into_iter().chain([(10, true, Some([false, true, true]))]) {
+        let start = || driven(count, is_sheared, bath);
+        let mut whole = start();
+        whole.advance(Until::time(100.0)).unwrap();
+        for interval in [0.0123, 0.1, 0.37, 1.9] {
+            let mut stopped = start();
+            let mut time = interval;
+            while time < 100.0 {
+                stopped.advance(Until::time(time)).unwrap();
+                time += interval;
+            }
+            stopped.advance(Until::time(100.0)).unwrap();
+            let ends = [&stopped, &whole].map(|end| (end.event_counts(), fingerprint(&end.snapshot())));
+            assert_eq!(ends[0], ends[1], "{count} particles, sheared: {is_sheared}, bath: {bath:?}, every {interval}");
+        }
     }
 }
 
