@@ -177,6 +177,8 @@ pub struct Simulation {
     engine: Chosen,
     /// How much larger the diameters of the scene are than at the start.
     scale: f64,
+    /// Diameters of the species at the start `[length]`.
+    first_diameters: Vec<f64>,
 }
 
 impl Simulation {

@@ -82,7 +82,7 @@ pub const OBSERVABLES: [(&str, &str); 11] = [
 ///
 /// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
 /// those of straight lines between samples: at its ends, before and after velocities are scaled, and some times in between where a thermostat
-/// scales them.
+/// scales them. What contacts dissipate is missing from `T` from the time of each contact on, so that the mean of a system that only dissipates is exact.
 ///
 /// The pressure is exact for any number of particles. The volume of the phase space below an energy `E` at a given momentum is, with
 /// `f = D N - c` free components of the velocities, proportional to the integral of `(E - U)^(f / 2)` over all positions; that of
@@ -114,6 +114,10 @@ struct Reading {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Piece {
     time: f64,
+    /// Since the start of the simulation, and what was dissipated since then.
+    elapsed: f64,
+    dissipated: f64,
+    dissipated_moment: f64,
     temperature: Option<f64>,
     pair_energy: f64,
     /// `[energy time]`
@@ -238,15 +242,31 @@ impl Observer {
     pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
         let (time, temperature) =
             (simulation.time(), self.applicable.temperature(energy.thermal, &energy.peculiar_momentum));
+        let counts = simulation.event_counts();
+        let (elapsed, dissipated, moment) =
+            (simulation.elapsed(), counts.dissipated.total(), counts.dissipated_moment.total());
         let mut integrals = [0.0; 2];
         if let Some(last) = &self.piece {
             let half = 0.5 * (time - last.time);
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            integrals = [last.integrals[0] + half * mean, last.integrals[1] + half * (last.pair_energy + energy.pair)];
+            // Of the energy that contacts have dissipated meanwhile, each part is missing from its own time on, and not half of the time.
+            let middle = 0.5 * (last.elapsed + elapsed);
+            let later = (moment - last.dissipated_moment) - (dissipated - last.dissipated) * middle;
+            let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);
+            integrals = [last.integrals[0] + heat, last.integrals[1] + half * (last.pair_energy + energy.pair)];
         }
-        let heating = &simulation.event_counts().confined_heating;
+        let heating = &counts.confined_heating;
         let confined = std::array::from_fn(|axis| energy.confined[axis] * time - heating[axis].total());
-        self.piece = Some(Piece { time, temperature, pair_energy: energy.pair, integrals, confined });
+        self.piece = Some(Piece {
+            time,
+            elapsed,
+            dissipated,
+            dissipated_moment: moment,
+            temperature,
+            pair_energy: energy.pair,
+            integrals,
+            confined,
+        });
         temperature
     }
 

@@ -79,6 +79,10 @@ impl BlockAverage {
         if !(value.is_finite() && weight.is_finite() && weight > 0.0) {
             return;
         }
+        // After a first value of longer than all others there would never be a second bin.
+        if self.bins.len() == 1 && self.open_weight == 0.0 && 1.5 * weight < self.bin_weight {
+            self.bin_weight = weight;
+        }
         self.sum += value * weight;
         self.weight += weight;
         self.open_sum += value * weight;
@@ -105,7 +109,7 @@ impl BlockAverage {
     /// The mean of all values and its standard error; `None` if there are no values.
     #[must_use]
     pub fn estimate(&self) -> Option<Estimate> {
-        self.mean().map(|mean| Estimate { mean, standard_error: standard_error(&self.bins) })
+        self.mean().map(|mean| Estimate { mean, standard_error: error_of(&self.bins, mean, mean) })
     }
 
     /// The mean of `self` over that of another average of the same times, and the error of this ratio `R = a / b`: that of `(a - R b) / b`.
@@ -119,7 +123,7 @@ impl BlockAverage {
         let ratio = a / b;
         let is_together = self.weight == other.weight && self.bins.len() == other.bins.len();
         let residues = || self.bins.iter().zip(&other.bins).map(|(a, b)| a - ratio * b).collect::<Vec<_>>();
-        let error = is_together.then(|| standard_error(&residues())).flatten();
+        let error = is_together.then(|| error_of(&residues(), 0.0, a)).flatten();
         Some(Estimate { mean: ratio, standard_error: error.map(|error| error / b.abs()) })
     }
 
@@ -131,14 +135,24 @@ impl BlockAverage {
         let is_together = self.weight == squares.weight && self.bins.len() == squares.bins.len();
         let residues =
             || self.bins.iter().zip(&squares.bins).map(|(x, square)| square - 2.0 * mean * x).collect::<Vec<_>>();
-        let standard_error = is_together.then(|| standard_error(&residues())).flatten();
+        let standard_error = is_together.then(|| error_of(&residues(), square - 2.0 * mean * mean, square)).flatten();
         Some(Estimate { mean: (square - mean * mean).max(0.0), standard_error })
     }
 
     /// Whether the series is stationary.
     #[must_use]
     pub fn stationarity(&self) -> Stationarity {
-        stationarity(&self.bins)
+        self.unless_open_differs(stationarity(&self.bins))
+    }
+
+    /// A series is not constant if what is not yet a whole bin is different.
+    fn unless_open_differs(&self, verdict: Stationarity) -> Stationarity {
+        let mean = self.mean().unwrap_or(0.0);
+        if verdict == Stationarity::Constant && differs_from_constant(&self.bins, mean, mean) {
+            Stationarity::Unknown
+        } else {
+            verdict
+        }
     }
 
     /// The second half of the bins so far.
@@ -153,7 +167,11 @@ impl BlockAverage {
     #[must_use]
     pub fn stationarity_of_ratio(&self, other: &Self) -> Stationarity {
         let ratios: Vec<f64> = self.bins.iter().zip(&other.bins).map(|(a, b)| a / b).collect();
-        stationarity(&ratios)
+        let ratio = self.mean().zip(other.mean()).map_or(f64::NAN, |(a, b)| a / b);
+        match stationarity(&ratios) {
+            Stationarity::Constant if differs_from_constant(&ratios, ratio, ratio) => Stationarity::Unknown,
+            verdict => verdict,
+        }
     }
 
     /// Adds the values of another series of the same times to those of this one.
@@ -181,6 +199,18 @@ impl BlockAverage {
         self.bins = halved(&self.bins);
         self.bin_weight *= 2.0;
     }
+}
+
+/// Whether values that are all the same have another mean with what came after them: its events are too rare for these bins to say anything of its error.
+fn differs_from_constant(bins: &[f64], mean: f64, scale: f64) -> bool {
+    let first = bins.first().copied().unwrap_or(mean);
+    let rounding = ROUNDING * scale.abs().max(first.abs());
+    bins.iter().all(|x| (x - first).abs() <= rounding) && (first - mean).abs() > rounding
+}
+
+/// The standard error by the bins of a series whose mean is `mean`, with what is not yet a whole bin.
+fn error_of(bins: &[f64], mean: f64, scale: f64) -> Option<f64> {
+    if differs_from_constant(bins, mean, scale) { None } else { standard_error(bins) }
 }
 
 /// Means of neighbours; one left over is dropped.

@@ -71,6 +71,20 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
+    /// Time since the start `[time]`.
+    #[inline]
+    pub fn elapsed(&self) -> f64 {
+        self.clock.epoch + self.clock.now
+    }
+
+    /// Counts the energy that an event dissipates, and when it does.
+    #[inline]
+    pub(super) fn note_dissipated(&mut self, energy: f64) {
+        let time = self.elapsed();
+        self.counts.totals.dissipated.add(energy);
+        self.counts.totals.dissipated_moment.add(energy * time);
+    }
+
     /// Counts an event, unless time has moved since the last one.
     #[inline]
     pub(super) fn count_standstill(&mut self) {

@@ -58,6 +58,16 @@ impl Simulation {
         self.scale
     }
 
+    /// The diameters of its species at the start, which what is written multiplies with [`Self::scale`] `[length]`.
+    pub(crate) fn first_diameters(&self) -> &[f64] {
+        &self.first_diameters
+    }
+
+    /// Simulated time since the start, to which no time at the start has been added `[time]`.
+    pub(crate) fn elapsed(&self) -> f64 {
+        with_engine!(&self.engine, engine => engine.elapsed())
+    }
+
     /// Ends the growth: from now on the diameters are those that they have grown to.
     pub(crate) fn end_growth(&mut self) {
         let scale = with_engine!(&self.engine, engine => engine.scale());

@@ -116,6 +116,9 @@ pub struct EventCounts {
     pub wall_push: [[f64; 2]; 3],
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: Sum,
+    /// The sum of all that was dissipated, each times its time since the start of the simulation: `t dissipated` is so much more than the integral
+    /// of `dissipated` up to the time `t` `[energy time]`.
+    pub dissipated_moment: Sum,
     /// Velocities that a thermostat has given.
     pub thermostat: u64,
     /// Energy from outside: of thermostats, growing diameters and sheared boxes `[energy]`.
@@ -163,6 +166,7 @@ impl EventCounts {
             }
         }
         since.dissipated.add(-earlier.dissipated.total());
+        since.dissipated_moment.add(-earlier.dissipated_moment.total());
         since.supplied.add(-earlier.supplied.total());
         since
     }

@@ -82,7 +82,7 @@ impl Simulation {
         }
         if let Some(last) = last {
             scene.forget_last_state();
-            return Self { scene, scale: 1.0, ..last };
+            return Self { first_diameters: diameters(&scene), scene, scale: 1.0, ..last };
         }
         let choice = EngineChoice::new(&scene);
         let mut engine = match (choice.is_falling, choice.has_table) {
@@ -96,7 +96,7 @@ impl Simulation {
         }
         with_engine!(&mut engine, engine => engine.begin(&scene, choice.search));
         scene.forget_last_state();
-        Self { scene, choice, engine, scale: 1.0 }
+        Self { first_diameters: diameters(&scene), scene, choice, engine, scale: 1.0 }
     }
 
     /// The simulation that a run has ended with, for a scene that changes nothing of its dynamics; events are counted from zero.
@@ -109,6 +109,11 @@ impl Simulation {
         with_engine!(&mut simulation.engine, engine => engine.counts.restart(engine.counted_species()));
         Some(simulation)
     }
+}
+
+/// The diameters of the species of a scene `[length]`.
+fn diameters(scene: &Scene) -> Vec<f64> {
+    scene.species.iter().map(|species| species.diameter).collect()
 }
 
 #[cfg(test)]

@@ -14,8 +14,8 @@ use crate::analysis::observables::Equilibrium;
 use crate::analysis::published::{PublishedValue, of_system};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::Simulation;
-use crate::model::InputFile;
 use crate::model::scene::own_volume;
+use crate::model::{InputFile, Thermostat};
 use crate::run::{Finished, MeasuredStage, MeasurementPeriod};
 
 /// Summary of a run: the content of `summary.json`.
@@ -53,6 +53,10 @@ pub struct Summary {
     pub energy: Energies,
     pub momentum: Momentum,
     pub overlap: Overlaps,
+    /// Why it is no sound run, in a line: it jammed, stood still or gave up, or the audit failed; absent for a sound run, and in files that do
+    /// not have it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trouble: Option<String>,
     /// What the audit objects to, in words; empty for a sound run.
     pub faults: Vec<String>,
     /// Whether the observables were stationary while they were measured.
@@ -291,11 +295,17 @@ impl Summary {
                 r#final: audit.final_overlaps,
                 resolved_after: audit.initial.resolved_after,
             },
+            trouble: finished.trouble(),
             faults: audit.faults().iter().map(ToString::to_string).collect(),
             equilibrated: Equilibrium::of(&finished.stationarity, scene.space.dimensions()),
             observables: observables(&finished.observables, &finished.stationarity),
             stages: finished.stages.iter().map(|stage| StageSummary::of(stage, simulation)).collect(),
-            published: published(&finished.observables, simulation, scale_of_scene(simulation)),
+            published: published(
+                &finished.observables,
+                simulation,
+                scene.run.thermostat.as_ref(),
+                scale_of_scene(simulation),
+            ),
             columns: BTreeMap::new(),
             rates: rates_of(finished),
             speed: Speed::of(&finished.measurement),
@@ -311,6 +321,8 @@ fn scale_of_scene(simulation: &Simulation) -> f64 {
 impl StageSummary {
     fn of(stage: &MeasuredStage, simulation: &Simulation) -> Self {
         let scale = stage.diameter_factor / simulation.grown();
+        let planned = simulation.scene().run.stages.iter().find(|planned| planned.name == stage.name);
+        let thermostat = planned.and_then(|planned| planned.thermostat.as_ref());
         Self {
             name: stage.name.clone(),
             measured: Period::of(&stage.measurement),
@@ -318,7 +330,7 @@ impl StageSummary {
             events: events(&stage.measurement),
             equilibrated: Equilibrium::of(&stage.stationarity, simulation.dimensions()),
             observables: observables(&stage.observables, &stage.stationarity),
-            published: published(&stage.observables, simulation, scale),
+            published: published(&stage.observables, simulation, thermostat, scale),
             rates: rates_of_stage(stage, simulation),
             speed: Speed::of(&stage.measurement),
         }
@@ -357,9 +369,14 @@ fn observables(
 }
 
 /// What is published about a system with diameters that are larger by a factor than those of its scene, at its mean temperature.
-fn published(estimates: &[(&'static str, Estimate)], simulation: &Simulation, scale: f64) -> Vec<PublishedValue> {
+fn published(
+    estimates: &[(&'static str, Estimate)],
+    simulation: &Simulation,
+    thermostat: Option<&Thermostat>,
+    scale: f64,
+) -> Vec<PublishedValue> {
     let temperature = estimates.iter().find(|(name, _)| *name == "temperature").map(|(_, it)| it.mean);
-    of_system(simulation.scene(), &simulation.population(), scale, temperature)
+    of_system(simulation.scene(), thermostat, &simulation.population(), scale, temperature)
 }
 
 /// The numbers of events of a measurement, by kind.

@@ -23,6 +23,12 @@ pub(crate) const WINDOWS: u64 = 4;
 /// and most of them.
 pub(crate) const MOST_WINDOWS: u64 = 16;
 
+/// Most linear times of diffusion,
+pub(crate) const MOST_DIFFUSION_STEPS: u64 = 2000;
+
+/// and of transport.
+pub(crate) const MOST_TRANSPORT_LAGS: u64 = 1000;
+
 /// Names that stand in those of files, for the JSON Schema.
 pub(crate) const FILE_NAME: &str = "^[A-Za-z0-9_-]{1,50}$";
 
@@ -106,7 +112,7 @@ pub struct Diffusion {
     /// Spacing of the linear times `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
-    /// Longest time `[time]`.
+    /// Longest time `[time]`, at most 2000 intervals.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub span: Option<f64>,
 }
@@ -118,7 +124,7 @@ pub struct Transport {
     /// Spacing of the times `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub interval: Option<f64>,
-    /// Longest time `[time]`.
+    /// Longest time `[time]`, at most 1000 intervals.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub span: Option<f64>,
 }

@@ -9,8 +9,9 @@ use std::time::Duration;
 use super::error::SweepError;
 use super::folder::SweepFolder;
 use super::plan::{Point, Sweep};
+use super::results::trouble_of;
 use crate::base::text::with_causes;
-use crate::io::{Existing, Folder, FolderState, OutputError};
+use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
 use crate::run::{Ending, Finished, Progress, Run, RunError};
 
 /// What became of a point.
@@ -155,7 +156,9 @@ impl SweepFolder {
         let path = self.of(point);
         let begun = match self.state_of(point) {
             Ok(FolderState::Finished) => {
-                return self.failure(point).map_or(Fate::Kept, Fate::Failed);
+                // One that was killed, and went on by itself, has failed without a word of it here.
+                let trouble = || Summary::read(&path).ok().and_then(|summary| trouble_of(&summary));
+                return self.failure(point).or_else(trouble).map_or(Fate::Kept, Fate::Failed);
             }
             Ok(FolderState::Unfinished) => None,
             Ok(FolderState::Nothing) => match self.begin(sweep, point) {

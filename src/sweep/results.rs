@@ -60,6 +60,8 @@ pub struct Pooled {
     pub error: Option<f64>,
     /// Its standard error by the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; `None` for a single run.
     pub scatter: Option<f64>,
+    /// Number of the runs that know it: the others were too short, or their curve was not straight.
+    pub runs: usize,
 }
 
 /// Where a point stands.
@@ -191,11 +193,17 @@ fn result_of(folder: &SweepFolder, point: &Point, quantities: &mut Vec<Quantity>
         Ok(measurements) => measurements.unwrap_or_default(),
         Err(error) => return none(Standing::Failed(format!("its measurements.json cannot be read: {error}"))),
     };
-    let trouble = failure.or_else(|| (!summary.faults.is_empty()).then(|| summary.faults.join("; ")));
+    let trouble = failure.or_else(|| trouble_of(&summary));
     PointResult {
         standing: trouble.map_or(Standing::Done, Standing::Failed),
         measurements: measurements(summary, &measured, quantities),
     }
+}
+
+/// Why a run is not sound, by its summary.
+pub(super) fn trouble_of(summary: &Summary) -> Option<String> {
+    let faults = || (!summary.faults.is_empty()).then(|| summary.faults.join("; "));
+    summary.trouble.clone().or_else(faults)
 }
 
 /// The measured stages of a run, and its last measurement.
@@ -325,6 +333,7 @@ fn pooled(values: &[Value]) -> Option<Pooled> {
     mean.is_finite().then(|| Pooled {
         mean,
         error: squares.map(|sum| sum.sqrt() / number),
+        runs: values.len(),
         scatter: (values.len() > 1).then(|| (scatter / (number * (number - 1.0))).sqrt()),
     })
 }
@@ -386,6 +395,7 @@ mod tests {
         assert_eq!((one.mean, one.error, one.scatter), (1.0, Some(0.3), None));
         let unknown = pooled(&[value(1.0, 0.3), Value { mean: 2.0, error: None }]).unwrap();
         assert_eq!((unknown.error, unknown.scatter.is_some()), (None, true));
+        assert_eq!([three.runs, one.runs, unknown.runs], [3, 1, 2]);
         assert_eq!(pooled(&[]), None);
     }
 }

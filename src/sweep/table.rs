@@ -2,7 +2,7 @@
 //! `sweep-columns.csv`, which has the units. Where runs have measured stages, each of them has a row of its own, and a column says which.
 //!
 //! A column `x` has beside it `x_error`, the standard error; `sweep-mean.csv` has `x_error` by the errors of the runs and `x_scatter` by how far the runs
-//! are apart, which should agree. What is not known is an empty cell.
+//! are apart, which should agree, and, where not all runs of a state point know `x`, `x_runs`, how many do. What is not known is an empty cell.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -90,21 +90,30 @@ fn means(sweep: &Sweep, results: &Results) -> String {
         .filter_map(|(name, key)| (!Sweep::is_seed(key)).then_some(name))
         .collect();
     let quantities = || results.quantities.iter();
-    let names = quantities().flat_map(|it| ["", "_error", "_scatter"].map(|suffix| format!("{}{suffix}", it.name)));
+    let is_partial: Vec<bool> = (0..results.quantities.len()).map(|at| is_partial(results, at)).collect();
+    let suffixes = |at: usize| ["", "_error", "_scatter"].into_iter().chain(is_partial[at].then_some("_runs"));
+    let names = quantities().enumerate().flat_map(|(at, it)| suffixes(at).map(|suffix| format!("{}{suffix}", it.name)));
     line(&mut text, keys.into_iter().chain(stage_head(results)).chain(["runs".to_owned()]).chain(names));
     for group in &results.groups {
         let Some(point) = group.places.first().and_then(|place| sweep.points().get(*place)) else { continue };
         for means in &group.measurements {
             let settings = point.state_point().map(|(_, value)| typed(value));
             let stage = results.has_stages().then(|| quoted(&means.stage));
-            let values = means.values.iter().flat_map(|value| {
+            let values = means.values.iter().zip(&is_partial).flat_map(|(value, is_partial)| {
                 let numbers = [value.map(|it| it.mean), value.and_then(|it| it.error), value.and_then(|it| it.scatter)];
-                numbers.map(|number| Cell(number).to_string())
+                let runs = is_partial.then(|| value.map_or(0, |it| it.runs).to_string());
+                numbers.map(|number| Cell(number).to_string()).into_iter().chain(runs)
             });
             line(&mut text, settings.chain(stage).chain([means.runs.to_string()]).chain(values));
         }
     }
     text
+}
+
+/// Whether there is a state point with runs that know a quantity and others that do not.
+fn is_partial(results: &Results, quantity: usize) -> bool {
+    let means = results.groups.iter().flat_map(|group| &group.measurements);
+    means.filter_map(|means| Some((means.values[quantity]?.runs, means.runs))).any(|(known, all)| known < all)
 }
 
 fn columns(sweep: &Sweep, results: &Results) -> String {

@@ -226,3 +226,36 @@ fn another_end_is_on_the_disk_before_the_run_goes_on() {
     let kept = fs::read_to_string(path.join("scene.toml.partial")).unwrap();
     assert!(kept.contains(&format!("until_events = {events}")), "{kept}");
 }
+
+#[test]
+fn a_run_that_is_stopped_early_and_given_a_near_end_has_its_rows() {
+    let place = Place::with(FLUID);
+    let scene = |events: u64| {
+        let until = format!("run.until_events={events}");
+        let text = fs::read_to_string(place.path().join("scene.toml")).unwrap();
+        let text = text.replace("until_events = 4000", &until.replace("run.until_events=", "until_events = "));
+        fs::write(place.path().join("scene.toml"), text.replace("equilibration_events = 500\n", "")).unwrap();
+        Scene::from_file(place.path().join("scene.toml")).unwrap()
+    };
+    let far = scene(1_000_000_000);
+    let path = place.path().join("run");
+    let mut folder = Folder::create(&path, &far, Existing::Keep).unwrap();
+    folder.keep_scene(&fs::read_to_string(place.path().join("scene.toml")).unwrap()).unwrap();
+    let mut stop = |progress: &Progress| match progress.events {
+        0..100_000 => ControlFlow::Continue(()),
+        _ => ControlFlow::Break(()),
+    };
+    let finished = run(far, &mut folder, &mut stop).unwrap();
+    assert_eq!(finished.ending, Ending::Interrupted);
+    folder.complete(&finished, "").unwrap();
+    let events = finished.simulation.event_counts().physical() + 50_000;
+    let (mut folder, checkpoint) = when_free(|| Folder::resume(&path, Some(Limit::events(events))));
+    let finished = Run::resume(checkpoint).execute(&mut folder, &mut |_| ControlFlow::Continue(())).unwrap();
+    folder.complete(&finished, "").unwrap();
+    // A third of the two hundred that it would have had.
+    let rows =
+        fs::read_to_string(path.join("thermo.csv")).unwrap().lines().filter(|line| !line.starts_with('#')).count();
+    assert!(rows > 40, "{rows}");
+    let (_, temperature) = finished.observables[0];
+    assert!(temperature.standard_error.is_some());
+}

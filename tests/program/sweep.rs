@@ -325,3 +325,26 @@ fn bad_input_is_refused_with_its_cure_before_anything_is_made() {
     place.write("full/thesis.tex", "");
     refused(&["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "full"], &["not a sweep", "--out"]);
 }
+
+#[test]
+fn a_point_that_jammed_by_itself_has_failed() {
+    let place = Place::with(FLUID);
+    let grow = "\n[[stage]]\nname = \"compress\"\ngrow = { rate = 2.0, packing_fraction = 0.3 }\n\
+                thermostat = { kind = \"rescaling\", temperature = 1.0, interval = 0.2 }\n";
+    let scene = fs::read_to_string(place.path().join("scene.toml"))
+        .unwrap()
+        .replace("packing_fraction = 0.3", "packing_fraction = 0.2")
+        .replace("\"fcc\"", "\"random\"");
+    fs::write(place.path().join("scene.toml"), scene.replace("[run]", &format!("{grow}[run]"))).unwrap();
+    let vary = ["sweep", "scene.toml", "--vary", "stage.0.grow.packing_fraction=0.3,0.73", "--out", "s"];
+    let first = place.carom(&vary);
+    assert_eq!(code(&first), 1, "{}", words(&first));
+    assert!(errors(&first).contains("1 of 2 runs failed"), "{}", errors(&first));
+    // As if the sweep had been killed before it kept why, or the run had been finished by `carom run --resume`.
+    fs::remove_dir_all(place.path().join("s/failures")).unwrap();
+    let again = place.carom(&vary);
+    assert_eq!(code(&again), 1, "{}", words(&again));
+    let text = place.read("s/sweep.csv");
+    let lines: Vec<&str> = text.lines().skip(1).collect();
+    assert!(lines[0].contains(",done,") && lines[1].contains("failed: growing spheres jam"), "{text}");
+}

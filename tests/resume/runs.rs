@@ -21,7 +21,7 @@ pub const GROWN: &str = r#"
 [[species]]
 name = "A"
 mass = 1.0
-diameter = 1.0
+diameter = 0.7
 [[interaction]]
 species = ["A", "A"]
 potential = "hard-sphere"

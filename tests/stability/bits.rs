@@ -187,7 +187,8 @@ fn driven(count: u64, is_sheared: bool, bath: Option<[bool; 3]>) -> Simulation {
 #[test]
 fn times_at_which_a_run_stops_change_nothing() {
     let all = Some([true; 3]);
-    let systems = [(4, false, all), (10, false, all), (20, false, all), (4, true, None), (10, true, None), (30, true, None)];
+    let systems =
+        [(4, false, all), (10, false, all), (20, false, all), (4, true, None), (10, true, None), (30, true, None)];
     for (count, is_sheared, bath) in systems.into_iter().chain([(10, true, Some([false, true, true]))]) {
         let start = || driven(count, is_sheared, bath);
         let mut whole = start();

@@ -14,6 +14,23 @@ pub(super) fn feasible(interval: f64, duration: f64) -> f64 {
     interval.max(SHORTEST * duration)
 }
 
+/// About an interval, one that samples of a system whose velocities are scaled every so often see at all times since the last scaling, and all
+/// of them as often: it is no multiple of the time between two scalings, nor a simple part of it. Each goes on from the last by the golden section.
+pub(super) fn incommensurate(interval: f64, scaling: Option<f64>) -> f64 {
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    let Some(scaling) = scaling else { return interval };
+    let nearest = |ratio: f64| {
+        let whole = ratio.floor();
+        let candidates = [whole - 1.0 + GOLDEN, whole + 1.0 - GOLDEN, whole + GOLDEN];
+        let distance = |candidate: f64| (libm::log(candidate / ratio)).abs();
+        candidates.into_iter().filter(|candidate| *candidate > 0.0).min_by(|a, b| distance(*a).total_cmp(&distance(*b)))
+    };
+    let ratio = interval / scaling;
+    // Of intervals that are parts of that time, so many to one.
+    let found = if ratio >= 1.0 { nearest(ratio) } else { nearest(ratio.recip()).map(f64::recip) };
+    found.filter(|found| found.is_finite()).map_or(interval, |found| found * scaling)
+}
+
 /// End times of equal blocks, whose length the plan gives or the run chooses.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct BlockTimes(SamplingTimes);
@@ -46,6 +63,21 @@ impl BlockTimes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::numbers::trunc_to_usize;
+
+    #[test]
+    fn samples_see_all_times_since_a_scaling_as_often() {
+        for interval in [5.0, 50.0, 0.25, 3.0, 7.1, 1e-3, 5.001, 4.999] {
+            let found = incommensurate(interval, Some(5.0));
+            assert!((0.6..1.6).contains(&(found / interval)), "{interval} {found}");
+            let mut phases = [0_u32; 10];
+            let count = 20_000;
+            (1..=count).for_each(|k| phases[trunc_to_usize(10.0 * (f64::from(k) * found / 5.0).fract())] += 1);
+            // Of a golden section, deviations grow as the logarithm; of tiny steps, there are as many as there are steps in a time.
+            assert!(phases.iter().all(|n| n.abs_diff(count / 10) < 600), "{interval} {found} {phases:?}");
+        }
+        assert_eq!(incommensurate(0.3, None), 0.3);
+    }
 
     #[test]
     fn a_given_interval_is_not_shorter_than_a_run_can_bear() {

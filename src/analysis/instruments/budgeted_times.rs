@@ -1,5 +1,6 @@
 //! Sampling times of instruments whose samples cost much.
 
+use super::block_times::incommensurate;
 use super::instrument::Setup;
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::base::numbers::trunc_to_u32;
@@ -20,7 +21,7 @@ const PER_FLIGHT: f64 = 200.0;
 
 /// Equidistant sampling times at the interval of the plan, or as many as a budget of operations allows.
 ///
-/// An interval that is not given is chosen for 200 samples in the expected duration; for fewer, but not less than 16, where those
+/// An interval that is not given is no simple part or multiple of the time between two scalings of the velocities. It is chosen for 200 samples in the expected duration; for fewer, but not less than 16, where those
 /// would take longer than a second and than a tenth of the run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct BudgetedTimes(SamplingTimes);
@@ -33,7 +34,11 @@ impl BudgetedTimes {
         let shortest = 4.0 * f64::EPSILON * (start.abs() + setup.duration);
         Self(match given {
             Some(interval) => SamplingTimes::given(start, interval.max(shortest)),
-            None => SamplingTimes::expecting(start, setup.duration, trunc_to_u32(aim(setup, work)), shortest),
+            None => {
+                let aim = trunc_to_u32(aim(setup, work));
+                let interval = incommensurate(setup.duration / f64::from(aim), setup.system.scaling_interval);
+                SamplingTimes::expecting(start, interval * f64::from(aim), aim, shortest)
+            }
         })
     }
 

@@ -168,7 +168,9 @@ impl Instrument for Diffusion {
     }
 
     fn sample(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
-        let now = self.lags.passed(sample.time);
+        // What was asked for has come, also where times are so late that they are rounded by more than is allowed for.
+        let is_due = sample.time >= self.next_sample();
+        let now = self.lags.passed(sample.time).max(if is_due { self.next } else { 0 });
         if now > self.next {
             // A sample was missed: no origin on the way will be complete.
             self.origins.clear();

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::instrument::{Instrument, Setup};
 use super::quantity::{Curve, Measured, Normalisation, Number, Published, Series, Variable};
 use super::system::{Sample, SystemDescription};
+use crate::Vector;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::base::numbers::index;
 use crate::engine::event::{Event, EventKind};
@@ -24,7 +25,7 @@ const BLOCK: u64 = 64;
 /// Follows each particle from one Core event to the next.
 ///
 /// A free path is the length of the flight, over straight pieces where events of other kinds come between; its free time the time that
-/// this takes. Flights that were under way at the start, or are at the end, do not count. Of particles that accelerate there
+/// this takes. Where momentum is conserved, lengths are relative to the centre of mass. Flights that were under way at the start, or are at the end, do not count. Of particles that accelerate there
 /// are no paths, nor in a sheared box: relative to what streams around them they accelerate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FreePaths {
@@ -33,6 +34,8 @@ pub(super) struct FreePaths {
     times: Flown,
     /// None where particles accelerate, or stream.
     paths: Option<Flown>,
+    /// Velocity of the centre of mass, where it stays the same: paths are relative to it.
+    drift: Vector,
 }
 
 /// A particle on its way.
@@ -85,6 +88,7 @@ impl FreePaths {
             flights: vec![flight; setup.system.masses.len()],
             times: Flown::new(bins),
             paths: (!setup.system.is_accelerated && setup.system.shear_rate == 0.0).then(|| Flown::new(bins)),
+            drift: setup.system.drift(setup.sample.velocities),
         }
     }
 
@@ -118,7 +122,7 @@ impl Instrument for FreePaths {
 
     fn scaled(&mut self, before: &Sample<'_>, _: &Sample<'_>, system: &SystemDescription) {
         for &id in &system.moving {
-            self.turn(id, before.time, before.velocities[id as usize].norm(), false);
+            self.turn(id, before.time, (before.velocities[id as usize] - self.drift).norm(), false);
         }
     }
 
@@ -126,7 +130,7 @@ impl Instrument for FreePaths {
         let is_core = event.kind == EventKind::Pair(Outcome::Core);
         for (id, before) in [Some(event.particle), event.partner].into_iter().zip(&event.before) {
             if let Some(id) = id.filter(|id| system.masses.get(id.0 as usize).is_some_and(|mass| mass.is_finite())) {
-                self.turn(id.0, event.time, before.norm(), is_core);
+                self.turn(id.0, event.time, (before - self.drift).norm(), is_core);
             }
         }
     }
@@ -176,8 +180,8 @@ fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, met
 }
 
 const TIME: &str = "Time between two successive Core events of a particle.";
-const PATH: &str =
-    "Length of the way between two successive Core events of a particle; force-free flight in a box at rest only.";
+const PATH: &str = "Length of the way between two successive Core events of a particle, where momentum is conserved relative to the centre of mass; \
+     force-free flight in a box at rest only.";
 const EXPONENTIAL: &str = "Exact if each particle collided at a rate of its own that never changes. In a dilute gas fast particles collide more \
     often, which leaves more of the longest times: Visco, van Wijland and Trizac, Phys. Rev. E 77, 041117 (2008), \
     doi:10.1103/PhysRevE.77.041117";
@@ -252,6 +256,31 @@ mod tests {
         assert!(number(&falling, "mean_free_time").mean.is_some());
         assert_eq!(number(&falling, "mean_free_path").mean, None);
         assert_eq!(falling.curves.len(), 1);
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_centre_of_mass() {
+        let measured = |drift: f64| {
+            let flat = Space { boundary: [Boundary::Periodic, Boundary::Flat, Boundary::Flat], ..line() };
+            let scene = SceneBuilder::new("line")
+                .space(flat)
+                .species("A", 1.0, 1.0)
+                .species("B", 3.0, 1.0)
+                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .interaction("A", "B", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .interaction("B", "B", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .particle("A", Vector::new(2.0, 0.0, 0.0), Vector::new(1.5 + drift, 0.0, 0.0))
+                .particle("B", Vector::new(7.0, 0.0, 0.0), Vector::new(-0.5 + drift, 0.0, 0.0));
+            let (system, mut simulation) = start(scene.build().unwrap());
+            let mut instrument = free_paths(&simulation, &system);
+            measure(&mut simulation, &system, &mut instrument, 50.0);
+            let measured = report(&instrument, &system);
+            number(&measured, "mean_free_path").mean.unwrap()
+        };
+        // They meet every 4 time units, in which A flies 6 and B 2.
+        for drift in [0.0, 5.0] {
+            assert!((measured(drift) - 4.0).abs() < 1e-10, "{drift} {}", measured(drift));
+        }
     }
 
     #[test]

@@ -68,12 +68,10 @@ impl Profile {
                 Boundary::Flat => 0,
                 boundary => {
                     let mut offset = position[k] - self.lower[k];
-                    // By round-off outside of the box, or in a grid that reaches over its side.
-                    if boundary == Boundary::Periodic && offset < 0.0 {
-                        // The sum may round to the period itself.
-                        offset = (offset + space.size[k]).min(space.size[k].next_down());
-                    } else if boundary == Boundary::Periodic && offset >= space.size[k] {
-                        offset -= space.size[k];
+                    // By round-off outside of the box, or in a grid that is elsewhere.
+                    if boundary == Boundary::Periodic && !(0.0..space.size[k]).contains(&offset) {
+                        // The remainder may round to the period itself.
+                        offset = offset.rem_euclid(space.size[k]).min(space.size[k].next_down());
                     }
                     if !(0.0..self.size[k]).contains(&offset) {
                         return None;

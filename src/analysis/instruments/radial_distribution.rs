@@ -15,7 +15,7 @@ use crate::engine::CellList;
 use crate::model::measurement_plan as plan;
 use crate::model::measurement_plan::{MOST_BINS, RADIAL_BINS};
 use crate::model::space::Boundary;
-use contact::CONTACT_BINS;
+use contact::{CONTACT_BINS, Shell};
 use room::Room;
 use serde::{Deserialize, Serialize};
 use unequal::Rooms;
@@ -47,8 +47,8 @@ pub(super) struct RadialDistribution {
 struct Pair {
     classes: [usize; 2],
     names: [String; 2],
-    /// Where the cores touch `[length]`, if they have any and that is within reach.
-    core: Option<f64>,
+    /// Where the cores touch, if they have any and that is within reach.
+    shell: Option<Shell>,
 }
 
 /// Particles that count as the same.
@@ -74,13 +74,13 @@ impl RadialDistribution {
                 let diameters = [mean_diameter(system, first), mean_diameter(system, second)];
                 let probability = room_of(system, diameters);
                 let number = if a == b { 0.5 * first.count * (first.count - 1.0) } else { first.count * second.count };
-                let core = core(system, first, second).filter(|&core| contact::end(core) <= reach);
+                let shell = shell(system, first, second).filter(|shell| shell.end <= reach);
                 ideal.extend(edges(0.0, cutoff, bins).map(|[from, to]| number * probability(from, to)));
-                let near = core.map(|core| edges(core, contact::end(core), CONTACT_BINS)).into_iter().flatten();
+                let near = shell.map(|shell| edges(shell.core, shell.end, CONTACT_BINS)).into_iter().flatten();
                 let before = ideal_contact.len();
                 ideal_contact.extend(near.map(|[from, to]| number * probability(from, to)));
                 ideal_contact.resize(before + CONTACT_BINS, 0.0);
-                pairs.push(Pair { classes: [a, b], names: [first.name.clone(), second.name.clone()], core });
+                pairs.push(Pair { classes: [a, b], names: [first.name.clone(), second.name.clone()], shell });
             }
         }
         ideal.extend(ideal_contact);
@@ -114,7 +114,7 @@ impl RadialDistribution {
 
     /// How far apart pairs are looked for.
     fn range(&self) -> f64 {
-        self.pairs.iter().filter_map(|pair| pair.core).map(contact::end).fold(self.cutoff, f64::max)
+        self.pairs.iter().filter_map(|pair| pair.shell).map(|shell| shell.end).fold(self.cutoff, f64::max)
     }
 
     /// The pair of each two classes.
@@ -150,7 +150,7 @@ impl Instrument for RadialDistribution {
             if bin < self.bins {
                 numbers[pair * self.bins + bin] += 1;
             }
-            if let Some(bin) = self.pairs[pair].core.and_then(|core| contact::bin(distance, core)) {
+            if let Some(bin) = self.pairs[pair].shell.and_then(|shell| shell.bin(distance)) {
                 numbers[first_contact + pair * CONTACT_BINS + bin] += 1;
             }
         });
@@ -213,7 +213,7 @@ impl RadialDistribution {
     }
 
     fn contact_value(&self, index: usize, pair: &Pair) -> Option<Number> {
-        let core = pair.core?;
+        let shell = pair.shell?;
         let first = self.pairs.len() * self.bins + index * CONTACT_BINS;
         let estimate = contact::extrapolate(&self.curve, &self.ideal, first);
         let [a, b] = &pair.names;
@@ -226,8 +226,8 @@ impl RadialDistribution {
             method: format!(
                 "ln g(r) at r = {}, from a quadratic fit over at most the {CONTACT_BINS} bins up to {}, as far as g(r) is \
                  above half of its first values",
-                digits(core),
-                digits(contact::end(core))
+                digits(shell.core),
+                digits(shell.end)
             ),
         })
     }
@@ -275,10 +275,10 @@ fn room_of(system: &SystemDescription, diameters: [f64; 2]) -> Box<dyn Fn(f64, f
     Box::new(move |from, to| room.probability(from, to))
 }
 
-/// The distance at which the cores of two species touch.
-fn core(system: &SystemDescription, first: &Class, second: &Class) -> Option<f64> {
+/// What is just outside of the distance at which the cores of two species touch.
+fn shell(system: &SystemDescription, first: &Class, second: &Class) -> Option<Shell> {
     match (&first.species[..], &second.species[..]) {
-        (&[a], &[b]) => system.cores.get(a, b),
+        (&[a], &[b]) => system.cores.get(a, b).map(|core| Shell::new(core, system.step_outside_core(a, b))),
         _ => None,
     }
 }

@@ -39,8 +39,12 @@ pub(super) fn straight_slope(
     let mut difference = slope_terms(first..=middle, spacing, offset);
     difference.extend(slope_terms(middle..=last, spacing, offset).into_iter().map(|(k, c)| (k, -c)));
     let bend = slope(&difference)?;
-    let tolerance = (STRAIGHT * whole.mean.abs()).max(3.0 * bend.standard_error.unwrap_or(0.0));
-    (bend.mean.abs() <= tolerance).then_some(whole)
+    is_small(&bend, &whole).then_some(whole)
+}
+
+/// Whether a part that ought to vanish is less than a tenth of the whole, or than three of its own errors.
+pub(super) fn is_small(part: &Estimate, whole: &Estimate) -> bool {
+    part.mean.abs() <= (STRAIGHT * whole.mean.abs()).max(3.0 * part.standard_error.unwrap_or(0.0))
 }
 
 /// Plain combination of the means.

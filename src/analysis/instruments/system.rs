@@ -29,6 +29,8 @@ pub struct SystemDescription {
     pub moving: Vec<u32>,
     /// Contact distances of the cores of each two species `[length]`, where they have some.
     pub cores: SpeciesPairs<f64>,
+    /// The next distances outside of these cores at which the potential steps, or that of a bond between such particles `[length]`.
+    pub(crate) steps_outside_cores: SpeciesPairs<f64>,
     /// The two ends of each bond.
     pub bonds: Vec<[u32; 2]>,
     /// The shortest and the longest distance that any bond reaches to `[length]`; zeros without bonds.
@@ -47,6 +49,8 @@ pub struct SystemDescription {
     pub has_wells: bool,
     /// Shear rate of the box `[1 / time]`; 0 at rest.
     pub shear_rate: f64,
+    /// Time between two scalings of all velocities by a thermostat `[time]`; none without.
+    pub scaling_interval: Option<f64>,
     /// The seed of the scene, for what is measured on a random choice of particles.
     pub seed: u64,
 }
@@ -75,6 +79,7 @@ impl SystemDescription {
             |bond: &Bond| [potential(&bond.interaction).core().unwrap_or(0.0), potential(&bond.interaction).range()];
         let bond_lengths = scene.bonds.iter().map(lengths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
         let masses: Vec<f64> = species.iter().map(|&species| scene.species[species as usize].mass).collect();
+        let steps_outside_cores = steps_outside_cores(scene, &species);
         let is_soft = |boundary: &Boundary| {
             let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
             matches!(boundary, Boundary::Bounded { lower, upper } if is_soft(lower) || is_soft(upper))
@@ -92,6 +97,7 @@ impl SystemDescription {
             species,
             masses,
             cores: scene.table.map(|id| potential(&id).core()),
+            steps_outside_cores,
             bond_lengths: bond_lengths.unwrap_or_default(),
             bonds: scene.bonds.iter().map(|bond| bond.pair.map(|id| id.0)).collect(),
             conserves_momentum: applicable.conserves_momentum,
@@ -102,6 +108,7 @@ impl SystemDescription {
                 && !scene.space.boundary.iter().any(is_soft),
             has_wells: applicable.has_wells,
             shear_rate: scene.shear_rate.unwrap_or(0.0),
+            scaling_interval: applicable.scaling_interval,
             seed: scene.seed,
         }
     }
@@ -125,6 +132,11 @@ impl SystemDescription {
     /// Mass of everything that moves `[mass]`.
     pub(super) fn moving_mass(&self) -> f64 {
         self.moving.iter().map(|&id| self.masses[id as usize]).sum()
+    }
+
+    /// The distance outside of the core of two species at which the potential steps next.
+    pub(super) fn step_outside_core(&self, a: usize, b: usize) -> Option<f64> {
+        self.steps_outside_cores.get(a, b)
     }
 
     /// Velocity of what streams at a position of a sheared box: `rate (y - y_middle)` along x `[length / time]`.
@@ -185,6 +197,7 @@ impl SystemDescription {
             masses: vec![1.0; count as usize],
             moving: (0..count).collect(),
             cores: SpeciesPairs::new(1),
+            steps_outside_cores: SpeciesPairs::new(1),
             bonds: Vec::new(),
             bond_lengths: [0.0; 2],
             conserves_momentum: true,
@@ -194,9 +207,25 @@ impl SystemDescription {
             is_elastic: true,
             has_wells: false,
             shear_rate: 0.0,
+            scaling_interval: None,
             seed: 1,
         }
     }
+}
+
+/// By two species that have a core, the next distance outside of it at which their potential steps, or that of a bond between two of them.
+fn steps_outside_cores(scene: &Scene, species: &[u32]) -> SpeciesPairs<f64> {
+    let potential = |id: &InteractionId| &scene.interactions[id.0 as usize].potential;
+    let next = |core: f64, radii: &[f64]| radii.iter().copied().filter(|radius| *radius > core).reduce(f64::min);
+    let mut steps = scene.table.map(|id| next(potential(&id).core()?, potential(&id).radii()));
+    for bond in &scene.bonds {
+        let [a, b] = bond.pair.map(|id| species[id.0 as usize] as usize);
+        let core = scene.table.get(a, b).and_then(|id| potential(&id).core());
+        if let Some(step) = core.and_then(|core| next(core, potential(&bond.interaction).radii())) {
+            steps.set(a, b, steps.get(a, b).map_or(step, |other| other.min(step)));
+        }
+    }
+    steps
 }
 
 /// Positions, velocities and images of all particles at one time, in the order of their ids.

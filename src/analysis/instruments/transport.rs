@@ -14,6 +14,7 @@ use super::system::{Sample, SystemDescription};
 use crate::analysis::statistics::CurveAverage;
 use crate::base::numbers::trunc_to_usize;
 use crate::engine::event::Event;
+use crate::model::measurement_plan::MOST_TRANSPORT_LAGS as MOST;
 use crate::model::measurement_plan::Transport as Plan;
 
 /// Samples by which rounding is taken out of the flows, unless the run is longer than expected.
@@ -26,8 +27,6 @@ const LONGEST_FREE_TIMES: f64 = 40.0;
 /// Fewest and most moments of a span that are chosen, and most that can be asked for.
 const FEWEST: f64 = 20.0;
 const MOST_CHOSEN: f64 = 80.0;
-const MOST: f64 = 1000.0;
-
 /// Part of the duration that a chosen span takes at most.
 const SPANS: f64 = 20.0;
 
@@ -196,7 +195,7 @@ fn grid(plan: &Plan, setup: &Setup<'_>) -> (f64, usize) {
             (span / chosen(span), chosen(span))
         }
     };
-    (feasible(interval, setup.duration), trunc_to_usize(lags.clamp(1.0, MOST)))
+    (feasible(interval, setup.duration), trunc_to_usize(lags.clamp(1.0, MOST as f64)))
 }
 
 impl Instrument for Transport {

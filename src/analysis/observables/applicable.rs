@@ -38,6 +38,8 @@ pub struct ApplicableObservables {
     pub has_wells: bool,
     /// Particles that move per volume `[length^-D]`.
     pub number_density: f64,
+    /// Time between two scalings of all velocities by a thermostat `[time]`; none without.
+    pub(crate) scaling_interval: Option<f64>,
     total_mass: f64,
     up: Option<Vector>,
     is_moving: Vec<bool>,
@@ -90,6 +92,7 @@ impl ApplicableObservables {
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),
+            scaling_interval: None,
             total_mass: all.map(mass).sum(),
             up,
             is_moving: listed.clone().map(is_moving).collect(),
@@ -103,6 +106,10 @@ impl ApplicableObservables {
 
     /// Counts the components of the velocities that are free in a stage with a thermostat, which may change the momentum.
     pub(crate) fn set_thermostat(&mut self, scene: &Scene, thermostat: Option<&Thermostat>) {
+        self.scaling_interval = match thermostat {
+            Some(&Thermostat::Rescaling { interval, .. }) => Some(interval),
+            _ => None,
+        };
         self.conserved_axes = scene.conserved_axes_with(thermostat);
         let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
         self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();

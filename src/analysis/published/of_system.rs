@@ -6,7 +6,7 @@ use super::equation_of_state::{face_centred_cubic, hard_disks, hard_spheres, ton
 use super::kinetic_theory::{HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods};
 use crate::Vector;
 use crate::model::scene::own_volume;
-use crate::model::{Scene, Species};
+use crate::model::{Scene, Species, Thermostat};
 
 /// Published value of a measured quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,6 +25,9 @@ pub struct PublishedValue {
 /// The packing fractions for which the equations of the fluid are meant in three and two dimensions, and from which on that of the crystal is.
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
+
+/// What a heat bath changes.
+const TRANSPORT: [&str; 4] = ["diffusion_coefficient", "shear_viscosity", "bulk_viscosity", "thermal_conductivity"];
 
 const MKLM: &str = "Pieprzyk et al., Phys. Chem. Chem. Phys. 21, 6886 (2019), doi:10.1039/C9CP00903E; infinite fluid";
 const SPEEDY_CRYSTAL: &str =
@@ -47,15 +50,25 @@ struct Hard {
 }
 
 /// Published values for a system in equilibrium, of so many particles by species, with diameters that have grown by a factor `scale`, at a mean
-/// temperature `[energy]`; none for a system about which nothing is known here: today that is all but equal elastic hard particles in a periodic box.
+/// temperature `[energy]`, while a thermostat acts, whose Andersen collisions end the memory that transport comes from; none for a system about which nothing is known here: today that is all but equal elastic hard particles in a periodic box.
 #[must_use]
-pub fn of_system(scene: &Scene, population: &[usize], scale: f64, temperature: Option<f64>) -> Vec<PublishedValue> {
+pub fn of_system(
+    scene: &Scene,
+    thermostat: Option<&Thermostat>,
+    population: &[usize],
+    scale: f64,
+    temperature: Option<f64>,
+) -> Vec<PublishedValue> {
     let Some(hard) = hard(scene, population, scale, temperature) else { return Vec::new() };
-    match scene.space.dimensions() {
+    let mut values = match scene.space.dimensions() {
         3 => hard.spheres(),
         2 => hard.disks(),
         _ => hard.rods(),
+    };
+    if matches!(thermostat, Some(Thermostat::Andersen { .. })) {
+        values.retain(|value| !TRANSPORT.contains(&value.quantity.as_str()));
     }
+    values
 }
 
 fn hard(scene: &Scene, population: &[usize], scale: f64, temperature: Option<f64>) -> Option<Hard> {
@@ -183,23 +196,23 @@ mod tests {
     #[test]
     fn values_are_those_of_the_units_of_the_scene() {
         let temperature = 5.0;
-        let spheres = of_system(&scene(3, hard(), 1.0), &[0, 2], 1.0, Some(temperature));
+        let spheres = of_system(&scene(3, hard(), 1.0), None, &[0, 2], 1.0, Some(temperature));
         let phi = 2.0 * std::f64::consts::PI / 6.0 * 8.0 / 1000.0;
         assert_eq!(value(&spheres, "compressibility_factor"), hard_spheres(phi));
         assert!((value(&spheres, "pressure") - hard_spheres(phi) * 2.0 / 1000.0 * temperature).abs() < 1e-15);
         // Of a thin gas: sqrt(16 pi T / m) rho sigma^2.
         let thin = (16.0 * std::f64::consts::PI * temperature / 3.0).sqrt() * 2.0 / 1000.0 * 4.0;
         assert!((value(&spheres, "collision_rate") / thin - 1.0).abs() < 0.03);
-        let disks = of_system(&scene(2, hard(), 1.0), &[0, 2], 1.5, Some(temperature));
+        let disks = of_system(&scene(2, hard(), 1.0), None, &[0, 2], 1.5, Some(temperature));
         assert_eq!(value(&disks, "compressibility_factor"), hard_disks(2.0 * std::f64::consts::PI / 4.0 * 9.0 / 100.0));
-        let rods = of_system(&scene(1, hard(), 1.0), &[0, 2], 1.0, None);
+        let rods = of_system(&scene(1, hard(), 1.0), None, &[0, 2], 1.0, None);
         assert_eq!(value(&rods, "compressibility_factor"), 1.0 / 0.6);
         assert!(rods.iter().all(|value| value.quantity == "compressibility_factor"));
     }
 
     #[test]
     fn nothing_is_published_about_other_systems() {
-        let nothing = |scene: &Scene| assert_eq!(of_system(scene, &[0, 2], 1.0, Some(1.0)), []);
+        let nothing = |scene: &Scene| assert_eq!(of_system(scene, None, &[0, 2], 1.0, Some(1.0)), []);
         nothing(&scene(3, Potential::square_well(2.0, 1.5, 1.0).unwrap(), 1.0));
         nothing(&scene(3, hard(), 0.9));
         // Contact at another distance than the diameter that fills the space.
@@ -210,13 +223,26 @@ mod tests {
         let mut falling = scene(3, hard(), 1.0);
         falling.species[1].acceleration.z = -1.0;
         nothing(&falling);
-        assert_eq!(of_system(&scene(3, hard(), 1.0), &[1, 2], 1.0, Some(1.0)), []);
+        assert_eq!(of_system(&scene(3, hard(), 1.0), None, &[1, 2], 1.0, Some(1.0)), []);
+    }
+
+    #[test]
+    fn nothing_is_published_about_transport_in_a_heat_bath() {
+        let bath = Thermostat::Andersen { temperature: 5.0, rate: 1.0, axes: [true; 3] };
+        let scaling = Thermostat::Rescaling { temperature: 5.0, interval: 1.0 };
+        let of = |thermostat: Option<&Thermostat>| -> Vec<String> {
+            let values = of_system(&scene(3, hard(), 1.0), thermostat, &[0, 2], 1.0, Some(5.0));
+            values.into_iter().map(|value| value.quantity).collect()
+        };
+        assert_eq!(of(Some(&bath)), ["compressibility_factor", "pressure", "collision_rate", "core_rate"]);
+        assert_eq!(of(Some(&scaling)), of(None));
+        assert!(of(None).iter().any(|quantity| quantity == "diffusion_coefficient"));
     }
 
     #[test]
     fn a_crystal_has_its_own_equation() {
         let labels = |scale: f64| -> Vec<String> {
-            let values = of_system(&scene(3, hard(), 1.0), &[0, 2], scale, None);
+            let values = of_system(&scene(3, hard(), 1.0), None, &[0, 2], scale, None);
             values.into_iter().map(|value| value.label).collect()
         };
         let scale_of = |phi: f64| (phi / (2.0 * std::f64::consts::PI / 6.0 * 8.0 / 1000.0)).cbrt();

@@ -213,3 +213,40 @@ fn too_little_is_none_and_never_nan() {
     average.add(3.0, 1.0);
     assert_eq!(average.estimate(), Some(Estimate { mean: 3.0, standard_error: Some(0.0) }));
 }
+
+#[test]
+fn what_has_happened_in_the_last_bin_only_has_no_error() {
+    // Bins of weight 2 by now, of which the last is open.
+    let series = |last: f64| {
+        let mut average = BlockAverage::new(1.0);
+        (0..MOST_BINS).for_each(|_| average.add(2.0, 1.0));
+        average.add(last, 1.0);
+        average
+    };
+    let (constant, other) = (series(2.0), series(3.0));
+    assert_eq!(constant.stationarity(), Stationarity::Constant);
+    assert_eq!(constant.estimate(), Some(Estimate { mean: 2.0, standard_error: Some(0.0) }));
+    assert_eq!(other.stationarity(), Stationarity::Unknown);
+    assert_eq!(other.estimate().unwrap().standard_error, None);
+    assert!(other.estimate().unwrap().mean > 2.0);
+    let ratio = other.ratio(&constant).unwrap();
+    assert_eq!((ratio.standard_error, other.stationarity_of_ratio(&constant)), (None, Stationarity::Unknown));
+    assert_eq!(constant.stationarity_of_ratio(&constant), Stationarity::Constant);
+    let mut curve = CurveAverage::new(1);
+    // Bins of 2 from 64 values on: of 129 the last is open.
+    (0..128).for_each(|_| curve.add(0, 0.0));
+    assert_eq!(curve.estimate(0), Some(Estimate { mean: 0.0, standard_error: Some(0.0) }));
+    curve.add(0, 1.0);
+    assert_eq!(curve.estimate(0).unwrap().standard_error, None);
+}
+
+#[test]
+fn a_first_value_that_is_longer_than_all_others_does_not_hide_them() {
+    let noise = correlated(0.0, 100, 7);
+    let mut average = BlockAverage::new(1000.0);
+    average.add(0.5, 1000.0);
+    noise.iter().for_each(|x| average.add(*x, 1.0));
+    let error = average.estimate().unwrap().standard_error.unwrap();
+    let exact = (1.0 / 12.0 / 100.0_f64).sqrt();
+    assert!((error / exact - 1.0).abs() < 0.5, "{error} {exact}");
+}

@@ -119,7 +119,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let dissipated =
             if tangential_scale == 1.0 { 0.5 / species.inverse_mass * (vn - after) * (vn + after) } else { 0.0 };
         let (position, velocity) = (body.position, body.velocity);
-        self.counts.totals.dissipated.add(dissipated);
+        self.note_dissipated(dissipated);
         self.note_confined_change(i, &before);
         self.count_wall(i, face, (after - vn) / species.inverse_mass);
         let mut normal = Vector::zeros();

@@ -107,7 +107,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             _ => (0.0, -0.5 * impulse * (radial + response.radial)),
         };
         if dissipated != 0.0 {
-            self.counts.totals.dissipated.add(dissipated);
+            self.note_dissipated(dissipated);
         }
         if self.sources.lees_edwards.is_some() {
             // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.

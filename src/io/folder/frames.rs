@@ -25,7 +25,8 @@ pub(crate) struct Frames {
 impl Frames {
     /// The frames of a scene from its start on.
     pub fn of(scene: &Scene) -> Self {
-        Self::with(scene, 1.0, scene.particles.iter().map(|particle| particle.species).collect())
+        let diameters: Vec<f64> = scene.species.iter().map(|species| species.diameter).collect();
+        Self::with(scene, &diameters, scene.particles.iter().map(|particle| particle.species).collect())
     }
 
     /// Those of a run that goes on.
@@ -35,15 +36,15 @@ impl Frames {
             species.push(particle.species);
             Ok::<(), Infallible>(())
         });
-        Self::with(simulation.scene(), simulation.grown(), species)
+        Self::with(simulation.scene(), simulation.first_diameters(), species)
     }
 
-    /// The diameters of the scene are larger by a factor than at its start.
-    fn with(scene: &Scene, scale: f64, mut species: Vec<SpeciesId>) -> Self {
+    /// The diameters are those at the start.
+    fn with(scene: &Scene, diameters: &[f64], mut species: Vec<SpeciesId>) -> Self {
         let mut radii = vec![0.0; scene.species.len()];
         for id in &species {
             let species = id.0 as usize;
-            radii[species] = 0.5 * scene.species[species].diameter / scale;
+            radii[species] = 0.5 * diameters[species];
         }
         let count = species.len();
         if species.iter().all(|other| Some(other) == species.first()) {

@@ -124,7 +124,14 @@ impl<R: Recorder> Driver<'_, R> {
     /// simulation. Elsewhere a copy goes ahead.
     fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, R::Error> {
         let first = self.first_pilot(events);
-        let pilot = self.state.pilot.map_or(first, |begun| Pilot { events: begun.events.max(first.events), ..begun });
+        let pilot = match self.state.pilot {
+            // One that was begun on the way to a later end is over by now.
+            Some(begun) if begun.events > (events / MOST_OF_STAGE).max(first.events) => {
+                Pilot { events: first.events, ..begun }
+            }
+            Some(begun) => Pilot { events: begun.events.max(first.events), ..begun },
+            None => first,
+        };
         if self.may_be_kept(events) {
             self.state.pilot = Some(pilot);
             match self.beginning(limit, events, pilot)? {

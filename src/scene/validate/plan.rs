@@ -4,7 +4,9 @@ use std::collections::HashMap;
 
 use crate::Vector;
 use crate::model::MeasurementPlan;
-use crate::model::measurement_plan::{DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_WINDOWS};
+use crate::model::measurement_plan::{
+    DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Profile,
+};
 use crate::model::run_plan::{EQUILIBRATION, MEASUREMENT};
 use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat};
@@ -170,6 +172,7 @@ impl SceneBuilder {
                 );
             }
             check_box(profile.lower, profile.upper, space, &at)?;
+            check_cells(profile, space, &at)?;
         }
         check_flows(&self.measure, space, &at)
     }
@@ -221,6 +224,33 @@ fn check_box(
     }
 }
 
+/// That particles can be in every cell of a profile.
+fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
+    let lower = profile.lower.map_or(space.lower, Into::into);
+    let upper: crate::Vector = profile.upper.map_or(space.upper(), Into::into);
+    let side = |axis: usize| at.key(if profile.upper.is_some() { "upper" } else { "lower" }).index(axis);
+    for axis in 0..3 {
+        let extent = upper[axis] - lower[axis];
+        match space.boundary[axis] {
+            Boundary::Flat if profile.bins[axis] > 1 => {
+                let expected = "1 cell along an axis that is flat";
+                return refuse(at.key("bins").index(axis), profile.bins[axis], expected);
+            }
+            Boundary::Flat => {}
+            _ if extent <= 0.0 => {
+                let expected = format!("an upper corner above {}, the lower one's", lower[axis]);
+                return refuse(side(axis), upper[axis], expected);
+            }
+            Boundary::Periodic if extent > space.size[axis] * (1.0 + 1e-9) => {
+                let expected = format!("a grid that is no longer than the period of {}", space.size[axis]);
+                return refuse(side(axis), upper[axis], expected);
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// The species with a name.
 fn known_species<'s>(name: &str, species: &'s [Species], at: &ConfigPath) -> Result<&'s Species, SceneError> {
     species.iter().find(|species| species.name == name).ok_or_else(|| {
@@ -239,6 +269,23 @@ fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) ->
     let at = at.key("species");
     if known_species(name, species, &at)?.is_static() {
         return refuse(at, format!("`{name}`, which is static"), "a species that moves");
+    }
+    Ok(())
+}
+
+/// That there are no more times of a correlation than there can be.
+fn check_spans(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneError> {
+    let spans = [
+        ("diffusion", plan.diffusion.as_ref().map(|it| (it.interval, it.span)), MOST_DIFFUSION_STEPS),
+        ("transport", plan.transport.as_ref().map(|it| (it.interval, it.span)), MOST_TRANSPORT_LAGS),
+    ];
+    for (kind, times, most) in spans {
+        if let Some((Some(interval), Some(span))) = times
+            && (span / interval).round() > most as f64
+        {
+            let expected = format!("at most {most} intervals of {interval:?}");
+            return refuse(at.key(kind).key("span"), format!("{span:?}"), expected);
+        }
     }
     Ok(())
 }
@@ -287,6 +334,7 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
             return refuse(at, count, format!("1 to {MOST_BINS}"));
         }
     }
+    check_spans(plan, at)?;
     let intervals = plan.profiles.iter().map(|it| ("profile", it.interval)).enumerate();
     let flows = plan.flows.iter().map(|it| ("flow", it.interval)).enumerate();
     for (index, (kind, interval)) in intervals.chain(flows) {

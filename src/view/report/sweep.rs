@@ -258,7 +258,8 @@ fn means(sweep: &Sweep, results: &Results) -> String {
                 let scatter = it.scatter.map_or_else(String::new, |scatter| {
                     format!("<br><small>scatter ± {}</small>", escape(&super::html::number(&digits(scatter))))
                 });
-                format!("{}{scatter}", value(Some(it.mean), it.error))
+                let of = (it.runs < means.runs).then(|| format!("<br><small>of {} runs</small>", it.runs));
+                format!("{}{scatter}{}", value(Some(it.mean), it.error), of.unwrap_or_default())
             }
         };
         let cells = std::iter::once(means.runs.to_string()).chain(means.values.iter().map(shown));

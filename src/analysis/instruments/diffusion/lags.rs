@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::instruments::block_times::{EARLY, feasible};
+use crate::analysis::instruments::block_times::{EARLY, feasible, incommensurate};
 use crate::analysis::instruments::free_time::mean_free_time;
 use crate::analysis::instruments::instrument::Setup;
 use crate::base::numbers::{trunc_to_u64, trunc_to_usize};
 use crate::model::measurement_plan::Diffusion as Plan;
+use crate::model::measurement_plan::MOST_DIFFUSION_STEPS as MOST_STEPS;
 
 /// Ticks in a linear step, a power of two: how much finer the shortest logarithmic time is.
 pub(super) const TICKS_PER_STEP: u64 = 32;
@@ -18,7 +19,8 @@ const LONGEST_FREE_TIMES: f64 = 100.0;
 /// Fewest and most linear steps that are chosen, and most that can be asked for.
 const FEWEST_STEPS: f64 = 50.0;
 const MOST_CHOSEN: f64 = 500.0;
-const MOST_STEPS: f64 = 2000.0;
+/// Shortest tick, in spacings of numbers at the end of the run.
+const SPACINGS_PER_TICK: f64 = 8.0;
 
 /// New origins in a longest linear time, unless there would be many more than [`ORIGINS`] in all.
 const OVERLAPPING: u64 = 4;
@@ -54,11 +56,15 @@ impl Lags {
                 let longest = free_time.map_or(quarter, |time| quarter.min(LONGEST_FREE_TIMES * time));
                 let span = span.unwrap_or(longest);
                 let fitting = free_time.map_or(100.0, |time| (span / time * STEPS_PER_FREE_TIME).round());
-                let steps = fitting.clamp(FEWEST_STEPS, MOST_CHOSEN);
-                (span / steps, steps)
+                let interval =
+                    incommensurate(span / fitting.clamp(FEWEST_STEPS, MOST_CHOSEN), setup.system.scaling_interval);
+                (interval, (span / interval).round())
             }
         };
-        let (interval, steps) = (feasible(interval, setup.duration), trunc_to_usize(steps.clamp(1.0, MOST_STEPS)));
+        // Ticks far longer than the spacing of the numbers that count time, so that each is told from the next.
+        let shortest = SPACINGS_PER_TICK * f64::EPSILON * (setup.sample.time.abs() + setup.duration);
+        let interval = feasible(interval, setup.duration).max(shortest * TICKS_PER_STEP as f64);
+        let steps = trunc_to_usize(steps.clamp(1.0, MOST_STEPS as f64));
         // More than a tick counter holds is no number of origins either.
         let apart = trunc_to_u64((setup.duration / interval / ORIGINS).ceil().clamp(1.0, 1e9));
         Self {

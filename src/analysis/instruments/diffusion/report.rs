@@ -1,10 +1,10 @@
 //! Curves and coefficients of diffusion.
 
 use super::lags::{LOGARITHMIC, logarithmic_ticks};
-use super::tracers::Tracers;
+use super::tracers::{Tracers, followed};
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
-use crate::analysis::instruments::slope::{of_means, straight_slope};
+use crate::analysis::instruments::slope::{is_small, of_means, straight_slope};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::Estimate;
 
@@ -24,7 +24,7 @@ pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured
         measured.numbers.push(Number::estimated(&name, &title, unit, einstein, &method(EINSTEIN, system)));
         let name = format!("diffusion_coefficient_green_kubo{suffix}");
         let title = format!("Diffusion coefficient{of}, Green and Kubo");
-        let green_kubo = green_kubo(diffusion, group);
+        let green_kubo = green_kubo(diffusion, group).filter(|_| !followed(system).is_enclosed);
         measured.numbers.push(Number::estimated(&name, &title, unit, green_kubo, &method(GREEN_KUBO, system)));
     }
     measured.curves.push(linear(diffusion, system, MSD));
@@ -33,9 +33,16 @@ pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured
     measured.curves.push(linear(diffusion, system, INTEGRAL));
 }
 
-/// How something is measured, with what differs in a sheared box.
+/// How something is measured, with what differs in a sheared box and between walls.
 fn method(at_rest: &str, system: &SystemDescription) -> String {
-    if system.shear_rate == 0.0 { at_rest.to_owned() } else { format!("{at_rest} {SHEARED}") }
+    let followed = followed(system);
+    let sheared = if system.shear_rate == 0.0 { "" } else { SHEARED };
+    let walled = match (followed.is_enclosed, followed.leaves_walls_out) {
+        (true, _) => ENCLOSED,
+        (false, true) => WALLED,
+        (false, false) => "",
+    };
+    [at_rest, sheared, walled].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
 fn species<'a>(diffusion: &Diffusion, system: &'a SystemDescription, index: usize) -> Option<&'a str> {
@@ -50,6 +57,9 @@ fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
 
 /// `D = 1 / (2 d) d<r^2>/dt`, `d` the number of axes, over the straight part.
 fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> Option<Estimate> {
+    if followed(system).is_enclosed {
+        return None;
+    }
     let steps = diffusion.lags.steps;
     let offset = offset(diffusion, group, MSD);
     let slope = straight_slope(steps, diffusion.lags.interval(), offset, of_means(&diffusion.linear))?;
@@ -57,7 +67,8 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     Some(Estimate { mean: slope.mean * scale, standard_error: slope.standard_error.map(|error| error * scale) })
 }
 
-/// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next for trapezoids.
+/// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next for trapezoids, or where it
+/// has not decayed: the integral still grows over the second half of its times.
 ///
 /// An end that the noise chooses, such as where the autocorrelation vanishes in it, would cut off the tail and give an error without it.
 fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
@@ -65,7 +76,10 @@ fn green_kubo(diffusion: &Diffusion, group: usize) -> Option<Estimate> {
     let at = |step: usize| diffusion.linear.mean(first + step);
     let steps = diffusion.lags.steps;
     let is_smooth = at(1)? > SMOOTH * at(0)?;
-    diffusion.linear.estimate(offset(diffusion, group, INTEGRAL) + steps).filter(|_| is_smooth)
+    let last = offset(diffusion, group, INTEGRAL) + steps;
+    let whole = diffusion.linear.estimate(last)?;
+    let growth = diffusion.linear.combination(&[(last, 1.0), (last - steps.div_ceil(2), -1.0)])?;
+    (is_smooth && is_small(&growth, &whole)).then_some(whole)
 }
 
 fn linear(diffusion: &Diffusion, system: &SystemDescription, kind: usize) -> Curve {
@@ -171,7 +185,10 @@ const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t b
 const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
     squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors. Not corrected for \
     the size of the box.";
-const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve. Not corrected for \
-    the size of the box.";
+const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve, d the number of axes; none if it \
+    grows over their second half by more than a tenth and three errors. Not corrected for the size of the box.";
+const WALLED: &str = "Axes with walls are left out of r and v, and of d: nothing diffuses towards a wall.";
+const ENCLOSED: &str =
+    "There are walls along all axes: the mean squared displacement comes to an end, and there is no coefficient.";
 const SHEARED: &str = "In this sheared box r and v are their components across the flow, along y and z, where nothing streams and momentum is conserved \
     unless Andersen collisions change it; the axes count without x.";

@@ -1,4 +1,5 @@
 use super::*;
+use crate::analysis::instruments::quantity::Measured;
 use crate::analysis::instruments::test_system::{
     Recorded, equilibrate, estimate, hard_spheres, instrument, measure, number, report, start,
 };
@@ -90,6 +91,8 @@ fn free_flight_is_exact_for_each_species_also_across_the_box() {
         }
     }
     assert_eq!(number(&measured, "diffusion_coefficient").mean, None, "a parabola is not straight");
+    let green_kubo = number(&measured, "diffusion_coefficient_green_kubo");
+    assert_eq!(green_kubo.mean, None, "an autocorrelation that stays as it is");
 }
 
 #[test]
@@ -158,4 +161,74 @@ fn it_goes_on_from_a_record_bit_by_bit() {
     let mut both = Recorded::new(diffusion(&simulation, &system, &Plan::default(), 4.0));
     measure(&mut simulation, &system, &mut both, 1.3);
     assert_eq!(both.again, both.instrument);
+}
+
+/// Two points that fly freely and bounce off walls across some axes.
+fn between_walls(walls: [bool; 3]) -> Measured {
+    let wall = |axis: usize| match walls[axis] {
+        true => crate::model::space::Boundary::walls(1.0),
+        false => crate::model::space::Boundary::Periodic,
+    };
+    let scene = SceneBuilder::new("free")
+        .space(Space { boundary: std::array::from_fn(wall), ..Space::periodic_cube(10.0) })
+        .species("A", 1.0, 0.1)
+        .no_interaction("A", "A")
+        .particle("A", crate::Vector::repeat(1.0), crate::Vector::new(1.0, 2.0, 3.0))
+        .particle("A", crate::Vector::repeat(5.0), crate::Vector::new(-1.0, -2.0, 1.0))
+        .build()
+        .unwrap();
+    let (system, mut simulation) = start(scene);
+    let plan = Plan { interval: Some(0.5), span: Some(8.0) };
+    let mut instrument = diffusion(&simulation, &system, &plan, 40.0);
+    measure(&mut simulation, &system, &mut instrument, 40.0);
+    report(&instrument, &system)
+}
+
+#[test]
+fn nothing_diffuses_towards_a_wall() {
+    let slit = between_walls([false, false, true]);
+    let curve = &slit.curves[0];
+    // Along x and y they fly at (1, 2) and (-1, -2), and their momentum is zero: 5 / (1 - 1/2).
+    for (t, value) in curve.variables[0].values.iter().zip(&curve.series[0].values) {
+        assert!((value.unwrap() - 10.0 * t * t).abs() < 1e-10 * (1.0 + t * t), "{t} {value:?}");
+    }
+    assert!(curve.method.contains("Axes with walls"), "{}", curve.method);
+    let closed = between_walls([true; 3]);
+    assert!(closed.numbers.iter().all(|number| number.mean.is_none()));
+    assert!(closed.curves[0].method.contains("walls along all axes"));
+    // They come as far as the box is wide.
+    assert!(closed.curves[0].series[0].values.iter().all(|value| value.unwrap() < 300.0));
+}
+
+#[test]
+fn a_late_start_has_the_same_curves_and_an_end() {
+    let measured = |start_time: f64, interval: f64| {
+        let scene = SceneBuilder::new("fluid")
+            .start_time(start_time)
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 32, Amount::PackingFraction(0.2))
+            .temperature(1.0);
+        let (system, mut simulation) = start(scene.build().unwrap());
+        let plan = Plan { interval: Some(interval), span: Some(10.0 * interval) };
+        let duration = 100.0 * interval;
+        let mut instrument = diffusion(&simulation, &system, &plan, duration);
+        while instrument.next_sample() <= start_time + duration {
+            let due = instrument.next_sample();
+            simulation.advance(crate::engine::Until::time(due)).unwrap();
+            let time = simulation.time().max(due);
+            instrument.sample(&Sample { time, ..Sample::of(&simulation.snapshot()) }, &system);
+            assert!(instrument.next_sample() > due, "it asks for what it has just been shown");
+        }
+        let measured = report(&instrument, &system);
+        measured.curves[0].series[0].values.iter().flatten().copied().collect::<Vec<f64>>()
+    };
+    let early = measured(0.0, 0.02);
+    // Times are told to 1e-16 of them: positions at them to 2e-9 at speeds of some units, and squares of displacements to ten times that.
+    for (early, late) in early.iter().zip(measured(1e7, 0.02)) {
+        assert!((early - late).abs() < 1e-7, "{early} {late}");
+    }
+    assert_eq!(measured(1e12, 1.0).len(), early.len());
+    // Shorter than what two times differ by: there is nothing to measure in it, but an end.
+    measured(1e12, 1e-5);
 }

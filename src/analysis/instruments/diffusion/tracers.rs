@@ -18,7 +18,8 @@ const STREAM: u64 = u64::MAX;
 /// its mean over the axes where walls or the like leave only some components of the momentum as they are.
 ///
 /// In a sheared box only components across the flow are followed, those along y and z: they go on as in a box at rest, while one
-/// along x streams, differently for each particle and time.
+/// along x streams, differently for each particle and time. Nor is there diffusion towards a wall: components along axes with walls are
+/// not followed where there are others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Tracers {
     ids: Vec<u32>,
@@ -54,22 +55,21 @@ impl Tracers {
             ids.iter().map(|particle| id(species.partition_point(|s| *s < species_of(particle)))).collect();
         let mut counts = vec![0; species.len()];
         let mut scales = vec![1.0; species.len()];
-        let followed: Vec<usize> = system.axes().filter(|&axis| system.shear_rate == 0.0 || axis > 0).collect();
+        let followed = followed(system);
         for (id, kind) in ids.iter().zip(&kinds) {
             counts[*kind as usize] += 1;
             if system.conserved_axes != [false; 3] {
-                let parts = followed.iter().map(|&axis| system.free_part(system.masses[*id as usize], axis));
-                scales[*kind as usize] = followed.len() as f64 / parts.sum::<f64>();
+                let parts = followed.axes.iter().map(|&axis| system.free_part(system.masses[*id as usize], axis));
+                scales[*kind as usize] = followed.axes.len() as f64 / parts.sum::<f64>();
             }
         }
-        let drift = across(system, system.common_velocity(sample.velocities));
+        let drift = followed.of(system.common_velocity(sample.velocities));
         Self { ids, kinds, species, counts, scales, drift, start: sample.time }
     }
 
     /// Number of axes that are followed.
     pub fn dimensions(system: &SystemDescription) -> f64 {
-        let along = if system.shear_rate == 0.0 { 0 } else { 1 };
-        (system.space.dimensions() - along) as f64
+        followed(system).axes.len() as f64
     }
 
     /// Number of curves: of all particles, and of each species if there are several.
@@ -95,10 +95,11 @@ impl Tracers {
 
     pub fn frame(&self, sample: &Sample<'_>, system: &SystemDescription) -> Frame {
         let drifted = self.drift * (sample.time - self.start);
+        let followed = followed(system);
         let ids = || self.ids.iter().map(|&id| id as usize);
         Frame {
-            positions: ids().map(|id| across(system, sample.unwrapped(id, &system.space)) - drifted).collect(),
-            velocities: ids().map(|id| across(system, sample.velocities[id]) - self.drift).collect(),
+            positions: ids().map(|id| followed.of(sample.unwrapped(id, &system.space)) - drifted).collect(),
+            velocities: ids().map(|id| followed.of(sample.velocities[id]) - self.drift).collect(),
         }
     }
 
@@ -117,9 +118,29 @@ impl Tracers {
     }
 }
 
-/// The components that are followed: all, or those across the flow of a sheared box.
-fn across(system: &SystemDescription, vector: Vector) -> Vector {
-    if system.shear_rate == 0.0 { vector } else { Vector::new(0.0, vector.y, vector.z) }
+/// The axes along which motion is followed.
+pub(super) struct Followed {
+    pub axes: Vec<usize>,
+    /// Whether walls end all of them, so that nothing diffuses.
+    pub is_enclosed: bool,
+    /// Whether walls are why some are not followed.
+    pub leaves_walls_out: bool,
+}
+
+pub(super) fn followed(system: &SystemDescription) -> Followed {
+    let at_rest = |axis: &usize| system.shear_rate == 0.0 || *axis > 0;
+    let across: Vec<usize> = system.axes().filter(at_rest).collect();
+    let free: Vec<usize> = across.iter().copied().filter(|&axis| system.space.walls(axis) == 0).collect();
+    let is_enclosed = free.is_empty();
+    let axes = if is_enclosed { across.clone() } else { free };
+    Followed { leaves_walls_out: axes.len() < across.len(), axes, is_enclosed }
+}
+
+impl Followed {
+    /// The components along these axes.
+    fn of(&self, vector: Vector) -> Vector {
+        Vector::from_fn(|axis, _| if self.axes.contains(&axis) { vector[axis] } else { 0.0 })
+    }
 }
 
 /// A random choice in the old order; each has the same chance.

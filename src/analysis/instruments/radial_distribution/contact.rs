@@ -3,25 +3,39 @@
 use crate::analysis::statistics::{CurveAverage, Estimate};
 use crate::base::numbers::trunc_to_usize;
 use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Number of bins from the contact outwards.
 pub(super) const CONTACT_BINS: usize = 20;
 
-/// Width of all of them, over the distance of contact.
+/// Width of all of them, over the distance of contact, unless the potential steps within it.
 const WIDTH: f64 = 0.1;
 
 /// Fewer bins than this do not fix a parabola well.
 const FEWEST_BINS: usize = 8;
 
-/// Where the bins end `[length]`.
-pub(super) fn end(core: f64) -> f64 {
-    core * (1.0 + WIDTH)
+/// What is just outside of the core of a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) struct Shell {
+    /// Where the cores touch `[length]`.
+    pub core: f64,
+    /// Where the bins end `[length]`: no further than the next step of the potential, at which `g` jumps.
+    pub end: f64,
 }
 
-/// The bin of a distance. Pairs in contact are as often a rounding error inside as they are outside.
-pub(super) fn bin(distance: f64, core: f64) -> Option<usize> {
-    let at = (distance / core - 1.0) / WIDTH;
-    (at > -1e-6 && at < 1.0).then(|| trunc_to_usize(at * CONTACT_BINS as f64))
+impl Shell {
+    /// Outside of a core, up to a step of the potential.
+    pub fn new(core: f64, step: Option<f64>) -> Self {
+        let end = core * (1.0 + WIDTH);
+        Self { core, end: step.map_or(end, |step| end.min(step)) }
+    }
+
+    /// The bin of a distance. Pairs in contact are as often a rounding error inside as they are outside.
+    pub fn bin(&self, distance: f64) -> Option<usize> {
+        let at = (distance - self.core) / (self.end - self.core);
+        let is_in = distance > self.core * (1.0 - 1e-7) && at < 1.0;
+        is_in.then(|| trunc_to_usize(at * CONTACT_BINS as f64))
+    }
 }
 
 /// `g` at contact: `exp a` of the parabola `ln g = a + b x + c x^2` that fits the bins from element `first` on best, each
@@ -88,12 +102,16 @@ mod tests {
     }
 
     #[test]
-    fn bins_begin_at_contact_but_for_round_off() {
-        assert_eq!(bin(2.0, 2.0), Some(0));
-        assert_eq!(bin(2.0_f64.next_down(), 2.0), Some(0));
-        assert_eq!(bin(1.99, 2.0), None);
-        assert_eq!(bin(2.199, 2.0), Some(19));
-        assert_eq!(bin(2.2001, 2.0), None);
+    fn bins_begin_at_contact_but_for_round_off_and_end_where_the_potential_steps() {
+        let shell = Shell::new(2.0, None);
+        assert_eq!(shell.bin(2.0), Some(0));
+        assert_eq!(shell.bin(2.0_f64.next_down()), Some(0));
+        assert_eq!(shell.bin(1.99), None);
+        assert_eq!(shell.bin(2.199), Some(19));
+        assert_eq!(shell.bin(2.2001), None);
+        assert_eq!(Shell::new(2.0, Some(2.3)), shell);
+        let narrow = Shell::new(2.0, Some(2.1));
+        assert_eq!([2.001, 2.0999, 2.1].map(|distance| narrow.bin(distance)), [Some(0), Some(19), None]);
     }
 
     #[test]

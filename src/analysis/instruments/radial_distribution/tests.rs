@@ -3,6 +3,7 @@ use crate::Vector;
 use crate::analysis::instruments::quantity::Divisor;
 use crate::base::numbers::{id, trunc_to_usize};
 use crate::engine::{Simulation, Until};
+use crate::model::Thermostat;
 use crate::model::potential::Potential;
 use crate::model::space::{Space, nearest_image};
 use crate::scene::{Amount, Lattice, SceneBuilder};
@@ -231,4 +232,77 @@ fn the_contact_value_of_hard_spheres_is_that_of_carnahan_and_starling() {
     let of_virial = virial / (3.0 * 499.0 * temperature * (simulation.time() - start.time)) / (4.0 * 0.3);
     assert!((mean - of_virial).abs() < 4.0 * error, "{mean} +- {error}, {of_virial}");
     assert!(measured.curves[0].series[0].values[..24].iter().all(|value| *value == Some(0.0)));
+}
+
+/// Contact value and its error, and the one that the rate of Core events gives by `Gamma = 4 rho sigma^2 g sqrt(pi T / m)`.
+fn contact_and_rate(potential: Potential) -> ([f64; 2], f64) {
+    let (mass, temperature) = (1.7, 1.3);
+    let scene = SceneBuilder::new("fluid")
+        .seed(9)
+        .species("A", mass, 1.0)
+        .interaction("A", "A", potential, 1.0)
+        .fill(Lattice::FaceCentredCubic, "A", 500, Amount::PackingFraction(0.15))
+        .temperature(temperature)
+        .build()
+        .unwrap();
+    let system = SystemDescription::of(&scene);
+    let density = 500.0 / scene.space().volume();
+    let mut simulation = Simulation::without_plan(scene);
+    let bath = Thermostat::Andersen { temperature, rate: 0.5, axes: [true; 3] };
+    simulation.set_thermostat(Some(&bath), 0);
+    simulation.advance(Until::time(20.0)).unwrap();
+    let (start, before) = (simulation.snapshot(), *simulation.event_counts());
+    let plan = plan::RadialDistribution { cutoff: Some(1.5), bins: Some(50), interval: Some(0.2) };
+    let setup = Setup { system: &system, sample: Sample::of(&start), duration: 160.0 };
+    let mut instrument = RadialDistribution::new(&plan, &setup);
+    for _ in 0..800 {
+        simulation.advance(Until::time(instrument.next_sample())).unwrap();
+        instrument.sample(&Sample::of(&simulation.snapshot()), &system);
+    }
+    let mut measured = Measured::default();
+    instrument.report(&system, &mut measured);
+    let number = &measured.numbers[0];
+    let core = (simulation.event_counts().core - before.core) as f64;
+    let rate = 2.0 * core / (500.0 * (simulation.time() - start.time));
+    let exact = rate / (4.0 * density * (std::f64::consts::PI * temperature / mass).sqrt());
+    ([number.mean.unwrap(), number.standard_error.unwrap()], exact)
+}
+
+#[test]
+fn the_contact_value_ends_where_the_potential_steps() {
+    let shoulder = Potential::square_shoulder(1.0, 1.05, 1.0).unwrap();
+    let well = Potential::square_well(1.0, 1.03, 0.6).unwrap();
+    for potential in [shoulder, well] {
+        let ([mean, error], exact) = contact_and_rate(potential.clone());
+        // Some 20,000 contacts: the rate is known to a hundredth.
+        assert!((mean - exact).abs() < 4.0 * error + 0.03 * exact, "{potential:?}: {mean} +- {error}, {exact}");
+        assert!(error < 0.1 * exact);
+    }
+}
+
+#[test]
+fn bonds_step_outside_of_cores_too() {
+    let bond = |shortest, longest| Potential::bond(shortest, longest).unwrap();
+    let scene = |shortest: f64, longest: f64| {
+        SceneBuilder::new("pairs")
+            .space(Space::periodic_cube(10.0))
+            .species("A", 1.0, 1.0)
+            .species("B", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .interaction("A", "B", Potential::square_well(1.0, 1.5, 1.0).unwrap(), 1.0)
+            .interaction("B", "B", Potential::penetrable(1.0, 1.0).unwrap(), 1.0)
+            .bond_interaction("link", bond(shortest, longest), 1.0)
+            .particle("A", Vector::repeat(1.0), Vector::zeros())
+            .particle("A", Vector::new(2.05, 1.0, 1.0), Vector::zeros())
+            .bond(0, 1, "link")
+            .particle("B", Vector::repeat(5.0), Vector::zeros())
+            .build()
+            .unwrap()
+    };
+    let steps = |shortest, longest| {
+        let system = SystemDescription::of(&scene(shortest, longest));
+        [(0, 0), (0, 1), (1, 1)].map(|(a, b)| system.step_outside_core(a, b))
+    };
+    assert_eq!(steps(0.9, 1.08), [Some(1.08), Some(1.5), None]);
+    assert_eq!(steps(1.02, 1.08), [Some(1.02), Some(1.5), None]);
 }
