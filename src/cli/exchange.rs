@@ -60,7 +60,12 @@ pub struct ExchangeCommand {
 
 impl ExchangeCommand {
     pub fn execute(&self) -> Result<(), Failure> {
-        let (scene, record, path) = if self.path.is_dir() { self.kept()? } else { self.given()? };
+        let opened = if self.path.is_dir() { self.kept() } else { self.given() };
+        let (scene, record, path) = match opened {
+            // Its scene may be of files that are gone by now; its results are not.
+            Err(_) if self.only_shows() => return end(&ExchangeFolder::read(&self.path)?, &self.path, true),
+            opened => opened?,
+        };
         self.refuse_large(&scene, &path)?;
         match ExchangeFolder::open(&path, scene, &record)? {
             Opened::UnderWay(begun) => {
@@ -69,6 +74,12 @@ impl ExchangeCommand {
             }
             _ => end(&ExchangeFolder::read(&path)?, &path, true),
         }
+    }
+
+    /// Whether this is about the results of an exchange that is complete.
+    fn only_shows(&self) -> bool {
+        let changes_nothing = self.until_time.is_none() && self.changes.are_none() && self.out.is_none();
+        changes_nothing && ExchangeFolder::is_one(&self.path) && ExchangeFolder::read(&self.path).is_ok()
     }
 
     /// A scene that was typed: itself, its text, and the folder.
@@ -122,7 +133,10 @@ impl ExchangeCommand {
         if self.force {
             return Ok(());
         }
-        allowed(ExchangeFolder::expected_bytes(scene), path).map(|_| ()).map_err(|too_large| {
+        // What an exchange that goes on has written already is on the disk.
+        let size = |file: fs::DirEntry| file.metadata().map_or(0, |metadata| metadata.len());
+        let there: u64 = fs::read_dir(path).map_or(0, |files| files.flatten().map(size).sum());
+        allowed((ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0), path).map(|_| ()).map_err(|too_large| {
             let help =
                 "choose a longer output.frame_interval or exchange.interval, or another disk with --out, or --force";
             Failure::bad_input(format!("the exchange {too_large}"), None, Some(help))

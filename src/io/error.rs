@@ -137,7 +137,8 @@ fn cure_of(kind: io::ErrorKind) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
     match kind {
         StorageFull | QuotaExceeded | FileTooLarge => {
-            "make space; a run that has written a checkpoint then goes on, to the same bits, with `carom run --resume DIR`"
+            "make space; what has written a checkpoint then goes on, to the same bits: a run with `carom run --resume DIR`, a sweep or an exchange \
+             with its own command"
         }
         ReadOnlyFilesystem => {
             "choose a folder with --out that can be written to; to resume a run, copy its folder to such a place"

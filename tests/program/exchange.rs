@@ -265,6 +265,11 @@ fn an_exchange_starts_from_the_end_of_a_run() {
         assert!((number("temperature") / temperature - 1.0).abs() < 0.15, "{observables}");
         assert!((number("compressibility_factor") / 3.97 - 1.0).abs() < 0.1, "{observables}");
     }
+    // What it began with may go; what it has found stays.
+    let before = words(&place.carom(&["exchange", "runs/next-exchange"]));
+    std::fs::remove_dir_all(place.path().join("runs/scene")).unwrap();
+    let output = place.carom(&["exchange", "runs/next-exchange"]);
+    assert_eq!((code(&output), words(&output)), (0, before), "{}", errors(&output));
 }
 
 #[test]

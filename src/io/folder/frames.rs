@@ -91,3 +91,39 @@ impl Frames {
         Heading { count: self.count, has_images: true, has_masses: true, thickness }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vector;
+    use crate::engine::Until;
+    use crate::model::potential::Potential;
+    use crate::model::space::Space;
+    use crate::model::{Growth, GrowthTarget};
+    use crate::scene::SceneBuilder;
+
+    #[test]
+    fn radii_are_those_of_the_start_after_any_growth() {
+        for k in 1..=40 {
+            let diameter = 0.1 * f64::from(k) / 3.0;
+            let scene = SceneBuilder::new("two")
+                .space(Space::periodic_cube(10.0))
+                .species("A", 1.0, diameter)
+                .interaction("A", "A", Potential::hard_sphere(diameter).unwrap(), 1.0)
+                .particle("A", Vector::repeat(2.0), Vector::new(0.3, 0.2, 0.1))
+                .particle("A", Vector::repeat(7.0), Vector::new(-0.3, 0.1, 0.2))
+                .build()
+                .unwrap();
+            let first = Frames::of(&scene);
+            let mut simulation = Simulation::without_plan(scene);
+            for end in [0.7, 1.1] {
+                let growth = Growth { rate: 0.13, until: GrowthTarget::PackingFraction(0.5) };
+                simulation.grow(&growth, 2.0);
+                simulation.advance(Until::time(end)).unwrap();
+                simulation.end_growth();
+            }
+            assert!(simulation.scale() > 1.1);
+            assert_eq!(Frames::of_simulation(&simulation).radii, first.radii, "{diameter}");
+        }
+    }
+}
