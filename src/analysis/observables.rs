@@ -47,9 +47,10 @@ pub struct Row {
 }
 
 const COMPRESSIBILITY: &str = "compressibility_factor";
+const HEAT_FLUX: &str = "energy / (length^(D - 1) time)";
 
 /// The quantities with a mean over a run, by name, in the order of `summary.json`.
-pub const OBSERVABLES: [(&str, &str); 11] = [
+pub const OBSERVABLES: [(&str, &str); 17] = [
     ("temperature", "energy"),
     ("pressure", "energy / length^D"),
     (COMPRESSIBILITY, "1"),
@@ -61,6 +62,12 @@ pub const OBSERVABLES: [(&str, &str); 11] = [
     ("pressure_on_upper_y_wall", "energy / length^D"),
     ("pressure_on_lower_z_wall", "energy / length^D"),
     ("pressure_on_upper_z_wall", "energy / length^D"),
+    ("heat_flux_through_lower_x_wall", HEAT_FLUX),
+    ("heat_flux_through_upper_x_wall", HEAT_FLUX),
+    ("heat_flux_through_lower_y_wall", HEAT_FLUX),
+    ("heat_flux_through_upper_y_wall", HEAT_FLUX),
+    ("heat_flux_through_lower_z_wall", HEAT_FLUX),
+    ("heat_flux_through_upper_z_wall", HEAT_FLUX),
 ];
 
 /// Averages the thermodynamic observables of a simulation between rows: temperature, pressure, collision rate, energies.
@@ -72,6 +79,7 @@ pub const OBSERVABLES: [(&str, &str); 11] = [
 /// | compressibility factor `Z` | mean pressure over `rho` and the mean of `T` |
 /// | pressure between walls | the mean over the axes `k` between walls of `<sum m v_k^2 / V_s> + W_k / t`, `W_k` the sum of `x_k J_k / V_s` over the particles of all pair events |
 /// | pressure on a wall | momentum that it gave to each species in a time `t`, divided by `t` and by the area `A_s` that its centres can reach |
+/// | heat flux through a wall | energy that it supplied in a time `t`, less what it took, divided by `t` and by its area: positive into the particles |
 /// | collision rate | `n / (N t)`, where `n` counts the Core events that each particle takes part in: two of them in one, or one and a static one |
 /// | potential energy per particle | energy of the pairs over `N` |
 ///
@@ -161,7 +169,8 @@ impl Observer {
                 interval.collision_rate,
                 interval.potential_energy,
             ];
-            let values = values.into_iter().chain(interval.on_walls.into_iter().flatten());
+            let values =
+                values.into_iter().chain(interval.on_walls.into_iter().chain(interval.through_walls).flatten());
             for (average, value) in self.averages.iter_mut().zip(values) {
                 average.add(value.unwrap_or(f64::NAN), interval.duration);
             }
@@ -302,6 +311,9 @@ impl Observer {
             on_walls: std::array::from_fn(|axis| {
                 [0, 1].map(|side| applicable.pressure_on_wall(&counted, duration, axis, side))
             }),
+            through_walls: std::array::from_fn(|axis| {
+                [0, 1].map(|side| applicable.heat_flux_through_wall(&counted, duration, axis, side))
+            }),
         })
     }
 }
@@ -315,6 +327,8 @@ struct Interval {
     potential_energy: Option<f64>,
     /// Pressures on the walls, by axis, lower and upper.
     on_walls: [[Option<f64>; 2]; 3],
+    /// Heat fluxes through the walls, by axis, lower and upper.
+    through_walls: [[Option<f64>; 2]; 3],
 }
 
 /// The direction against gravity: that of the mean acceleration, reversed.

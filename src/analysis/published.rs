@@ -5,6 +5,7 @@
 
 mod equation_of_state;
 mod granular;
+mod heat_flux;
 mod kinetic_theory;
 mod maxwell;
 mod of_system;
@@ -12,6 +13,7 @@ mod steps;
 
 pub use equation_of_state::{carnahan_starling, face_centred_cubic, hard_disks, hard_spheres, tonks};
 pub use granular::{haff_temperature, haff_time};
+pub use heat_flux::GasBetweenPlates;
 pub use kinetic_theory::{
     HardSphereFluid, collision_rate_of_disks, collision_rate_of_rods, contact_value, contact_value_of_disks,
     finite_size_of_diffusion,

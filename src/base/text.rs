@@ -77,13 +77,14 @@ pub fn tiny(number: f64) -> String {
 /// A unit with `length^D` and the like as they are in a number of dimensions: `energy / length^3`.
 #[must_use]
 pub fn unit(unit: &str, dimensions: usize) -> String {
-    let (volume, viscosity, conductivity) = match dimensions {
-        1 => ("length", "mass length / time", "length / time"),
-        2 => ("length^2", "mass / time", "1 / time"),
-        _ => ("length^3", "mass / (length time)", "1 / (length time)"),
+    let (volume, viscosity, conductivity, through_area) = match dimensions {
+        1 => ("length", "mass length / time", "length / time", "/ time"),
+        2 => ("length^2", "mass / time", "1 / time", "/ (length time)"),
+        _ => ("length^3", "mass / (length time)", "1 / (length time)", "/ (length^2 time)"),
     };
     unit.replace("mass length^(2 - D) / time", viscosity)
         .replace("length^(2 - D) / time", conductivity)
+        .replace("/ (length^(D - 1) time)", through_area)
         .replace("length^D", volume)
 }
 
@@ -169,6 +170,8 @@ mod tests {
         let all = |text: &str| [1, 2, 3].map(|dimensions| unit(text, dimensions));
         assert_eq!(all("energy / length^D"), ["energy / length", "energy / length^2", "energy / length^3"]);
         assert_eq!(all("mass length^(2 - D) / time"), ["mass length / time", "mass / time", "mass / (length time)"]);
+        let fluxes = ["energy / time", "energy / (length time)", "energy / (length^2 time)"];
+        assert_eq!(all("energy / (length^(D - 1) time)"), fluxes);
         assert_eq!(all("1 / time"), ["1 / time"; 3]);
     }
 }

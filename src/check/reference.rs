@@ -92,7 +92,7 @@ impl Reference {
     pub fn new(scene: &Scene) -> Result<Self, Unsupported> {
         for (is_asked, unsupported) in [
             (scene.shear_rate.is_some(), Unsupported::Shear),
-            (scene.wall_temperatures.iter().any(Option::is_some), Unsupported::ThermalWalls),
+            (scene.has_thermal_walls(), Unsupported::ThermalWalls),
             (scene.run.is_driven(), Unsupported::DrivenStages),
         ] {
             if is_asked {

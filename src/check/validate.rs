@@ -22,6 +22,7 @@ mod cooling;
 mod dilute;
 mod finite_size;
 mod fluids;
+mod heat_flux;
 mod lennard_jones;
 mod rods;
 mod state_point;
@@ -83,6 +84,7 @@ enum Experiment {
     Rods { number_density: f64 },
     SquareWell { temperature: f64 },
     DiluteWells { temperature: f64 },
+    HeatFlux { packing_fraction: f64 },
     LennardJones,
     Cooling { restitution: f64 },
     Ball { restitution: f64 },
@@ -115,6 +117,15 @@ impl Experiment {
                 format!("square_well_gas/{t:.1}"),
                 format!("T = {t:.1}, rho = {}, N = {n}", dilute::NUMBER_DENSITY),
                 dilute::QUANTITIES,
+            ),
+            Self::HeatFlux { packing_fraction: phi } => (
+                format!("heat_flux/{phi:.2}"),
+                format!(
+                    "T = 2 and 1, {} apart, phi = {phi:.2}, N = {}",
+                    heat_flux::distance(phi),
+                    heat_flux::count(phi)
+                ),
+                heat_flux::QUANTITIES,
             ),
             Self::LennardJones => (
                 "lennard_jones".to_owned(),
@@ -160,6 +171,8 @@ pub fn points(effort: Effort) -> Vec<Point> {
     all.extend(wells.iter().map(|&temperature| Experiment::SquareWell { temperature }));
     let gases = choose(&[1.5], &[1.5], &[1.5, 2.0, 5.0]);
     all.extend(gases.iter().map(|&temperature| Experiment::DiluteWells { temperature }));
+    let conducting = choose(&[0.02], &[0.01, 0.02, 0.05], &[0.01, 0.02, 0.05]);
+    all.extend(conducting.iter().map(|&packing_fraction| Experiment::HeatFlux { packing_fraction }));
     if effort == Effort::Long {
         all.push(Experiment::LennardJones);
     }
@@ -182,6 +195,7 @@ impl Point {
             Experiment::Rods { number_density } => rods::compare(number_density, seed, watch),
             Experiment::SquareWell { temperature } => steps::compare(temperature, self.effort, seed, watch),
             Experiment::DiluteWells { temperature } => dilute::compare(temperature, self.effort, seed, watch),
+            Experiment::HeatFlux { packing_fraction } => heat_flux::compare(packing_fraction, self.effort, seed, watch),
             Experiment::LennardJones => lennard_jones::compare(seed, watch),
             Experiment::Cooling { restitution } => cooling::compare(restitution, seed, watch),
             Experiment::Ball { restitution } => bodies::ball(restitution),

@@ -114,6 +114,8 @@ pub struct EventCounts {
     /// For each axis, momentum that its lower and its upper wall have given, inwards, divided by the area of the wall that centres of the
     /// particle's species can reach `[energy time / length^D]`; 0 where that area has no end.
     pub wall_push: [[f64; 2]; 3],
+    /// For each axis, energy that its lower and its upper wall have supplied, less what they took `[energy]`.
+    pub wall_heat: [[Sum; 2]; 3],
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: Sum,
     /// The sum of all that was dissipated, each times its time since the start of the simulation: `t dissipated` is so much more than the integral
@@ -163,6 +165,7 @@ impl EventCounts {
             since.confined_heating[axis].add(-earlier.confined_heating[axis].total());
             for side in 0..2 {
                 since.wall_push[axis][side] -= earlier.wall_push[axis][side];
+                since.wall_heat[axis][side].add(-earlier.wall_heat[axis][side].total());
             }
         }
         since.dissipated.add(-earlier.dissipated.total());

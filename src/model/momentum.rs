@@ -40,7 +40,6 @@ impl Scene {
         let is_altered = |k: usize| self.contact_time.is_some() && walls(k).into_iter().flatten().any(|e| e < 1.0);
         let is_slid: [bool; 3] =
             std::array::from_fn(|k| !is_walled[k] && (0..3).any(|other| other != k && is_altered(other)));
-        let is_thermal = (0..3).any(|k| self.wall_temperatures[k].is_some() && is_walled[k]);
         let redrawn = match thermostat {
             Some(Thermostat::Andersen { axes, .. }) => *axes,
             _ => [false; 3],
@@ -48,7 +47,7 @@ impl Scene {
         let all = [
             (Influence::Walls, is_walled),
             (Influence::SlidingContacts, is_slid),
-            (Influence::ThermalWalls, [is_thermal; 3]),
+            (Influence::ThermalWalls, [self.has_thermal_walls(); 3]),
             (Influence::Gravity, std::array::from_fn(|k| self.accelerations().any(|a| a[k] != 0.0))),
             (Influence::StaticParticles, [self.meets_static_particles(); 3]),
             (Influence::AndersenCollisions, redrawn),

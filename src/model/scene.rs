@@ -147,8 +147,8 @@ scene! {
     particles: Vec<Particle>,
     /// The surfaces among the particles; empty if there are none.
     static_surfaces: Vec<StaticSurface>,
-    /// Temperature of the walls of each axis `[energy]`; `None` where they reflect.
-    wall_temperatures: [Option<f64>; 3],
+    /// For each axis, temperature of its lower and its upper wall `[energy]`; `None` where it reflects, and where there is no wall.
+    wall_temperatures: [[Option<f64>; 2]; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
     shear_rate: Option<f64>,
     /// Displacement at the start of the next image up along y, along x; 0 unless the box is sheared `[length]`.
@@ -234,9 +234,9 @@ impl Scene {
         &self.static_surfaces
     }
 
-    /// Temperature of the walls of each axis `[energy]`; `None` where they reflect.
+    /// For each axis, temperature of its lower and its upper wall `[energy]`; `None` where it reflects, and where there is no wall.
     #[must_use]
-    pub fn wall_temperatures(&self) -> [Option<f64>; 3] {
+    pub fn wall_temperatures(&self) -> [[Option<f64>; 2]; 3] {
         self.wall_temperatures
     }
 
@@ -337,7 +337,13 @@ impl Scene {
     /// Whether anything acts from outside: a thermostat, a growth, a sheared box, a thermal wall.
     #[must_use]
     pub fn is_driven(&self) -> bool {
-        self.run.is_driven() || self.shear_rate.is_some() || self.wall_temperatures.iter().any(Option::is_some)
+        self.run.is_driven() || self.shear_rate.is_some() || self.has_thermal_walls()
+    }
+
+    /// Whether some wall has a temperature.
+    #[must_use]
+    pub fn has_thermal_walls(&self) -> bool {
+        self.wall_temperatures.iter().flatten().any(Option::is_some)
     }
 
     /// The fraction of the box that the particles fill.

@@ -83,15 +83,27 @@ impl Space {
         (0..3).filter(|&k| self.boundary[k] != Boundary::Flat).map(|k| self.size[k]).product()
     }
 
+    /// Whether the lower and the upper side across an axis are walls.
+    #[must_use]
+    pub fn walled_sides(&self, axis: usize) -> [bool; 2] {
+        match &self.boundary[axis] {
+            Boundary::Periodic | Boundary::Flat => [false; 2],
+            Boundary::Bounded { lower, upper } => [lower, upper].map(|face| matches!(face, Face::Wall { .. })),
+        }
+    }
+
+    /// Of values for the lower and the upper side of each axis, those of sides that are walls.
+    pub(crate) fn of_walls<T: Copy>(&self, values: [[Option<T>; 2]; 3]) -> [[Option<T>; 2]; 3] {
+        std::array::from_fn(|axis| {
+            let is_wall = self.walled_sides(axis);
+            std::array::from_fn(|side| values[axis][side].filter(|_| is_wall[side]))
+        })
+    }
+
     /// Number of walls across an axis: 0, 1 or 2.
     #[must_use]
     pub fn walls(&self, axis: usize) -> usize {
-        match &self.boundary[axis] {
-            Boundary::Periodic | Boundary::Flat => 0,
-            Boundary::Bounded { lower, upper } => {
-                [lower, upper].into_iter().filter(|face| matches!(face, Face::Wall { .. })).count()
-            }
-        }
+        self.walled_sides(axis).into_iter().filter(|is_wall| *is_wall).count()
     }
 
     /// Whether no side is open.
@@ -124,9 +136,19 @@ impl Space {
     /// `[length^(D - 1)]`; `None` where it has no end, because a side across another axis is open.
     #[must_use]
     pub fn accessible_area(&self, axis: usize, diameter: f64) -> Option<f64> {
+        self.area(axis, |other| self.accessible_length(other, diameter))
+    }
+
+    /// The area of a wall across an axis `[length^(D - 1)]`, 1 where nothing is across another axis; `None` where it has no end, because a
+    /// side across another axis is open.
+    #[must_use]
+    pub fn wall_area(&self, axis: usize) -> Option<f64> {
+        self.area(axis, |other| self.size[other])
+    }
+
+    fn area(&self, axis: usize, length: impl Fn(usize) -> f64) -> Option<f64> {
         let others = || (0..3).filter(|&other| other != axis && self.boundary[other] != Boundary::Flat);
-        let area = others().map(|other| self.accessible_length(other, diameter)).product();
-        others().all(|other| self.is_closed_along(other)).then_some(area)
+        others().all(|other| self.is_closed_along(other)).then(|| others().map(length).product())
     }
 
     /// Whether every axis that is not flat is periodic, so that the fluid is homogeneous.

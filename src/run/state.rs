@@ -246,7 +246,7 @@ fn crossing_time(scene: &Scene) -> f64 {
     let lightest = scene.species.iter().map(|species| species.mass).fold(f64::INFINITY, f64::min);
     let thermostats = scene.run.stages.iter().map(|stage| stage.thermostat).chain([scene.run.thermostat]).flatten();
     let (mut hottest, mut collisions) =
-        (scene.wall_temperatures.iter().flatten().copied().fold(0.0, f64::max), 0.0_f64);
+        (scene.wall_temperatures.iter().flatten().flatten().copied().fold(0.0, f64::max), 0.0_f64);
     for thermostat in thermostats {
         let (Thermostat::Andersen { temperature, .. } | Thermostat::Rescaling { temperature, .. }) = thermostat;
         hottest = hottest.max(temperature);

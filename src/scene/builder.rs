@@ -40,7 +40,7 @@ pub struct SceneBuilder {
     pub(crate) size: Option<Vector>,
     pub(crate) lower: Vector,
     pub(crate) boundary: [Boundary; 3],
-    pub(crate) wall_temperatures: [Option<f64>; 3],
+    pub(crate) wall_temperatures: [[Option<f64>; 2]; 3],
     pub(crate) gravity: Vector,
     pub(crate) shear_rate: Option<f64>,
     pub(crate) displacement: f64,
@@ -73,7 +73,7 @@ impl SceneBuilder {
             size: None,
             lower: Vector::zeros(),
             boundary: [Boundary::Periodic; 3],
-            wall_temperatures: [None; 3],
+            wall_temperatures: [[None; 2]; 3],
             gravity: Vector::zeros(),
             shear_rate: None,
             displacement: 0.0,
@@ -126,10 +126,15 @@ impl SceneBuilder {
         self
     }
 
-    /// Makes the walls of an axis (0, 1, 2) thermal: a particle leaves them with a velocity of this temperature `[energy]`.
-    pub fn wall_temperature(mut self, axis: usize, temperature: f64) -> Self {
-        if let Some(wall) = self.wall_temperatures.get_mut(axis) {
-            *wall = Some(temperature);
+    /// Makes both walls of an axis (0, 1, 2) thermal: a particle leaves them with a velocity of this temperature `[energy]`.
+    pub fn wall_temperature(self, axis: usize, temperature: f64) -> Self {
+        self.wall_temperatures(axis, [Some(temperature); 2])
+    }
+
+    /// Makes the lower and the upper wall of an axis (0, 1, 2) thermal, each with its own temperature `[energy]`; without one, it reflects.
+    pub fn wall_temperatures(mut self, axis: usize, temperatures: [Option<f64>; 2]) -> Self {
+        if let Some(walls) = self.wall_temperatures.get_mut(axis) {
+            *walls = temperatures;
         }
         self
     }

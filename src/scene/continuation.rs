@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::Vector;
 use crate::engine::Simulation;
 use crate::model::predecessor::LastState;
-use crate::model::space::{AXES, Boundary, Face, Space};
+use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{
     Bond, InputFile, Interaction, InteractionId, Particle, Potential, Predecessor, Scene, Species, SpeciesId,
     StaticSurface,
@@ -290,20 +290,14 @@ fn has_same_periods(one: &Space, other: &Space) -> bool {
 /// Whether no particle comes nearer to a wall than in the run.
 fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
     let diameters: HashMap<&str, f64> = run.species.iter().map(|it| (it.name.as_str(), it.diameter)).collect();
-    let is_wall = |face: Face| matches!(face, Face::Wall { .. });
-    let walls = |space: &Space| {
-        space.boundary.map(|boundary| match boundary {
-            Boundary::Bounded { lower, upper } => [is_wall(lower), is_wall(upper)],
-            Boundary::Periodic | Boundary::Flat => [false; 2],
-        })
-    };
+    let walls = |space: &Space| [0, 1, 2].map(|axis| space.walled_sides(axis));
     species.iter().all(|it| diameters.get(it.name.as_str()).is_none_or(|before| *before == it.diameter))
         && walls(space) == walls(&run.space)
 }
 
 /// What the dynamics of a run depends on and a scene has otherwise, in words.
 fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
-    let is_driven_by_walls = scene.wall_temperatures.iter().any(Option::is_some);
+    let is_driven_by_walls = scene.has_thermal_walls();
     let differences = [
         ("the sides of the box", scene.space != run.space),
         ("the temperatures of the walls", scene.wall_temperatures != run.wall_temperatures),

@@ -15,7 +15,7 @@ pub(crate) use drive::{ExchangeFile, GrowthFile, StageFile, ThermostatFile};
 pub(crate) use interaction::InteractionFile;
 pub(crate) use measure::MeasureFile;
 pub(crate) use particles::{BondFile, ChainFile, CoordinatesFile, FillFile, MeshFile, ParticleFile, RegionFile};
-pub(crate) use space::{AxisFile, SpaceFile};
+pub(crate) use space::{AxisFile, SideFile, SidesFile, SpaceFile};
 
 use schemars::JsonSchema;
 use serde::Deserialize;

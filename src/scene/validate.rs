@@ -75,14 +75,14 @@ impl SceneBuilder {
             name: self.name.clone(),
             seed: self.seed,
             start_time: self.start_time,
-            space,
             species,
             interactions,
             table,
             bonds: groups.bonds.into_iter().map(|(bond, _)| bond).collect(),
             particles: groups.particles,
             static_surfaces: groups.static_surfaces,
-            wall_temperatures: self.wall_temperatures,
+            wall_temperatures: space.of_walls(self.wall_temperatures),
+            space,
             shear_rate: self.shear_rate,
             displacement,
             contact_time: self.contact_time,
@@ -205,7 +205,7 @@ impl SceneBuilder {
         let at = ConfigPath::root().key("space");
         finite_vector(&self.lower, &at.key("lower"))?;
         for (k, boundary) in self.boundary.iter().enumerate() {
-            if let Some(temperature) = self.wall_temperatures[k] {
+            for temperature in self.wall_temperatures[k].into_iter().flatten() {
                 positive(temperature, at.key(["x", "y", "z"][k]).key("temperature"))?;
             }
             if let Boundary::Bounded { lower, upper } = boundary {

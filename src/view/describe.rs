@@ -66,13 +66,13 @@ pub fn kind_of_potential(scene: &Scene) -> &'static str {
 pub fn space(scene: &Scene) -> String {
     let axes = ["x", "y", "z"].iter().enumerate().map(|(k, name)| {
         let (lower, upper) = (scene.space.lower[k], scene.space.upper()[k]);
-        let temperature = scene.wall_temperatures[k];
+        let [below, above] = scene.wall_temperatures[k];
         let what = match &scene.space.boundary[k] {
             Boundary::Flat => return format!("{name} flat"),
             Boundary::Periodic => "periodic".to_owned(),
-            Boundary::Bounded { lower, upper } if lower == upper => face(lower, temperature),
             Boundary::Bounded { lower, upper } => {
-                format!("{} below, {} above", face(lower, temperature), face(upper, temperature))
+                let (lower, upper) = (face(lower, below), face(upper, above));
+                if lower == upper { lower } else { format!("{lower} below, {upper} above") }
             }
         };
         format!("{name} from {} to {} {what}", digits(lower), digits(upper))

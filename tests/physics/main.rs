@@ -12,6 +12,7 @@ mod exchange;
 mod few_particles;
 mod granular;
 mod hard_spheres;
+mod heat_flux;
 mod hopper;
 mod in_plane;
 mod invariance;

@@ -42,4 +42,9 @@ fn a_wall_with_a_temperature_has_no_restitution() {
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let said = words(&output);
     assert!(said.contains("wall (temperature 1.5)") && said.matches("restitution 1").count() == 1, "{said}");
+    let walls = "space.x={ lower = { temperature = 1.5 }, upper = { restitution = 0.5 } }";
+    let output = place.carom(&["check", "scene.toml", "--set", walls]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let said = words(&output);
+    assert!(said.contains("wall (temperature 1.5) below, wall (restitution 0.5) above"), "{said}");
 }

@@ -13,7 +13,7 @@ use rand_core::{Rng, SeedableRng};
 use runs::{SCENES, STOPS, assert_same, carom, contents, files_of, finish, resume, start, stop, unfinish, unwrapped};
 
 #[test]
-fn fifty_six_random_stops_change_no_bit() {
+fn sixty_four_random_stops_change_no_bit() {
     let directory = tempfile::tempdir().unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let (mut stopped, mut killed) = (0, 0);

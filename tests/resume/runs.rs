@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
 /// Scenes of every kind of engine, with what acts from outside, and as many events as take some tenths of a second.
-pub const SCENES: [(&str, &str); 7] = [
+pub const SCENES: [(&str, &str); 8] = [
     ("hard_sphere_fluid", "300000"),
     ("polymer", "150000"),
     ("pendulum", "400000"),
     ("hopper", "60000"),
     ("granular_cooling", "150000"),
+    ("heat_flux", "100000"),
     ("grown", "100000"),
     ("sheared", "60000"),
 ];

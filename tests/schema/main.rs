@@ -127,7 +127,7 @@ fn it_accepts_every_scene_of_configs_and_of_carom_new() {
 }
 
 /// The scenes of `tests/bad_scenes` whose mistake can be seen without knowing the rest of the scene.
-const REFUSED: [&str; 38] = [
+const REFUSED: [&str; 40] = [
     "bond_id_too_large",
     "fractional_count",
     "infinite_diameter",
@@ -152,6 +152,7 @@ const REFUSED: [&str; 38] = [
     "negative_temperature",
     "no_species",
     "restitution_above_one",
+    "restitution_of_one_wall",
     "unknown_arrangement",
     "unknown_boundary",
     "unknown_key",
@@ -159,6 +160,7 @@ const REFUSED: [&str; 38] = [
     "unknown_potential",
     "unknown_section",
     "unknown_side",
+    "temperature_of_one_wall",
     "vector_too_short",
     "wall_restitution",
     "wrong_type",

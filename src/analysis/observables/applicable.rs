@@ -1,10 +1,11 @@
 //! The observables that apply to a scene.
 
+mod walls;
+
 use crate::Vector;
 use crate::engine::Simulation;
 use crate::engine::event::EventCounts;
 use crate::model::potential::Potential;
-use crate::model::space::{Boundary, Face, Space};
 use crate::model::{CountRegion, Scene, Thermostat};
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +31,9 @@ pub struct ApplicableObservables {
     /// For each axis, whether its lower and its upper wall have a pressure of their own: an area that has an end, without static particles
     /// in front of it.
     pub pressed_walls: [[bool; 2]; 3],
+    /// For each axis, the area through which its lower and its upper wall exchange energy `[length^(D - 1)]`: of walls that have a temperature
+    /// or dissipate, where it has an end.
+    pub heat_areas: [[Option<f64>; 2]; 3],
     /// Whether the fluid is homogeneous: periodic, without gravity and static particles.
     pub is_homogeneous: bool,
     /// Whether some pair has a hard core.
@@ -61,7 +65,7 @@ impl ApplicableObservables {
         // Only heights and regions need those of each particle.
         let listed = if up.is_none() && scene.output.regions.is_empty() { 0..0 } else { all.clone() };
         let is_accelerated = scene.species.iter().any(|species| species.acceleration != Vector::zeros());
-        let has_walls = scene.space.boundary.iter().any(is_walled);
+        let has_walls = (0..3).any(|axis| scene.space.walls(axis) > 0);
         let is_alone = !is_accelerated && !has_walls && moving == scene.particles.len();
         let has_temperature = !is_accelerated && moving >= 2;
         let any = |has: fn(&Potential) -> bool| scene.interactions.iter().any(|i| has(&i.potential));
@@ -84,10 +88,11 @@ impl ApplicableObservables {
             has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
             walled_axes,
             pressed_walls: if moving >= 2 && !has_static && has_room {
-                pressed_walls(&scene.space)
+                walls::pressed(&scene.space)
             } else {
                 [[false; 2]; 3]
             },
+            heat_areas: if moving > 0 { walls::heat_areas(scene) } else { [[None; 2]; 3] },
             is_homogeneous,
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
@@ -136,17 +141,6 @@ impl ApplicableObservables {
             let sum: f64 = walled.iter().map(|&axis| confined[axis] + counted.confined_virial[axis]).sum();
             sum / (walled.len() as f64 * duration)
         })
-    }
-
-    /// Pressure on the lower or the upper wall of an axis `[energy / length^D]`, from the momentum that it gave in a time.
-    pub(super) fn pressure_on_wall(
-        &self,
-        counted: &EventCounts,
-        duration: f64,
-        axis: usize,
-        side: usize,
-    ) -> Option<f64> {
-        self.pressed_walls[axis][side].then(|| counted.wall_push[axis][side] / duration)
     }
 
     /// Kinetic temperature `[energy]` from the kinetic energy and the total momentum, both relative to what streams.
@@ -200,26 +194,11 @@ impl ApplicableObservables {
     }
 }
 
-fn is_walled(boundary: &Boundary) -> bool {
-    let is_wall = |face: &Face| matches!(face, Face::Wall { .. });
-    matches!(boundary, Boundary::Bounded { lower, upper } if is_wall(lower) || is_wall(upper))
-}
-
-/// Walls whose area has an end.
-fn pressed_walls(space: &Space) -> [[bool; 2]; 3] {
-    let has_end = |axis: usize| space.accessible_area(axis, 0.0).is_some();
-    std::array::from_fn(|axis| match &space.boundary[axis] {
-        Boundary::Bounded { lower, upper } => {
-            [lower, upper].map(|face| matches!(face, Face::Wall { .. }) && has_end(axis))
-        }
-        Boundary::Periodic | Boundary::Flat => [false; 2],
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::engine::Until;
+    use crate::model::space::{Boundary, Space};
     use crate::scene::{Amount, Arrangement, Fill, Lattice, SceneBuilder};
 
     fn pair() -> SceneBuilder {

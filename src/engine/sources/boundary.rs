@@ -37,11 +37,11 @@ pub(super) fn walls(scene: &Scene) -> Vec<Wall> {
     let mut walls = Vec::new();
     for (face_axis, axis) in (0..).zip(0..3) {
         if let Boundary::Bounded { lower, upper } = scene.space.boundary[axis] {
-            for (is_upper, side, at) in
-                [(false, lower, scene.space.lower[axis]), (true, upper, scene.space.upper()[axis])]
+            let [below, above] = scene.wall_temperatures[axis];
+            for (is_upper, side, at, temperature) in
+                [(false, lower, scene.space.lower[axis], below), (true, upper, scene.space.upper()[axis], above)]
             {
                 if let SpaceFace::Wall { restitution } = side {
-                    let temperature = scene.wall_temperatures[axis];
                     walls.push(Wall { face: Face { axis: face_axis, is_upper }, at, restitution, temperature });
                 }
             }
@@ -52,8 +52,7 @@ pub(super) fn walls(scene: &Scene) -> Vec<Wall> {
 
 /// The random numbers of the walls of a scene, if some are thermal.
 pub(super) fn random(scene: &Scene) -> Option<Random> {
-    let has_thermal_walls = scene.wall_temperatures.iter().any(Option::is_some);
-    has_thermal_walls.then(|| Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()))
+    scene.has_thermal_walls().then(|| Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()))
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -121,7 +120,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (position, velocity) = (body.position, body.velocity);
         self.note_dissipated(dissipated);
         self.note_confined_change(i, &before);
-        self.count_wall(i, face, (after - vn) / species.inverse_mass);
+        self.count_wall(i, face, (after - vn) / species.inverse_mass, -dissipated);
         let mut normal = Vector::zeros();
         normal[axis] = inwards;
         Ok(show(observe, || Event {
@@ -157,9 +156,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Leaving { speed: if leaving.speed == arriving { vn.abs() } else { leaving.speed }, ..leaving }
     }
 
-    fn count_wall(&mut self, i: u32, face: Face, impulse: f64) {
+    fn count_wall(&mut self, i: u32, face: Face, impulse: f64, gained: f64) {
         self.counts.totals.wall += 1;
         self.note_push(i, face, impulse);
+        if gained != 0.0 {
+            self.counts.totals.wall_heat[usize::from(face.axis)][usize::from(face.is_upper)].add(gained);
+        }
         if TABLE {
             self.counts.by_species.note_single(usize::from(self.row(i)), CountedKind::Wall);
         }
@@ -189,7 +191,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         normal[axis] = inwards;
         let gained = 0.5 / species.inverse_mass * (after - before).dot(&(after + before));
         let impulse = (after[axis] - before[axis]) * inwards / species.inverse_mass;
-        self.count_wall(i, face, impulse);
+        self.count_wall(i, face, impulse, gained);
         self.counts.totals.supplied.add(gained);
         let body = &mut self.state.bodies[i as usize];
         body.velocity = after;

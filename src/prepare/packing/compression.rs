@@ -172,7 +172,7 @@ impl Compression<'_> {
             bonds: Vec::new(),
             particles,
             static_surfaces: Vec::new(),
-            wall_temperatures: [None; 3],
+            wall_temperatures: [[None; 2]; 3],
             shear_rate: None,
             displacement: 0.0,
             contact_time: None,

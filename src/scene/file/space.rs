@@ -34,7 +34,7 @@ pub(crate) struct SpaceFile {
     pub z: Option<AxisFile>,
 }
 
-/// `"periodic"`, or `{ lower = "wall", upper = "open", restitution = 0.5 }`
+/// `"periodic"`, or `{ lower = "wall", upper = "open", restitution = 0.5 }`, or a table for each wall
 #[derive(Debug, JsonSchema)]
 #[schemars(untagged)]
 pub(crate) enum AxisFile {
@@ -46,38 +46,76 @@ pub(crate) enum AxisFile {
 #[derive(Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SidesFile {
-    /// The side at the lower corner.
-    #[schemars(extend("enum" = words(&SIDES)))]
-    pub lower: String,
-    /// The side at the upper corner.
-    #[schemars(extend("enum" = words(&SIDES)))]
-    pub upper: String,
-    /// Ratio of the normal speeds after and before a contact with a wall.
+    /// The side at the lower corner: a word, or the table of a wall of its own.
+    pub lower: SideFile,
+    /// The side at the upper corner: a word, or the table of a wall of its own.
+    pub upper: SideFile,
+    /// Ratio of the normal speeds after and before a contact with a side that is `"wall"`.
     #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
     pub restitution: Option<f64>,
-    /// Temperature of the walls `[energy]`, instead of a restitution: a particle leaves them with a velocity of this temperature.
+    /// Temperature of the sides that are `"wall"` `[energy]`, instead of a restitution: a particle leaves them with a velocity of this
+    /// temperature.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub temperature: Option<f64>,
+}
+
+/// `"wall"`, or `{ temperature = 2.0 }`
+#[derive(Debug, JsonSchema)]
+#[schemars(untagged)]
+pub(crate) enum SideFile {
+    Word(#[schemars(extend("enum" = words(&SIDES)))] String),
+    Wall(WallFile),
+}
+
+/// A wall of its own.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct WallFile {
+    /// Ratio of the normal speeds after and before a contact with this wall.
+    #[schemars(range(min = 0, max = 1), extend("default" = 1.0))]
+    pub restitution: Option<f64>,
+    /// Temperature of this wall `[energy]`, instead of a restitution: a particle leaves it with a velocity of this temperature.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub temperature: Option<f64>,
 }
 
 impl<'de> Deserialize<'de> for AxisFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct WordOrSides;
-        impl<'de> Visitor<'de> for WordOrSides {
-            type Value = AxisFile;
+        let expected = "\"periodic\", \"open\", \"walls\", \"flat\" or { lower = ..., upper = ... }";
+        deserializer.deserialize_any(WordOrTable::<SidesFile, _> {
+            expected,
+            of_word: Self::Word,
+            of_table: Self::Sides,
+        })
+    }
+}
 
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("\"periodic\", \"open\", \"walls\", \"flat\" or { lower = ..., upper = ... }")
-            }
+impl<'de> Deserialize<'de> for SideFile {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let expected = "\"open\", \"wall\" or the table of a wall, { temperature = ... } or { restitution = ... }";
+        deserializer.deserialize_any(WordOrTable::<WallFile, _> { expected, of_word: Self::Word, of_table: Self::Wall })
+    }
+}
 
-            fn visit_str<E: Error>(self, word: &str) -> Result<AxisFile, E> {
-                Ok(AxisFile::Word(word.to_owned()))
-            }
+/// A value that is a word or a table.
+struct WordOrTable<T, V> {
+    expected: &'static str,
+    of_word: fn(String) -> V,
+    of_table: fn(T) -> V,
+}
 
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AxisFile, A::Error> {
-                SidesFile::deserialize(MapAccessDeserializer::new(map)).map(AxisFile::Sides)
-            }
-        }
-        deserializer.deserialize_any(WordOrSides)
+impl<'de, T: Deserialize<'de>, V> Visitor<'de> for WordOrTable<T, V> {
+    type Value = V;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.expected)
+    }
+
+    fn visit_str<E: Error>(self, word: &str) -> Result<V, E> {
+        Ok((self.of_word)(word.to_owned()))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<V, A::Error> {
+        T::deserialize(MapAccessDeserializer::new(map)).map(self.of_table)
     }
 }

@@ -5,7 +5,8 @@ use crate::model::space::{Boundary, Face};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::file::{AxisFile, SpaceFile};
+use crate::scene::file::{AxisFile, SideFile, SidesFile, SpaceFile};
+use crate::scene::limits;
 
 /// The words for what happens at both sides of an axis.
 pub(crate) const BOUNDARIES: [(&str, Boundary); 4] = [
@@ -28,21 +29,117 @@ pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result
             None => Boundary::Periodic,
             Some(AxisFile::Word(word)) => *variant(&BOUNDARIES, "boundary", word, &at)?,
             Some(AxisFile::Sides(sides)) => {
-                scene.wall_temperatures[k] = sides.temperature;
-                if sides.temperature.is_some() && sides.restitution.is_some() {
-                    let kind = SceneErrorKind::value("given as well", "either it or a temperature");
-                    return Err(SceneError::new(at.key("restitution"), kind));
-                }
-                let face = |key: &'static str, word: &str| {
-                    let face = *variant(&SIDES, "side", word, &at.key(key))?;
-                    Ok(match (face, sides.restitution) {
-                        (Face::Wall { .. }, Some(restitution)) => Face::Wall { restitution },
-                        _ => face,
-                    })
-                };
-                Boundary::Bounded { lower: face("lower", &sides.lower)?, upper: face("upper", &sides.upper)? }
+                let (lower, upper) = (parse_side(sides, "lower", &at)?, parse_side(sides, "upper", &at)?);
+                check_common(sides, &at)?;
+                scene.wall_temperatures[k] = [lower.1, upper.1];
+                Boundary::Bounded { lower: lower.0, upper: upper.0 }
             }
         };
     }
     Ok(())
+}
+
+/// What happens at one side, and the temperature of its wall.
+fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(Face, Option<f64>), SceneError> {
+    let side = if key == "lower" { &sides.lower } else { &sides.upper };
+    match side {
+        SideFile::Word(word) => Ok(match variant(&SIDES, "side", word, &at.key(key))? {
+            Face::Open => (Face::Open, None),
+            Face::Wall { .. } => (Face::Wall { restitution: sides.restitution.unwrap_or(1.0) }, sides.temperature),
+        }),
+        SideFile::Wall(wall) => {
+            let (restitution, temperature) = checked_law(wall.restitution, wall.temperature, &at.key(key))?;
+            Ok((Face::Wall { restitution }, temperature))
+        }
+    }
+}
+
+/// The law of the sides that are the word for a wall: beside the table of a wall, there is such a side.
+fn check_common(sides: &SidesFile, at: &ConfigPath) -> Result<(), SceneError> {
+    let both = [&sides.lower, &sides.upper];
+    let has_table = both.into_iter().any(|side| matches!(side, SideFile::Wall(_)));
+    let has_word = both.into_iter().any(|side| matches!(side, SideFile::Word(word) if word == "wall"));
+    let given = [(sides.restitution, "restitution"), (sides.temperature, "temperature")];
+    let given = given.into_iter().find_map(|(value, key)| value.map(|_| key));
+    if let Some(key) = given.filter(|_| has_table && !has_word) {
+        return Err(misplaced(key, "sides of which none is \"wall\"", &["lower", "upper"], at));
+    }
+    checked_law(sides.restitution, sides.temperature, at).map(|_| ())
+}
+
+/// The restitution and the temperature of a wall, which reflects or has a temperature.
+fn checked_law(
+    restitution: Option<f64>,
+    temperature: Option<f64>,
+    at: &ConfigPath,
+) -> Result<(f64, Option<f64>), SceneError> {
+    if restitution.is_some() && temperature.is_some() {
+        return Err(misplaced("restitution", "a wall with a temperature", &["temperature"], at));
+    }
+    let restitution = restitution.map_or(Ok(1.0), |value| limits::restitution(value, at.key("restitution")))?;
+    Ok((restitution, temperature.map(|value| limits::positive(value, at.key("temperature"))).transpose()?))
+}
+
+fn misplaced(key: &'static str, context: &str, known: &[&'static str], at: &ConfigPath) -> SceneError {
+    let (context, known) = (context.to_owned(), known.to_vec());
+    SceneError::new(at.key(key), SceneErrorKind::Misplaced { key, context, known })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::Scene;
+    use crate::model::space::{Boundary, Face};
+
+    fn scene(x: &str) -> Scene {
+        let text = format!(
+            "space = {{ size = [10.0, 10.0, 10.0], x = {x} }}\n\
+             species = [{{ name = \"A\", mass = 1.0, diameter = 1.0 }}]\n\
+             interaction = [{{ species = [\"A\", \"A\"], potential = \"hard-sphere\" }}]\n\
+             fill = [{{ species = \"A\", arrangement = \"sc\", count = 8 }}]\n\
+             run = {{ until_time = 1.0 }}\n"
+        );
+        Scene::from_toml(text.as_str(), "walls.toml").unwrap()
+    }
+
+    #[test]
+    fn tables_of_both_walls_say_what_their_axis_says() {
+        for (of_axis, of_walls) in [
+            ("'walls'", "{ lower = {}, upper = {} }"),
+            (
+                "{ lower = 'wall', upper = 'wall', restitution = 0.5 }",
+                "{ lower = { restitution = 0.5 }, upper = { restitution = 0.5 } }",
+            ),
+            (
+                "{ lower = 'wall', upper = 'wall', temperature = 1.5 }",
+                "{ lower = { temperature = 1.5 }, upper = { temperature = 1.5 } }",
+            ),
+            (
+                "{ lower = 'open', upper = 'wall', temperature = 1.5 }",
+                "{ lower = 'open', upper = { temperature = 1.5 } }",
+            ),
+        ] {
+            assert!(scene(of_axis) == scene(of_walls), "{of_axis} {of_walls}");
+        }
+    }
+
+    #[test]
+    fn each_wall_has_its_own_law_and_what_the_axis_says_is_for_words() {
+        let wall = |restitution: f64| Face::Wall { restitution };
+        for (x, faces, temperatures) in [
+            ("{ lower = { temperature = 2.0 }, upper = { temperature = 1.0 } }", [1.0, 1.0], [Some(2.0), Some(1.0)]),
+            ("{ lower = 'wall', upper = { temperature = 1.0 }, restitution = 0.5 }", [0.5, 1.0], [None, Some(1.0)]),
+            ("{ lower = { restitution = 0.9 }, upper = 'wall', temperature = 3.0 }", [0.9, 1.0], [None, Some(3.0)]),
+        ] {
+            let scene = scene(x);
+            let [lower, upper] = faces.map(wall);
+            assert_eq!(scene.space.boundary[0], Boundary::Bounded { lower, upper }, "{x}");
+            assert_eq!(scene.wall_temperatures, [temperatures, [None; 2], [None; 2]], "{x}");
+        }
+    }
+
+    #[test]
+    fn a_temperature_needs_a_wall() {
+        let open = scene("{ lower = 'open', upper = 'open', temperature = 1.5 }");
+        assert!(!open.has_thermal_walls() && !open.is_driven());
+    }
 }

@@ -183,27 +183,41 @@ fn instrument(plan: &MeasurementPlan) -> Option<&'static str> {
 
 /// Whether an axis keeps particles where a temperature decides what they do.
 fn check_axis(scene: &Scene, axis: usize, at: &ConfigPath) -> Result<(), SceneError> {
-    if let Some(temperature) = scene.wall_temperatures[axis] {
-        let expected = "none beside [exchange], whose replicas have temperatures of their own";
-        return refuse(at.key("temperature"), shortest(temperature), expected);
-    }
     match scene.space.boundary[axis] {
         Boundary::Flat => Ok(()),
-        Boundary::Bounded { lower, upper } => [lower, upper].into_iter().try_for_each(|face| match face {
-            Face::Open => {
-                let expected = "\"wall\" or \"periodic\" beside [exchange]: what can fly away has no equilibrium";
-                refuse(at.clone(), "open", expected)
-            }
-            Face::Wall { restitution } if restitution < 1.0 => {
-                refuse(at.key("restitution"), shortest(restitution), LOSSLESS)
-            }
-            Face::Wall { .. } => Ok(()),
-        }),
+        Boundary::Bounded { lower, upper } => {
+            let [below, above] = scene.wall_temperatures[axis];
+            let sides = [("lower", lower, below), ("upper", upper, above)];
+            // One law of both walls stands with their axis.
+            let is_common = scene.space.walls(axis) < 2 || (lower, below) == (upper, above);
+            sides.into_iter().try_for_each(|(side, face, temperature)| {
+                let wall = if is_common { at.clone() } else { at.key(side) };
+                check_side(face, temperature, at, &wall)
+            })
+        }
         Boundary::Periodic => {
             let falls = scene.species.iter().position(|species| species.acceleration[axis] != 0.0);
             let Some(index) = falls else { return Ok(()) };
             let expected = "\"wall\" beside [exchange]: what falls for ever has no equilibrium";
             refuse(at.clone(), format!("periodic, and `{}` falls along it", scene.species[index].name), expected)
         }
+    }
+}
+
+/// Whether one side of an axis keeps particles where a temperature decides what they do; the keys of its wall stand at `wall`.
+fn check_side(face: Face, temperature: Option<f64>, axis: &ConfigPath, wall: &ConfigPath) -> Result<(), SceneError> {
+    if let Some(temperature) = temperature {
+        let expected = "none beside [exchange], whose replicas have temperatures of their own";
+        return refuse(wall.key("temperature"), shortest(temperature), expected);
+    }
+    match face {
+        Face::Open => {
+            let expected = "\"wall\" or \"periodic\" beside [exchange]: what can fly away has no equilibrium";
+            refuse(axis.clone(), "open", expected)
+        }
+        Face::Wall { restitution } if restitution < 1.0 => {
+            refuse(wall.key("restitution"), shortest(restitution), LOSSLESS)
+        }
+        Face::Wall { .. } => Ok(()),
     }
 }

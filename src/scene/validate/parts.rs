@@ -45,6 +45,7 @@ impl Scene {
         builder.check_header()?;
         let mut species = builder.checked_species()?;
         let space = builder.checked_space(&species)?;
+        scene.wall_temperatures = space.of_walls(scene.wall_temperatures);
         builder.set_accelerations(&mut species, &space)?;
         let interactions = Interactions::given(std::mem::take(&mut scene.interactions), &scene.table, &species)?;
         check_particles(&mut scene)?;

@@ -12,7 +12,7 @@ use crate::io::summary::Observable;
 use crate::view::describe;
 
 /// How the observables of every run are measured.
-const METHODS: [(&str, &str); 11] = [
+const METHODS: [(&str, &str); 17] = [
     ("temperature", "2 (K - P^2 / 2 M) / (D N - c), with the momentum P along the c axes on which it is conserved"),
     (
         "pressure",
@@ -30,8 +30,15 @@ const METHODS: [(&str, &str); 11] = [
     ("pressure_on_upper_y_wall", ON_WALL),
     ("pressure_on_lower_z_wall", ON_WALL),
     ("pressure_on_upper_z_wall", ON_WALL),
+    ("heat_flux_through_lower_x_wall", THROUGH_WALL),
+    ("heat_flux_through_upper_x_wall", THROUGH_WALL),
+    ("heat_flux_through_lower_y_wall", THROUGH_WALL),
+    ("heat_flux_through_upper_y_wall", THROUGH_WALL),
+    ("heat_flux_through_lower_z_wall", THROUGH_WALL),
+    ("heat_flux_through_upper_z_wall", THROUGH_WALL),
 ];
 const ON_WALL: &str = "momentum that the wall gives by time and by the area that centres can reach";
+const THROUGH_WALL: &str = "energy that the wall supplies, less what it takes, by time and by its area";
 
 /// Rates that have a line.
 const MOST_RATES: usize = 50;
@@ -130,7 +137,7 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
         .map(String::as_str)
         .filter(|name| OBSERVABLES.iter().all(|(known, _)| known != name));
     let observables = known.chain(others).filter_map(|name| results.observables.get_key_value(name));
-    let look_up = |table: &'static [(&str, &str); 11], name: &str| {
+    let look_up = |table: &'static [(&str, &str)], name: &str| {
         table.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| *text)
     };
     let published = |name: &str| results.published.iter().filter(|value| value.quantity == name).collect::<Vec<_>>();

@@ -1,0 +1,50 @@
+//! What each wall gives the particles: momentum and energy.
+
+use super::ApplicableObservables;
+use crate::engine::event::EventCounts;
+use crate::model::Scene;
+use crate::model::space::{Boundary, Face, Space};
+
+impl ApplicableObservables {
+    /// Pressure on the lower or the upper wall of an axis `[energy / length^D]`, from the momentum that it gave in a time.
+    pub(in super::super) fn pressure_on_wall(
+        &self,
+        counted: &EventCounts,
+        duration: f64,
+        axis: usize,
+        side: usize,
+    ) -> Option<f64> {
+        self.pressed_walls[axis][side].then(|| counted.wall_push[axis][side] / duration)
+    }
+
+    /// Heat flux through the lower or the upper wall of an axis into the particles `[energy / (length^(D - 1) time)]`, from what it supplied in a time.
+    pub(in super::super) fn heat_flux_through_wall(
+        &self,
+        counted: &EventCounts,
+        duration: f64,
+        axis: usize,
+        side: usize,
+    ) -> Option<f64> {
+        self.heat_areas[axis][side].map(|area| counted.wall_heat[axis][side].total() / (area * duration))
+    }
+}
+
+/// Walls whose area has an end.
+pub(super) fn pressed(space: &Space) -> [[bool; 2]; 3] {
+    [0, 1, 2].map(|axis| space.walled_sides(axis).map(|is_wall| is_wall && space.wall_area(axis).is_some()))
+}
+
+/// The areas of the walls that have a temperature or dissipate.
+pub(super) fn heat_areas(scene: &Scene) -> [[Option<f64>; 2]; 3] {
+    let is_soft = |face: Face| matches!(face, Face::Wall { restitution } if restitution < 1.0);
+    [0, 1, 2].map(|axis| {
+        let dissipates = match scene.space.boundary[axis] {
+            Boundary::Bounded { lower, upper } => [lower, upper].map(is_soft),
+            Boundary::Periodic | Boundary::Flat => [false; 2],
+        };
+        [0, 1].map(|side| {
+            let exchanges = dissipates[side] || scene.wall_temperatures[axis][side].is_some();
+            scene.space.wall_area(axis).filter(|_| exchanges)
+        })
+    })
+}

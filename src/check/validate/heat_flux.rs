@@ -1,0 +1,75 @@
+//! The heat flux between a hot and a cold plate, against kinetic theory with the temperature jumps at them.
+
+use std::f64::consts::PI;
+
+use super::state_point::{Compared, Watch, build, equilibration, finish, observable};
+use super::{Comparison, Effort, Source};
+use crate::Vector;
+use crate::analysis::published::GasBetweenPlates;
+use crate::model::potential::Potential;
+use crate::model::space::{Boundary, Space};
+use crate::model::{Limit, RunPlan};
+use crate::scene::{Arrangement, Fill, SceneBuilder};
+
+pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
+
+/// Temperatures of the plates, and one in between for the start.
+const TEMPERATURES: [f64; 2] = [2.0, 1.0];
+const START: f64 = 1.4;
+/// Edge of the plates: longer than the free path.
+const WIDTH: f64 = 20.0;
+
+const THEORY: Source = Source {
+    short: "Enskog, Sone 1989",
+    full: "Fourier's law with Enskog's conductivity; temperature jumps of hard spheres: Sone, Ohwada and Aoki, Phys. Fluids A 1, 363 (1989), doi:10.1063/1.857457",
+};
+
+/// Distance of the plates: about ten free paths, and forty diameters at least.
+pub(super) fn distance(packing_fraction: f64) -> f64 {
+    (10.0 * 0.12 / packing_fraction).max(40.0)
+}
+
+pub(super) fn count(packing_fraction: f64) -> u64 {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousand at most")]
+    let count = (packing_fraction * 6.0 / PI * WIDTH * WIDTH * distance(packing_fraction)).round() as u64;
+    count
+}
+
+pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
+    let (distance, count) = (distance(packing_fraction), count(packing_fraction));
+    let boundary = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
+    let size = Vector::new(distance, WIDTH, WIDTH);
+    let scene = SceneBuilder::new("validate")
+        .seed(seed)
+        .space(Space { lower: Vector::zeros(), size, boundary })
+        .wall_temperatures(0, TEMPERATURES.map(Some))
+        .species("A", 1.0, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(count))
+        .temperature(START)
+        .run(RunPlan {
+            equilibration: Limit::events(equilibration(effort)),
+            limit: Limit::events(effort.events()),
+            ..RunPlan::default()
+        });
+    let finished = finish(build(&scene)?, watch)?;
+    let gas = GasBetweenPlates {
+        distance: distance - 1.0,
+        particles_per_area: count as f64 / (WIDTH * WIDTH),
+        diameter: 1.0,
+        mass: 1.0,
+        temperatures: TEMPERATURES,
+    };
+    let flux = gas.heat_flux();
+    // A diameter more or less between the plates, half of one at each.
+    let neglected = flux - GasBetweenPlates { distance, ..gas }.heat_flux();
+    let walls = [("lower", flux), ("upper", -flux)].into_iter().zip(QUANTITIES);
+    let compared = walls.map(|((side, flux), quantity)| {
+        let measured = observable(&finished, &format!("heat_flux_through_{side}_x_wall"));
+        Comparison::statistical(quantity, measured, flux, THEORY).allow(neglected, NEGLECTED)
+    });
+    Ok(compared.collect())
+}
+
+const NEGLECTED: &str =
+    "half a diameter at each plate: first order in the density, of the jumps; and second order in the free path";

@@ -1,0 +1,177 @@
+//! Heat through walls: between plates without and with collisions, from equal temperatures, and in the ledger.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+use carom::Vector;
+use carom::analysis::statistics::Estimate;
+use carom::engine::event::EventKind;
+use carom::engine::{Simulation, Until};
+use carom::model::potential::Potential;
+use carom::model::space::{Boundary, Face, Space};
+use carom::model::{Limit, RunPlan};
+use carom::run::{self, Finished};
+use carom::scene::{Arrangement, Fill, SceneBuilder};
+
+fn hard(distance: f64) -> Potential {
+    Potential::hard_sphere(distance).unwrap()
+}
+
+fn finish(scene: &SceneBuilder) -> Finished {
+    let finished = run::run(scene.build().unwrap(), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
+    assert_eq!(finished.audit.faults(), []);
+    finished
+}
+
+fn flux(finished: &Finished, wall: &str) -> Option<Estimate> {
+    let name = format!("heat_flux_through_{wall}_wall");
+    finished.observables.iter().find(|(known, _)| **known == name).map(|(_, estimate)| *estimate)
+}
+
+fn is_within(flux: &Estimate, expected: f64) -> bool {
+    (flux.mean - expected).abs() < 4.0 * flux.standard_error.unwrap()
+}
+
+/// Walls along x; along y and z periodic, or flat where the box has no extent.
+fn plates(size: [f64; 3]) -> Space {
+    let other = |size: f64| if size == 0.0 { Boundary::Flat } else { Boundary::Periodic };
+    let boundary = [Boundary::walls(1.0), other(size[1]), other(size[2])];
+    Space { lower: Vector::zeros(), size: Vector::from(size), boundary }
+}
+
+#[test]
+fn without_collisions_each_particle_carries_heat_to_and_fro() {
+    // From a wall of temperature T a particle takes an energy of (D + 1) T / 2, and a time of sqrt(pi m / 2 T) for each unit of length on its way
+    // to the other one.
+    let temperatures = [2.0_f64, 0.7];
+    for size in [[9.0, 0.0, 0.0], [9.0, 5.0, 0.0], [9.0, 5.0, 6.0]] {
+        let space = plates(size);
+        let (area, dimensions) = (space.wall_area(0).unwrap(), space.dimensions() as f64);
+        let species = [("A", 0.7, 1.0, 40_u32), ("B", 3.0, 1.6, 25)];
+        let mut scene = SceneBuilder::new("collisionless").space(space).wall_temperatures(0, temperatures.map(Some));
+        let mut expected = 0.0;
+        for (name, mass, diameter, count) in species {
+            scene = scene.species(name, mass, diameter);
+            let slowness: f64 = temperatures.iter().map(|t| (PI * mass / (2.0 * t)).sqrt()).sum();
+            let energy = 0.5 * (dimensions + 1.0) * (temperatures[0] - temperatures[1]);
+            expected += f64::from(count) * energy / ((9.0 - diameter) * slowness * area);
+        }
+        for pair in [["A", "A"], ["A", "B"], ["B", "B"]] {
+            scene = scene.no_interaction(pair[0], pair[1]);
+        }
+        for (name, _, _, count) in species {
+            scene = scene.add_fill(Fill::new(Arrangement::Random, name).count(u64::from(count)));
+        }
+        let run = RunPlan { equilibration: Limit::events(20_000), limit: Limit::events(200_000), ..RunPlan::default() };
+        let finished = finish(&scene.temperature(1.0).run(run));
+        for (wall, expected) in [("lower_x", expected), ("upper_x", -expected)] {
+            let flux = flux(&finished, wall).unwrap();
+            println!("{size:?} {wall}: {flux:?}, expected {expected}");
+            assert!(is_within(&flux, expected), "{wall}: {flux:?} {expected}");
+            assert!(flux.standard_error.unwrap() < 0.02 * expected.abs(), "{wall}: {flux:?} {expected}");
+        }
+    }
+}
+
+/// A gas of hard spheres of a mass that is no power of two between plates.
+fn gas(temperatures: [Option<f64>; 2]) -> SceneBuilder {
+    SceneBuilder::new("gas")
+        .space(plates([12.0, 10.0, 10.0]))
+        .wall_temperatures(0, temperatures)
+        .species("A", 0.7, 1.0)
+        .interaction("A", "A", hard(1.0), 1.0)
+        .add_fill(Fill::new(Arrangement::Random, "A").count(120))
+        .temperature(1.3)
+        .run(RunPlan { equilibration: Limit::events(10_000), limit: Limit::events(150_000), ..RunPlan::default() })
+}
+
+#[test]
+fn between_equal_temperatures_no_heat_flows_on_average() {
+    let finished = finish(&gas([Some(1.3); 2]));
+    for wall in ["lower_x", "upper_x"] {
+        let flux = flux(&finished, wall).unwrap();
+        println!("{wall}: {flux:?}");
+        // A gas without collisions would carry some rho T sqrt(T / m) from a wall twice as hot.
+        assert!(is_within(&flux, 0.0) && flux.standard_error.unwrap() < 0.01, "{flux:?}");
+    }
+    let temperature = finished.observables[0].1;
+    assert!(is_within(&temperature, 1.3), "{temperature:?}");
+}
+
+#[test]
+fn one_warm_wall_warms_a_gas_and_an_elastic_one_has_no_heat_flux() {
+    let finished = finish(&gas([None, Some(2.1)]));
+    assert!(flux(&finished, "lower_x").is_none());
+    let heat = flux(&finished, "upper_x").unwrap();
+    let temperature = finished.observables[0].1;
+    println!("{heat:?} {temperature:?}");
+    assert!(is_within(&heat, 0.0) && heat.standard_error.unwrap() < 0.01, "{heat:?}");
+    assert!(is_within(&temperature, 2.1) && temperature.standard_error.unwrap() < 0.03, "{temperature:?}");
+}
+
+#[test]
+fn the_heat_of_all_walls_is_what_the_energy_changes_by() {
+    // A mixture that dissipates, between walls of six laws.
+    let wall = |restitution: f64| Face::Wall { restitution };
+    let boundary = [
+        Boundary::walls(1.0),
+        Boundary::Bounded { lower: wall(0.8), upper: wall(0.55) },
+        Boundary::Bounded { lower: wall(1.0), upper: wall(0.9) },
+    ];
+    let mut scene = SceneBuilder::new("six")
+        .space(Space { boundary, ..Space::periodic_cube(9.0) })
+        .wall_temperatures(0, [Some(3.1), Some(0.4)])
+        .wall_temperatures(2, [Some(1.7), None])
+        .species("A", 0.7, 1.0)
+        .species("B", 3.0, 1.6);
+    for (pair, diameter) in [(["A", "A"], 1.0), (["A", "B"], 1.3), (["B", "B"], 1.6)] {
+        scene = scene.interaction(pair[0], pair[1], hard(diameter), 0.85);
+    }
+    for (name, count) in [("A", 40), ("B", 20)] {
+        scene = scene.add_fill(Fill::new(Arrangement::Random, name).count(count));
+    }
+    let mut simulation = Simulation::without_plan(scene.temperature(1.3).build().unwrap());
+    let start = simulation.energy().kinetic;
+    let (mut at_walls, mut in_pairs) = ([[0.0; 2]; 3], 0.0);
+    simulation
+        .advance_with(Until::events(30_000), |event| match event.kind {
+            EventKind::Wall { axis, is_upper } => {
+                let mass = if event.distance == 0.5 { 0.7 } else { 3.0 };
+                let [before, after] = [event.before[0], event.after[0]].map(|v| v.norm_squared());
+                at_walls[usize::from(axis)][usize::from(is_upper)] += 0.5 * mass * (after - before);
+            }
+            _ => in_pairs += event.dissipated,
+        })
+        .unwrap();
+    let (counts, change) = (simulation.event_counts(), simulation.energy().kinetic - start);
+    let heat = counts.wall_heat.map(|walls| walls.map(|wall| wall.total()));
+    println!("{heat:?}, {in_pairs} in pairs, {change}");
+    // Sums of 30,000 parts, each rounded in its own last place; what went to and fro is some ten thousand.
+    let round_off = 1e-9;
+    for (heat, expected) in heat.iter().flatten().zip(at_walls.iter().flatten()) {
+        assert!((heat - expected).abs() < round_off, "{heat} {expected}");
+    }
+    assert!((heat.iter().flatten().sum::<f64>() - in_pairs - change).abs() < round_off);
+    assert!((counts.supplied.total() - counts.dissipated.total() - change).abs() < round_off);
+    // The hottest wall heats, and each that dissipates takes, the softer one more.
+    assert!(heat[0][0] > 1000.0 && heat[2][1] < 0.0 && heat[1][0] < 0.0 && heat[1][1] < heat[1][0], "{heat:?}");
+}
+
+#[test]
+fn each_wall_of_a_line_takes_its_own_part_of_the_speed() {
+    let wall = |restitution: f64| Face::Wall { restitution };
+    let walls = Boundary::Bounded { lower: wall(0.9), upper: wall(0.5) };
+    let space = Space { boundary: [walls, Boundary::Flat, Boundary::Flat], ..plates([11.0, 0.0, 0.0]) };
+    let scene = SceneBuilder::new("line")
+        .space(space)
+        .species("A", 0.7, 1.0)
+        .no_interaction("A", "A")
+        .particle("A", Vector::new(3.0, 0.0, 0.0), Vector::new(2.0, 0.0, 0.0))
+        .run(RunPlan { limit: Limit::time(20.0), ..RunPlan::default() });
+    let finished = finish(&scene);
+    // 7.5 to the upper wall at 2, back 10 at 1, then at 0.9: the third contact would come at 3.75 + 10 + 11.1.
+    let [lower, upper] = ["lower_x", "upper_x"].map(|wall| flux(&finished, wall).unwrap().mean);
+    let energy = |speed: f64| 0.5 * 0.7 * speed * speed;
+    assert!((upper * 20.0 - (energy(1.0) - energy(2.0))).abs() < 1e-13, "{upper}");
+    assert!((lower * 20.0 - (energy(0.9) - energy(1.0))).abs() < 1e-13, "{lower}");
+}
