@@ -120,11 +120,7 @@ impl Experiment {
             ),
             Self::HeatFlux { packing_fraction: phi } => (
                 format!("heat_flux/{phi:.2}"),
-                format!(
-                    "T = 2 and 1, {} apart, phi = {phi:.2}, N = {}",
-                    heat_flux::distance(phi),
-                    heat_flux::count(phi)
-                ),
+                format!("phi = {phi:.2}, plates {} apart", heat_flux::distance(phi)),
                 heat_flux::QUANTITIES,
             ),
             Self::LennardJones => (
