@@ -3,5 +3,6 @@
 pub(crate) mod checksum;
 pub(crate) mod memory;
 pub(crate) mod numbers;
+pub(crate) mod shortest;
 pub mod sum;
 pub mod text;

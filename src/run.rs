@@ -7,6 +7,7 @@ mod begin;
 pub mod checkpoint;
 mod driver;
 mod forecast;
+mod frames;
 mod measured_stage;
 mod progress;
 mod rate;
@@ -16,6 +17,7 @@ mod state;
 pub use begin::{Run, RunError, run};
 pub use driver::MOST_EVENTS_PER_PARTICLE;
 pub use forecast::{Burden, burdens};
+pub(crate) use frames::FrameLimit;
 pub use measured_stage::MeasuredStage;
 pub use progress::Progress;
 pub use rate::expected_rate;
@@ -235,6 +237,8 @@ pub struct Finished {
     pub stages: Vec<MeasuredStage>,
     /// What the run found out about its own correctness.
     pub audit: Audit,
+    /// Why it has no more frames, where that is because of what they take on the disk.
+    pub frames_limit: Option<&'static str>,
 }
 
 impl Finished {

@@ -13,13 +13,15 @@ pub struct SamplingTimes {
     index: f64,
     /// Number of times since the interval was last doubled, and how many are aimed at; none if it is kept.
     chosen: Option<[u32; 2]>,
+    /// How many there may still be.
+    left: u32,
 }
 
 impl SamplingTimes {
     /// Times at a given interval.
     #[must_use]
     pub fn given(start: f64, interval: f64) -> Self {
-        Self { start, interval, index: 1.0, chosen: None }
+        Self { start, interval, index: 1.0, chosen: None, left: u32::MAX }
     }
 
     /// Some `aim` times in a duration that is expected, no closer to each other than `shortest`.
@@ -28,16 +30,22 @@ impl SamplingTimes {
         Self { chosen: Some([0, aim]), ..Self::given(start, (duration / f64::from(aim)).max(shortest)) }
     }
 
+    /// The same, and no more of them than so many.
+    #[must_use]
+    pub fn at_most(self, most: u32) -> Self {
+        Self { left: most, ..self }
+    }
+
     /// The sampling interval `[time]`.
     #[must_use]
     pub fn interval(&self) -> f64 {
         self.interval
     }
 
-    /// The next time.
+    /// The next time; infinite if there is none.
     #[must_use]
     pub fn next(&self) -> f64 {
-        self.start + self.index * self.interval
+        if self.left == 0 { f64::INFINITY } else { self.start + self.index * self.interval }
     }
 
     /// Goes on to the first time after `time`.
@@ -47,6 +55,9 @@ impl SamplingTimes {
 
     /// The same, where a time that is early by this part of the interval is taken for that time, because times are rounded.
     pub fn pass_early(&mut self, time: f64, early: f64) {
+        if self.left < u32::MAX {
+            self.left = self.left.saturating_sub(1);
+        }
         if let Some([count, aim]) = &mut self.chosen {
             *count += 1;
             if *count >= 2 * *aim {
@@ -95,6 +106,17 @@ mod tests {
             count += 1;
         }
         assert!((200..=240).contains(&count), "{count}");
+    }
+
+    #[test]
+    fn times_that_are_counted_come_to_an_end() {
+        let mut times = SamplingTimes::expecting(0.0, 20.0, 20, 0.0).at_most(3);
+        for due in [1.0, 2.0, 3.0] {
+            assert_eq!(times.next(), due);
+            times.pass(due);
+        }
+        assert_eq!(times.next(), f64::INFINITY);
+        assert_eq!(SamplingTimes::expecting(0.0, 20.0, 20, 0.0).at_most(0).next(), f64::INFINITY);
     }
 
     #[test]

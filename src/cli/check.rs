@@ -81,12 +81,13 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>) -> String {
     };
     let least = if estimate.is_complete { "some" } else { "at least" };
     let rows = format!("{} and {}", count(estimate.rows, "row"), count(estimate.frames, "frame"));
+    let few = estimate.frames_limit.map_or_else(String::new, |reason| format!(" ({reason})"));
     let mut work = count(estimate.events, "event");
     if let (Some(events), Some(per_second)) = (estimate.events, per_second) {
         work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / per_second)));
     }
     let (bytes, memory) = (size(estimate.bytes), size(estimate.memory));
-    format!("  writes {rows}, {least} {bytes}\n  needs some {memory} of memory, and works through {work}\n")
+    format!("  writes {rows}{few}, {least} {bytes}\n  needs some {memory} of memory, and works through {work}\n")
 }
 
 /// The estimate of a run, for all replicas where the scene asks for several.
@@ -97,6 +98,7 @@ fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     SizeEstimate {
         rows: Some((time / plan.interval).round()),
         frames: Some(frames),
+        frames_limit: None,
         events: run.events.map(|events| replicas * events),
         memory: replicas * run.memory,
         bytes: ExchangeFolder::expected_bytes(scene),

@@ -86,7 +86,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn confined_kinetic(&self) -> Vector {
         let Some(confinement) = &self.sources.confinement else { return Vector::zeros() };
         let mut sums = [Sum::default(); 3];
-        for &particle in self.state.numbers.iter().filter(|&&particle| !self.is_static(particle)) {
+        for particle in self.by_id().filter(|&particle| !self.is_static(particle)) {
             let (_, velocity) = self.state_at(particle, self.clock.now);
             let share = confinement.per_volume[usize::from(self.row(particle))] / self.inverse_mass(particle);
             for axis in (0..3).filter(|&axis| confinement.axes[axis]) {

@@ -1,12 +1,17 @@
 //! Looking without touching: positions, velocities and energies at one time, from delayed states.
 
+use super::hardware::prefetch::prefetch;
 use super::parts::Engine;
 use super::sources::lees_edwards::{FLOW, GRADIENT};
+use super::state::State;
 use super::{Chosen, Simulation};
 use crate::Vector;
 use crate::base::sum::Sum;
 use crate::model::{ParticleId, SpeciesId};
 use std::convert::Infallible;
+
+/// Particles that are asked for early: some ten of them come while one is on its way from memory.
+const AHEAD: usize = 16;
 
 /// All particles at one time, in the order of their ids.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,7 +128,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn for_each_now<E>(&self, mut visit: impl FnMut(ParticleNow) -> Result<(), E>) -> Result<(), E> {
         let (_, periods) = self.displacement();
         let species = self.pairs.rules.rows.species();
-        for (id, &particle) in (0..).zip(&self.state.numbers) {
+        for (id, particle) in (0..).zip(self.by_id()) {
             let (position, velocity) = self.state_at(particle, self.clock.now);
             let mut image = self.state.images.of(particle);
             if self.sources.lees_edwards.is_some() {
@@ -135,6 +140,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(())
     }
 
+    /// The numbers of all particles in the order of their ids. That is another one than in memory, so that what comes soon is asked for early.
+    pub(super) fn by_id(&self) -> impl Iterator<Item = u32> + '_ {
+        let State { numbers, bodies, .. } = &self.state;
+        numbers.iter().enumerate().map(move |(id, &particle)| {
+            if let Some(&coming) = numbers.get(id + AHEAD) {
+                prefetch(bodies, coming as usize);
+            }
+            particle
+        })
+    }
+
     pub(super) fn energy(&self) -> Energy {
         let mut kinetic = Sum::default();
         let mut thermal = Sum::default();
@@ -142,7 +158,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut pair = Sum::default();
         let mut momentum = [Sum::default(); 3];
         let mut streaming_momentum = [Sum::default(); 3];
-        for &particle in self.state.numbers.iter().filter(|&&p| !self.is_static(p)) {
+        for particle in self.by_id().filter(|&particle| !self.is_static(particle)) {
             let species = &self.pairs.rules.species[usize::from(self.row(particle))];
             let mass = species.inverse_mass.recip();
             let (position, velocity) = self.state_at(particle, self.clock.now);

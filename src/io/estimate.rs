@@ -23,11 +23,11 @@ use thiserror::Error;
 
 use crate::base::text::size;
 use crate::model::{Format, Limit, Scene};
-use crate::run::{Settings, Stage};
+use crate::run::{FrameLimit, Settings, Stage};
+use crate::trajectory::extended_xyz;
 
-/// A run that chooses its intervals itself writes at most so many rows and frames, and those of its start and its end.
+/// A measurement that chooses its interval itself writes at most so many rows, and those of its start and its end.
 const ROWS: f64 = 400.0;
-const FRAMES: f64 = 40.0;
 
 /// Bytes of a number with all its digits, in text.
 const DIGITS: f64 = 19.0;
@@ -56,6 +56,8 @@ pub struct SizeEstimate {
     pub rows: Option<f64>,
     /// Frames of `trajectory.xyz`; `None` where the scene does not determine it.
     pub frames: Option<f64>,
+    /// Why there are no more frames, where that is because of what they would take on the disk.
+    pub frames_limit: Option<&'static str>,
     /// Events of all stages; `None` where the scene does not determine it.
     pub events: Option<f64>,
     /// All files together `[bytes]`, within a factor of two.
@@ -76,9 +78,11 @@ impl SizeEstimate {
             Some(interval) => duration.map(|time| (time / interval).ceil() + 2.0),
             None => Some(chosen.min(measured.unwrap_or(f64::INFINITY).max(1.0) * 2.0 + 2.0)),
         };
+        let limit = FrameLimit::of(scene);
         let measured_rows = count(output.thermo_interval, ROWS);
-        let frames =
-            count(output.frame_interval, FRAMES).zip(earlier_frames(scene, rate)).map(|(last, more)| last + more);
+        let frames = count(output.frame_interval, limit.most(Stage::Measurement))
+            .zip(earlier_frames(scene, rate, limit))
+            .map(|(last, more)| last + more);
         let earlier_rows = earlier_rows(scene, rate);
         let rows = measured_rows.zip(earlier_rows).map(|(measured, earlier)| measured + earlier);
         let row = (12.0 + output.regions.len() as f64) * DIGITS;
@@ -102,6 +106,7 @@ impl SizeEstimate {
         Self {
             rows,
             frames,
+            frames_limit: limit.reason(),
             events: measured.zip(before).map(|(measured, before)| measured + before),
             bytes: parts.iter().flatten().sum(),
             is_complete: parts.iter().all(Option::is_some),
@@ -123,9 +128,12 @@ fn earlier_rows(scene: &Scene, rate: Option<f64>) -> Option<f64> {
 }
 
 /// Frames of those that are measured.
-fn earlier_frames(scene: &Scene, rate: Option<f64>) -> Option<f64> {
+fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option<f64> {
     let measured = earlier(scene).filter(|(stage, _)| stage.is_measured());
-    measured.map(|(_, settings)| at_times(&settings, rate, scene.output.frame_interval, FRAMES)).sum()
+    let frames = |(stage, settings): (Stage, Settings)| {
+        at_times(&settings, rate, scene.output.frame_interval, limit.most(stage))
+    };
+    measured.map(frames).sum()
 }
 
 /// What a stage before the last measurement writes at even times, given or chosen; `None` where the scene does not determine it.
@@ -153,18 +161,7 @@ fn lengths(limit: &Limit, rate: Option<f64>) -> (Option<f64>, Option<f64>) {
 
 /// Bytes of a frame in all formats that the scene asks for.
 fn frame_bytes(scene: &Scene) -> f64 {
-    let per_particle: f64 = scene
-        .particles
-        .iter()
-        .map(|particle| {
-            let species = &scene.species[particle.species.0 as usize];
-            let numbers = if species.is_static() { 3.0 } else { 6.0 };
-            species.name.len() as f64 + numbers * DIGITS + 20.0
-        })
-        .sum();
-    let scalars = if scene.measure.bond_order.is_some() { 2.0 * DIGITS * scene.particles.len() as f64 } else { 0.0 };
-    let bonds = 12.0 * scene.bonds.len() as f64;
-    let text = per_particle + scalars + bonds + 300.0;
+    let text = extended_xyz::frame_bytes(scene);
     // In binary a number takes 4 or 8 bytes in place of its digits.
     let share = |format: &Format| match format {
         Format::Gsd => 0.3,

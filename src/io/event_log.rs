@@ -19,6 +19,7 @@ use std::path::Path;
 use super::error::OutputError;
 use super::npy::array::{HEADER_SIZE, header};
 use super::partial::PartialFile;
+use crate::Vector;
 use crate::base::numbers::index;
 use crate::engine::event::Event;
 use crate::run::checkpoint::{CheckpointError, Manifest, ManifestEntry};
@@ -41,10 +42,15 @@ const COLUMNS: [Kind; 9] = [
     ("dissipated.npy", "<f8", &[], 8),
 ];
 
+/// Entries that are gathered in memory before they go to the files: some hundred pages of the widest columns.
+const GATHERED: usize = 4096;
+
 /// The columns while they are written.
 #[derive(Debug)]
 pub(super) struct EventLog {
     columns: Vec<PartialFile>,
+    /// The entries that are not in the files yet, column by column.
+    gathered: [Vec<u8>; COLUMNS.len()],
 }
 
 impl EventLog {
@@ -57,7 +63,7 @@ impl EventLog {
             file.write_head(&header(kind, shape, 0))?;
             Ok(file)
         };
-        Ok(Self { columns: COLUMNS.iter().map(column).collect::<Result<_, OutputError>>()? })
+        Ok(Self::of(COLUMNS.iter().map(column).collect::<Result<_, OutputError>>()?))
     }
 
     /// The columns of a checkpoint.
@@ -69,46 +75,68 @@ impl EventLog {
             };
             PartialFile::resume(path, entry)
         };
-        Ok(Self { columns: COLUMNS.iter().map(column).collect::<Result<_, _>>()? })
+        Ok(Self::of(COLUMNS.iter().map(column).collect::<Result<_, _>>()?))
     }
 
+    fn of(columns: Vec<PartialFile>) -> Self {
+        Self { columns, gathered: COLUMNS.map(|(.., size)| Vec::with_capacity(GATHERED * index(size))) }
+    }
+
+    #[inline]
     pub fn add(&mut self, event: &Event) -> Result<(), OutputError> {
-        let numbers = |vectors: &[crate::Vector; 2]| -> Vec<u8> {
-            vectors.iter().flat_map(|vector| vector.iter().flat_map(|x| x.to_le_bytes())).collect()
-        };
         let partner = event.partner.map_or(-1, |partner| i64::from(partner.0));
-        let entries: [&[u8]; 9] = [
-            &event.time.to_le_bytes(),
-            &[event.kind.code()],
-            &event.particle.0.to_le_bytes(),
-            &partner.to_le_bytes(),
-            &numbers(&event.positions),
-            &numbers(&event.before),
-            &numbers(&event.after),
-            &event.energy_step.to_le_bytes(),
-            &event.dissipated.to_le_bytes(),
-        ];
-        self.columns.iter_mut().zip(entries).try_for_each(|(column, entry)| column.write_bytes(entry))
+        let [time, kind, particle, partners, positions, before, after, energy_step, dissipated] = &mut self.gathered;
+        kind.push(event.kind.code());
+        particle.extend_from_slice(&event.particle.0.to_le_bytes());
+        partners.extend_from_slice(&partner.to_le_bytes());
+        for (column, number) in [(time, event.time), (energy_step, event.energy_step), (dissipated, event.dissipated)] {
+            column.extend_from_slice(&number.to_le_bytes());
+        }
+        for (column, vectors) in [(positions, &event.positions), (before, &event.before), (after, &event.after)] {
+            column.extend_from_slice(&bytes(vectors));
+        }
+        if kind.len() < GATHERED { Ok(()) } else { self.hand_on() }
+    }
+
+    /// Hands what is gathered to the files.
+    fn hand_on(&mut self) -> Result<(), OutputError> {
+        for (column, entries) in self.columns.iter_mut().zip(&mut self.gathered) {
+            column.write_bytes(entries)?;
+            entries.clear();
+        }
+        Ok(())
     }
 
     /// How long all columns are together `[bytes]`.
     pub fn length(&self) -> u64 {
-        self.columns.iter().map(PartialFile::length).sum()
+        let gathered = self.gathered.iter().map(|entries| entries.len() as u64);
+        self.columns.iter().map(PartialFile::length).chain(gathered).sum()
     }
 
     /// Makes what was written so far safe on the disk.
     pub fn keep(&mut self, run: &Path) -> Result<Vec<ManifestEntry>, OutputError> {
+        self.hand_on()?;
         self.columns.iter_mut().map(|column| column.keep(run)).collect()
     }
 
     /// The columns with their numbers of entries.
     pub fn finish(mut self) -> Result<Vec<PartialFile>, OutputError> {
+        self.hand_on()?;
         for (column, (_, kind, shape, size)) in self.columns.iter_mut().zip(&COLUMNS) {
             let entries = (column.length() - HEADER_SIZE as u64) / size;
             column.replace_head(&header(kind, shape, index(entries)))?;
         }
         Ok(self.columns)
     }
+}
+
+/// Two vectors as the file has them.
+fn bytes(vectors: &[Vector; 2]) -> [u8; 48] {
+    let mut bytes = [0; 48];
+    for (to, x) in bytes.chunks_exact_mut(8).zip(vectors.iter().flatten()) {
+        to.copy_from_slice(&x.to_le_bytes());
+    }
+    bytes
 }
 
 /// The files of the columns, in the folder of a run.

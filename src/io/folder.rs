@@ -3,6 +3,7 @@
 mod completion;
 mod frames;
 mod resumption;
+mod trajectory;
 
 pub use completion::Completed;
 
@@ -12,9 +13,10 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 pub(crate) use self::frames::Frames;
+use self::trajectory::Trajectory;
 use super::atomic::Existing;
 use super::checkpoints::{self, Checkpoints};
-use super::contacts;
+use super::contacts::Contacts;
 use super::error::OutputError;
 use super::event_log::{self, EventLog};
 use super::measurements;
@@ -30,7 +32,7 @@ use crate::engine::event::Event;
 use crate::engine::{Simulation, Snapshot};
 use crate::model::Format;
 use crate::model::Scene;
-use crate::run::checkpoint::{Manifest, ManifestEntry};
+use crate::run::checkpoint::Manifest;
 use crate::run::{Recorder, RunState, Stage};
 
 /// The last file of a run: where it is, the others are complete and belong to it.
@@ -77,6 +79,8 @@ const FLUSH_INTERVAL: Duration = Duration::from_secs(2);
 /// `let (mut folder, checkpoint) = Folder::resume(&target, None)?;` and [`Run::resume(checkpoint)`](crate::run::Run::resume) in place of `Run::new(scene)`.
 #[derive(Debug)]
 pub struct Folder {
+    /// The first to be let go: what a thread writes is written before the locks are.
+    trajectory: Trajectory,
     /// The folder that was asked for.
     target: PathBuf,
     /// Where the files are until they are complete: the same, or within it.
@@ -86,10 +90,8 @@ pub struct Folder {
     scene: Option<SceneCopy>,
     columns: Columns,
     thermo: PartialFile,
-    trajectory: PartialFile,
-    contacts: Option<PartialFile>,
+    contacts: Option<Contacts>,
     events: Option<EventLog>,
-    frames: Frames,
     formats: Vec<Format>,
     flushed: Instant,
     checkpoints: Checkpoints,
@@ -140,18 +142,13 @@ impl Folder {
         let columns = Columns::of(scene);
         let mut thermo = PartialFile::create(path.join(THERMO))?;
         thermo.write(&columns.header())?;
-        let mut contacts = scene.output.has_contacts.then(|| PartialFile::create(path.join(CONTACTS))).transpose()?;
-        if let Some(file) = &mut contacts {
-            file.write(contacts::HEADER)?;
-        }
         Ok(Self {
             scene: None,
             columns,
             thermo,
-            trajectory: PartialFile::create(path.join(TRAJECTORY))?,
-            contacts,
+            trajectory: Trajectory::new(PartialFile::create(path.join(TRAJECTORY))?, Frames::of(scene)),
+            contacts: scene.output.has_contacts.then(|| Contacts::create(path.join(CONTACTS))).transpose()?,
             events: scene.output.has_event_log.then(|| EventLog::create(&path)).transpose()?,
-            frames: Frames::of(scene),
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             most_bytes: f64::INFINITY,
@@ -179,8 +176,8 @@ impl Folder {
     /// Whether the files take more than they may, and how much.
     #[must_use]
     pub fn excess(&self) -> Option<OutputError> {
-        let tables = [Some(&self.thermo), Some(&self.trajectory), self.contacts.as_ref()];
-        let length = tables.into_iter().flatten().map(PartialFile::length).sum::<u64>();
+        let tables = [Some(&self.thermo), self.contacts.as_ref().map(Contacts::file)];
+        let length = tables.into_iter().flatten().map(PartialFile::length).sum::<u64>() + self.trajectory.length();
         let bytes = (length + self.events.as_ref().map_or(0, EventLog::length)) as f64;
         let is_too_much = bytes > self.most_bytes;
         is_too_much.then(|| OutputError::TooMuch { path: self.path.clone(), bytes, most: self.most_bytes })
@@ -272,17 +269,11 @@ impl Recorder for Folder {
     }
 
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
-        let path = self.trajectory.path().to_owned();
-        let written = self.frames.write(self.trajectory.writer(), snapshot, scalars);
-        written.map_err(|source| OutputError::Frame { path, source })?;
-        self.trajectory.flush()
+        self.trajectory.add(snapshot, scalars)
     }
 
     fn frame_of(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
-        let path = self.trajectory.path().to_owned();
-        let written = self.frames.write_now(self.trajectory.writer(), simulation);
-        written.map_err(|source| OutputError::Frame { path, source })?;
-        self.trajectory.flush()
+        self.trajectory.add_now(simulation)
     }
 
     fn has_events(&self) -> bool {
@@ -290,14 +281,14 @@ impl Recorder for Folder {
     }
 
     fn event(&mut self, event: &Event) -> Result<(), OutputError> {
-        if let Some(file) = &mut self.contacts {
-            file.write(&contacts::line(event))?;
+        if let Some(contacts) = &mut self.contacts {
+            contacts.add(event)?;
         }
         self.events.as_mut().map_or(Ok(()), |log| log.add(event))
     }
 
     fn is_full(&self) -> bool {
-        self.excess().is_some()
+        self.excess().is_some() || self.trajectory.has_failed()
     }
 
     fn is_checkpoint_due(&self) -> bool {
@@ -305,9 +296,10 @@ impl Recorder for Folder {
     }
 
     fn checkpoint(&mut self, simulation: &Simulation, state: &RunState) -> Result<(), OutputError> {
-        let files = [Some(&mut self.thermo), Some(&mut self.trajectory), self.contacts.as_mut()];
-        let files = files.into_iter().flatten().map(|file| file.keep(&self.path));
-        let mut files: Vec<ManifestEntry> = files.collect::<Result<_, _>>()?;
+        let mut files = vec![self.thermo.keep(&self.path)?, self.trajectory.keep(&self.path)?];
+        if let Some(contacts) = &mut self.contacts {
+            files.push(contacts.file_mut().keep(&self.path)?);
+        }
         if let Some(log) = &mut self.events {
             files.extend(log.keep(&self.path)?);
         }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::base::shortest::Shortest;
+
 /// The fewest digits that read back as the same number, with an exponent where there would be many zeros; nothing for
 /// what is not known.
 #[derive(Debug, Clone, Copy)]
@@ -10,8 +12,7 @@ pub(crate) struct Cell(pub Option<f64>);
 impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            Some(number) if number == 0.0 || (1e-4..1e16).contains(&number.abs()) => write!(f, "{number}"),
-            Some(number) => write!(f, "{number:e}"),
+            Some(number) => Shortest(number).fmt(f),
             None => Ok(()),
         }
     }

@@ -48,7 +48,7 @@ impl CountRegion {
 pub struct OutputPlan {
     /// Between two rows of `thermo.csv`, in all stages; `None` lets the run choose some 200 rows in each.
     pub thermo_interval: Option<f64>,
-    /// Between two frames of `trajectory.xyz`; `None` lets the run choose some 20 frames.
+    /// Between two frames of `trajectory.xyz`; `None` lets the run choose some 20 frames, no more than fit into 200 MB.
     pub frame_interval: Option<f64>,
     /// Where to count particles, a column of `thermo.csv` each.
     pub regions: Vec<CountRegion>,

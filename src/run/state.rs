@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::driver::{Monitor, PressureCheck};
 use super::forecast;
+use super::frames::FrameLimit;
 use super::measured_stage::MeasuredStage;
 use super::stage::Stage;
 use crate::analysis::instruments::{Instruments, SystemDescription};
@@ -118,6 +119,8 @@ pub struct RunState {
     pub(super) quiet_rows: u64,
     pub(super) last_row: Option<f64>,
     pub(super) last_frame: Option<f64>,
+    /// How many frames there may be.
+    pub(super) frames: FrameLimit,
     /// When rows are written in a stage before the measurement.
     pub(super) rows: Option<SamplingTimes>,
     pub(super) measurement: Option<Measurement>,
@@ -148,11 +151,17 @@ pub(crate) struct Beginning {
     observer: Observer,
     crossing: f64,
     rate: Option<f64>,
+    frames: FrameLimit,
 }
 
 impl Beginning {
     pub fn of(scene: &Scene) -> Self {
-        Self { observer: Observer::new(scene), crossing: crossing_time(scene), rate: forecast::rate(scene) }
+        Self {
+            observer: Observer::new(scene),
+            crossing: crossing_time(scene),
+            rate: forecast::rate(scene),
+            frames: FrameLimit::of(scene),
+        }
     }
 }
 
@@ -163,7 +172,7 @@ impl RunState {
     }
 
     /// The same, of a simulation that may have let go of the start of its scene.
-    pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing, rate }: Beginning) -> Self {
+    pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing, rate, frames }: Beginning) -> Self {
         let moving = observer.applicable().moving as u64;
         Self {
             ledger: Ledger::open(
@@ -182,6 +191,7 @@ impl RunState {
             quiet_rows: 0,
             last_row: None,
             last_frame: None,
+            frames,
             rows: None,
             measurement: None,
             before: EventCounts::default(),

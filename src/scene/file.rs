@@ -183,7 +183,7 @@ pub(crate) struct OutputFile {
     /// Between two rows of `thermo.csv` `[time]`, in all stages; some 200 rows in each if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub thermo_interval: Option<f64>,
-    /// Between two frames of `trajectory.xyz` `[time]`; some 20 frames if not given.
+    /// Between two frames of `trajectory.xyz` `[time]`; some 20 frames if not given, no more than fit into 200 MB.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frame_interval: Option<f64>,
     /// Whether every physical event is written to `contacts.csv`.

@@ -36,6 +36,7 @@ mod comment;
 mod error;
 mod places;
 mod read;
+mod size;
 #[cfg(test)]
 mod tests;
 mod write;
@@ -48,6 +49,7 @@ pub use error::{ReadError, WriteError};
 pub use places::{FramePlace, frame_at, frame_places};
 pub use read::FrameReader;
 pub(crate) use read::{Preamble, bounds};
+pub(crate) use size::frame_bytes;
 pub use write::write_frame;
 pub(crate) use write::{FrameWriter, Heading};
 

@@ -34,6 +34,9 @@ pub fn text(finished: &Finished) -> String {
         lines.pair("events", &kinds);
     }
     lines.pair("cell or list transitions", &event_counts.transition.to_string());
+    if let Some(reason) = finished.frames_limit {
+        lines.pair("frames", reason);
+    }
     if !finished.observables.is_empty() {
         lines.title("mean and standard error");
         for (name, estimate) in &finished.observables {

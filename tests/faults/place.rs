@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 
 use super::scenarios::Scenario;
 
-/// A few spheres with all kinds of files.
+/// Spheres with all kinds of files, as many as a thread writes the frames of.
 const SCENE: &str = r#"
 [[species]]
 name = "A"
@@ -19,7 +19,7 @@ potential = "hard-sphere"
 [[fill]]
 species = "A"
 arrangement = "fcc"
-count = 32
+count = 256
 packing_fraction = 0.2
 temperature = 1.0
 [run]

@@ -173,29 +173,34 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
 #[test]
 fn a_run_that_can_write_no_more_keeps_its_checkpoint() {
     let directory = tempfile::tempdir().unwrap();
-    let [whole, parts] = ["whole", "parts"].map(|name| directory.path().join(name));
-    let arguments = |folder: &Path| {
-        let scene = format!("{}/configs/pendulum.toml", env!("CARGO_MANIFEST_DIR"));
-        let mut command = carom(&["run", &scene, "--quiet", "--until-events", "20000", "--out"]);
-        // In a millisecond no computer comes near the limit.
-        command.arg(folder).args(["--checkpoint-every", "0.001"]);
-        command.args(["--set", "output.events=true", "--set", "output.contacts=true"]);
-        command
-    };
-    finish(arguments(&whole));
-    let sizes = |folder: &Path, name: &str| fs::metadata(folder.join(name)).unwrap().len();
-    let limit = sizes(&whole, "contacts.csv") / 2;
-    assert!(limit > 2 * sizes(&whole, "checkpoint"), "{limit}");
-    let plain = arguments(&parts);
-    let mut limited = Command::new("sh");
-    limited.args(["-c", &format!("trap '' XFSZ; ulimit -f {}; exec \"$@\"", limit / 512), "sh"]);
-    limited.arg(plain.get_program()).args(plain.get_args());
-    let output = limited.output().unwrap();
-    let message = unwrapped(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(message.contains("cannot write") && message.contains("File too large"), "{message}");
-    assert!(message.contains("make space") && message.contains("--resume"), "{message}");
-    assert!(!parts.join("summary.json").exists() && parts.join("checkpoint").exists());
-    finish(resume(&parts));
-    assert_same(&whole, &parts, "pendulum");
+    // The second one writes frames in a thread of its own.
+    for (scene, longest) in [("pendulum", "contacts.csv"), ("hard_sphere_fluid", "trajectory.xyz")] {
+        let [whole, parts] = ["whole", "parts"].map(|name| directory.path().join(format!("{scene}_{name}")));
+        let arguments = |folder: &Path| {
+            let scene = format!("{}/configs/{scene}.toml", env!("CARGO_MANIFEST_DIR"));
+            let mut command = carom(&["run", &scene, "--quiet", "--until-events", "20000", "--out"]);
+            // In a millisecond no computer comes near the limit.
+            command.arg(folder).args(["--checkpoint-every", "0.001"]);
+            command.args(["--set", "output.events=true", "--set", "output.contacts=true"]);
+            command.args(["--set", "run.equilibration_events=1000"]);
+            command
+        };
+        finish(arguments(&whole));
+        let sizes = |folder: &Path, name: &str| fs::metadata(folder.join(name)).unwrap().len();
+        let limit = sizes(&whole, longest) / 2;
+        assert!(limit > 2 * sizes(&whole, "checkpoint"), "{limit}");
+        let plain = arguments(&parts);
+        let mut limited = Command::new("sh");
+        limited.args(["-c", &format!("trap '' XFSZ; ulimit -f {}; exec \"$@\"", limit / 512), "sh"]);
+        limited.arg(plain.get_program()).args(plain.get_args());
+        let output = limited.output().unwrap();
+        let message = unwrapped(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert!(message.contains("cannot write") && message.contains(longest), "{message}");
+        assert!(message.contains("File too large"), "{message}");
+        assert!(message.contains("make space") && message.contains("--resume"), "{message}");
+        assert!(!parts.join("summary.json").exists() && parts.join("checkpoint").exists());
+        finish(resume(&parts));
+        assert_same(&whole, &parts, scene);
+    }
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::{CONTACTS, Folder, PAGE, REPORT, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY};
 use crate::io::atomic::sync_folder;
-use crate::io::contacts;
+use crate::io::contacts::{self, Contacts};
 use crate::io::convert::{ConvertError, Options, convert};
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
@@ -40,6 +40,7 @@ impl Folder {
     /// conversion that fails is no error here.
     pub fn complete(mut self, finished: &Finished, report: &str) -> Result<Completed, OutputError> {
         let Some(mut owned) = self.owned.pop() else { return Err(OutputError::NotFolder(self.path)) };
+        let trajectory_file = self.trajectory.into_file()?;
         let measured = Measurements::of(finished);
         owned.claim(&measured.names())?;
         let mut report_file = PartialFile::create(self.path.join(REPORT))?;
@@ -50,7 +51,7 @@ impl Folder {
         let measurements = measured.prepare(&self.path)?;
         let events = self.events.map(EventLog::finish).transpose()?.unwrap_or_default();
         let trajectory = self.path.join(TRAJECTORY);
-        let tables = [Some(self.thermo), Some(self.trajectory), self.contacts];
+        let tables = [Some(self.thermo), Some(trajectory_file), self.contacts.map(Contacts::into_file)];
         let files = [self.scene.map(SceneCopy::into_file)]
             .into_iter()
             .chain(tables)

@@ -54,6 +54,11 @@ impl Frames {
         Self { frame: Frame::without_particles(scene), count, radii, species }
     }
 
+    /// Number of particles.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
     /// Writes a snapshot, with what is measured of each particle.
     pub fn write(&mut self, output: impl Write, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), WriteError> {
         (self.frame.time, self.frame.displacement) = (snapshot.time, snapshot.displacement);

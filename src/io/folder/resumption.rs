@@ -5,8 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::frames::Frames;
+use super::trajectory::Trajectory;
 use super::{CONTACTS, Folder, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY, levels, names_of};
 use crate::io::checkpoints::{self, Checkpoints};
+use crate::io::contacts::Contacts;
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
 use crate::io::occupied::active;
@@ -68,10 +70,9 @@ impl Folder {
             scene: manifest.scene.map(|checksum| SceneCopy::resume(&path.join(SCENE), checksum)).transpose()?,
             columns: Columns::with(scene, checkpoint.state.applicable().clone()),
             thermo: need(THERMO)?,
-            trajectory: need(TRAJECTORY)?,
-            contacts: file(CONTACTS)?,
+            trajectory: Trajectory::new(need(TRAJECTORY)?, Frames::of_simulation(&checkpoint.simulation)),
+            contacts: file(CONTACTS)?.map(Contacts::go_on),
             events: scene.output.has_event_log.then(|| EventLog::resume(path, manifest)).transpose()?,
-            frames: Frames::of_simulation(&checkpoint.simulation),
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             most_bytes: f64::INFINITY,

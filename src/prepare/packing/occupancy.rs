@@ -5,7 +5,7 @@ mod grid;
 
 pub(crate) use contacts::Contacts;
 
-use self::grid::Grid;
+use self::grid::{Grid, Taken};
 use crate::Vector;
 use crate::base::numbers::id;
 use crate::model::Particle;
@@ -34,7 +34,7 @@ pub(crate) struct Occupancy<'a> {
     /// The grid of each species, coarsest first; none for those that touch nothing.
     grid_of: Vec<Option<usize>>,
     grids: Vec<Grid<'a>>,
-    taken: Vec<(Vector, u32)>,
+    taken: Vec<Taken>,
 }
 
 /// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in the last
@@ -83,16 +83,16 @@ impl<'a> Occupancy<'a> {
     /// Takes a place. The particle's number is how many were taken before it.
     pub(crate) fn take(&mut self, position: Vector, species: u32) {
         let number = id(self.taken.len());
-        self.taken.push((position, species));
+        self.taken.push(Taken::new(position, species));
         if let Some(Some(grid)) = self.grid_of.get(species as usize) {
-            self.grids[*grid].take(number, &self.taken);
+            self.grids[*grid].take(number, &mut self.taken);
         }
     }
 
     /// The first overlap of a particle here with one that was taken and for which `counts` holds.
     pub(crate) fn overlap(&self, position: &Vector, species: u32, counts: impl Fn(u32) -> bool) -> Option<Overlapping> {
         let is_overlap = |other: u32, periods: &Vector| {
-            let (there, its_species) = &self.taken[other as usize];
+            let Taken { position: there, species: its_species, .. } = &self.taken[other as usize];
             let contact = self.contacts.get(species as usize, *its_species as usize);
             let separation = minimum_image(position - there, periods);
             if separation.norm_squared() < contact * contact {
@@ -106,7 +106,11 @@ impl<'a> Occupancy<'a> {
         };
         self.grids.iter().find_map(|grid| {
             let range = grid.ranges.get(species as usize).copied().unwrap_or(0.0);
-            if range > 0.0 { grid.find(position, range, |other| is_overlap(other, &grid.periods)) } else { None }
+            if range > 0.0 {
+                grid.find(&self.taken, position, range, |other| is_overlap(other, &grid.periods))
+            } else {
+                None
+            }
         })
     }
 }
@@ -230,7 +234,7 @@ mod tests {
         }
         let asked = std::cell::Cell::new(0);
         let grid = &occupancy.grids[occupancy.grid_of[0].unwrap()];
-        let _ = grid.find(&Vector::repeat(2000.0), 1.0, |_| {
+        let _ = grid.find(&occupancy.taken, &Vector::repeat(2000.0), 1.0, |_| {
             asked.set(asked.get() + 1);
             None::<()>
         });

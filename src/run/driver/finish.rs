@@ -43,13 +43,14 @@ impl<R: Recorder> Driver<'_, R> {
             measured,
             stages: self.state.measured_stages,
             audit: self.state.ledger.close(&self.simulation),
+            frames_limit: self.state.frames.reason(),
             simulation: self.simulation,
         })
     }
 
     /// The last row and frame of a measurement, and its results.
     fn results(&mut self) -> Result<MeasuredStage, R::Error> {
-        self.record(true, true)?;
+        self.record(true, self.state.frames.has_last(self.state.stage.stage))?;
         if let Some((measurement, system)) = self.state.measurement.as_mut().zip(self.system.as_ref()) {
             let snapshot = self.simulation.snapshot();
             measurement.instruments.end(&Sample::of(&snapshot), system);

@@ -18,7 +18,7 @@ impl<R: Recorder> Driver<'_, R> {
     /// A measurement, from where it is.
     pub(super) fn measure(&mut self) -> Result<Ending, R::Error> {
         if self.state.measurement.is_none() && self.state.pilot.is_none() {
-            self.record(true, true)?;
+            self.record(true, self.state.frames.has_first())?;
             self.state.before = *self.simulation.event_counts();
             self.state.counts_before = self.simulation.event_counts_by_species();
         }

@@ -10,9 +10,6 @@ use crate::run::{Ending, Recorder};
 /// A run that chooses its interval itself aims at this many rows, and at most twice as many.
 const ROWS: u32 = 200;
 
-/// As [`ROWS`], for frames.
-const FRAMES: u32 = 20;
-
 /// Growth to a pressure takes at least so much of the diameters, and there are more rows if it takes more.
 const SOME_GROWTH: f64 = 0.05;
 
@@ -80,7 +77,9 @@ impl<R: Recorder> Driver<'_, R> {
             Some(interval) => SamplingTimes::given(start, interval),
             None => SamplingTimes::expecting(start, duration, aim, 0.0),
         };
-        Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames: ticks(frame, FRAMES), duration, ending }))
+        let limit = self.state.frames;
+        let frames = ticks(frame, limit.aim()).at_most(limit.between());
+        Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames, duration, ending }))
     }
 
     /// The times of rows in a stage before the measurement; or the ending, if the caller wants no more while they are chosen.

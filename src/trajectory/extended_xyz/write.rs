@@ -6,6 +6,7 @@ use super::WriteError;
 use super::comment::is_mass;
 use crate::Vector;
 use crate::analysis::instruments::Scalar;
+use crate::base::shortest::Shortest;
 use crate::model::SpeciesId;
 use crate::model::space::displacement_within_period;
 use crate::trajectory::Frame;
@@ -94,19 +95,21 @@ impl<'a, W: Write> FrameWriter<'a, W> {
         text.extend_from_slice(species.name.as_bytes());
         for &number in particle.position.iter().chain(particle.velocity.iter()).chain([&particle.radius]) {
             text.push(b' ');
-            write_number(text, number)?;
+            Shortest(number).push(text);
         }
-        write!(text, " {}", particle.id.0)?;
-        if let Some([x, y, z]) = image {
-            write!(text, " {x} {y} {z}")?;
+        text.push(b' ');
+        Shortest(particle.id.0.into()).push(text);
+        for &periods in image.into_iter().flatten() {
+            text.push(b' ');
+            Shortest(periods.into()).push(text);
         }
         if let Some(mass) = mass(frame, particle.species).filter(|_| self.has_masses) {
             text.push(b' ');
-            write_number(text, mass)?;
+            Shortest(mass).push(text);
         }
         for scalar in &frame.scalars {
             text.push(b' ');
-            write_number(text, scalar.values[self.index])?;
+            Shortest(scalar.values[self.index]).push(text);
         }
         text.push(b'\n');
         self.index += 1;
@@ -145,12 +148,12 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
             _ if row == column => edge,
             _ => 0.0,
         };
-        write_number(text, entry)?;
+        Shortest(entry).push(text);
     }
     text.extend_from_slice(b"\" Origin=\"");
     for axis in 0..3 {
         text.extend_from_slice(if axis == 0 { b"" } else { b" " });
-        write_number(text, frame.lower[axis])?;
+        Shortest(frame.lower[axis]).push(text);
     }
     text.extend_from_slice(b"\" Properties=type:S:1:pos:R:3:velo:R:3:radius:R:1:id:I:1");
     if heading.has_images {
@@ -163,7 +166,7 @@ fn write_comment(text: &mut Vec<u8>, frame: &Frame, heading: &Heading) -> io::Re
         write!(text, ":{}:R:1", scalar.name)?;
     }
     text.extend_from_slice(b" Time=");
-    write_number(text, frame.time)?;
+    Shortest(frame.time).push(text);
     let words = |flags: &[bool]| flags.iter().map(|&flag| if flag { "T" } else { "F" }).collect::<Vec<_>>().join(" ");
     write!(text, " pbc=\"{}\"", words(&frame.periodic))?;
     let flat = [0, 1, 2].map(|axis| frame.is_flat(axis));
@@ -208,24 +211,10 @@ fn write_masses(text: &mut Vec<u8>, species: &[FrameSpecies]) -> io::Result<()> 
     let Some(masses) = masses else { return Ok(()) };
     for (index, mass) in masses.into_iter().enumerate() {
         text.extend_from_slice(if index == 0 { b" species_mass=\"" } else { b" " });
-        write_number(text, mass)?;
+        Shortest(mass).push(text);
     }
     text.push(b'"');
     Ok(())
-}
-
-/// The fewest digits that read back as the same number; with an exponent where the digits would otherwise be mostly
-/// zeros.
-fn write_number(text: &mut Vec<u8>, number: f64) -> io::Result<()> {
-    let magnitude = number.abs();
-    if number == 0.0 {
-        text.extend_from_slice(if number.is_sign_negative() { b"-0" } else { b"0" });
-        Ok(())
-    } else if (1e-4..1e16).contains(&magnitude) {
-        write!(text, "{number}")
-    } else {
-        write!(text, "{number:e}")
-    }
 }
 
 fn is_finite(vector: &Vector) -> bool {

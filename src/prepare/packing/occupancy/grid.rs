@@ -1,7 +1,7 @@
 //! A hashed grid of cells: linked lists of particles, whose memory follows the number of particles.
 
 use crate::Vector;
-use crate::base::numbers::{id, trunc_to_i64};
+use crate::base::numbers::trunc_to_i64;
 use crate::model::space::{Boundary, Space};
 
 /// Offsets to the cells around one, nearest first: the likeliest to hold an overlap, where most random attempts end.
@@ -28,6 +28,20 @@ const fn neighbours() -> [[i64; 3]; 27] {
 /// Marks the end of a cell's list.
 const NONE: u32 = u32::MAX;
 
+/// A place that is taken.
+pub(super) struct Taken {
+    pub(super) position: Vector,
+    pub(super) species: u32,
+    /// The next particle of the same list.
+    next: u32,
+}
+
+impl Taken {
+    pub(super) fn new(position: Vector, species: u32) -> Self {
+        Self { position, species, next: NONE }
+    }
+}
+
 /// The particles of one grid.
 pub(super) struct Grid<'a> {
     space: &'a Space,
@@ -42,8 +56,8 @@ pub(super) struct Grid<'a> {
     /// Contacts up to this long are found in neighbouring cells.
     finest: f64,
     heads: Vec<u32>,
-    /// Next of the same list, and which of the taken ones it is.
-    entries: Vec<(u32, u32)>,
+    /// Which of the taken ones are in the grid.
+    members: Vec<u32>,
 }
 
 impl<'a> Grid<'a> {
@@ -72,38 +86,47 @@ impl<'a> Grid<'a> {
             ranges,
             finest: cell,
             heads: vec![NONE; (2 * capacity.max(8)).next_power_of_two()],
-            entries: Vec::with_capacity(capacity),
+            members: Vec::with_capacity(capacity),
         }
     }
 
     /// Takes the place of the particle `number` of `taken`.
-    pub(super) fn take(&mut self, number: u32, taken: &[(Vector, u32)]) {
-        self.entries.push((NONE, number));
-        if 2 * self.entries.len() <= self.heads.len() {
-            self.link(self.entries.len() - 1, taken);
+    pub(super) fn take(&mut self, number: u32, taken: &mut [Taken]) {
+        self.members.push(number);
+        if 2 * self.members.len() <= self.heads.len() {
+            self.link(number, taken);
             return;
         }
         self.heads = vec![NONE; 2 * self.heads.len()];
-        (0..self.entries.len()).for_each(|entry| self.link(entry, taken));
+        for member in 0..self.members.len() {
+            self.link(self.members[member], taken);
+        }
     }
 
-    fn link(&mut self, entry: usize, taken: &[(Vector, u32)]) {
-        let (position, _) = &taken[self.entries[entry].1 as usize];
-        let bucket = self.bucket(self.cell(position));
-        self.entries[entry].0 = self.heads[bucket];
-        self.heads[bucket] = id(entry);
+    fn link(&mut self, number: u32, taken: &mut [Taken]) {
+        let bucket = self.bucket(self.cell(&taken[number as usize].position));
+        taken[number as usize].next = self.heads[bucket];
+        self.heads[bucket] = number;
     }
 
     /// The first of what `found` gives for those within `range` of a position; it is also asked for others.
-    pub(super) fn find<T>(&self, position: &Vector, range: f64, found: impl Fn(u32) -> Option<T>) -> Option<T> {
+    pub(super) fn find<T>(
+        &self,
+        taken: &[Taken],
+        position: &Vector,
+        range: f64,
+        found: impl Fn(u32) -> Option<T>,
+    ) -> Option<T> {
         if range > self.finest {
-            return self.find_far(position, range, found);
+            return self.find_far(taken, position, range, found);
         }
         let cell = self.cell(position);
         // How far the position is from the lower side of its cell, as a part of the edge.
         let within = self.within(position);
         // A little more than the longest contact, for the rounding of the place within a cell.
         let longest_squared = range * range * (1.0 + 1e-6);
+        // All are asked for before the first is looked at: together they come from memory as soon as one.
+        let (mut lists, mut count) = ([NONE; NEIGHBOURS.len()], 0);
         for offset in &NEIGHBOURS {
             let mut squared = 0.0;
             let mut is_reached = true;
@@ -121,27 +144,31 @@ impl<'a> Grid<'a> {
                 continue;
             }
             let neighbour = [0, 1, 2].map(|k| cell[k].wrapping_add(offset[k]));
-            let first = self.find_in(self.wrap(neighbour), &found);
-            if first.is_some() {
-                return first;
-            }
+            lists[count] = self.heads[self.bucket(self.wrap(neighbour))];
+            count += 1;
         }
-        None
+        lists[..count].iter().find_map(|&first| find_in(taken, first, &found))
     }
 
     /// The same where more than the neighbouring cells are within range: all of those, or all particles if they are fewer.
-    fn find_far<T>(&self, position: &Vector, range: f64, found: impl Fn(u32) -> Option<T>) -> Option<T> {
+    fn find_far<T>(
+        &self,
+        taken: &[Taken],
+        position: &Vector,
+        range: f64,
+        found: impl Fn(u32) -> Option<T>,
+    ) -> Option<T> {
         let steps = [0, 1, 2].map(|k| if self.reach[k] == 0 { 0.0 } else { (range / self.edge[k]).ceil() + 1.0 });
         let cells: f64 = steps.iter().map(|steps| 2.0 * steps + 1.0).product();
-        if cells > self.entries.len() as f64 {
-            return self.entries.iter().find_map(|(_, number)| found(*number));
+        if cells > self.members.len() as f64 {
+            return self.members.iter().find_map(|&number| found(number));
         }
         let cell = self.cell(position);
         let steps = steps.map(trunc_to_i64);
         let along = |k: usize| -steps[k]..=steps[k];
         along(0).flat_map(|x| along(1).flat_map(move |y| along(2).map(move |z| [x, y, z]))).find_map(|offset| {
             let there = [0, 1, 2].map(|k| cell[k].wrapping_add(offset[k]));
-            self.find_in(self.wrap(there), &found)
+            find_in(taken, self.heads[self.bucket(self.wrap(there))], &found)
         })
     }
 
@@ -150,19 +177,6 @@ impl<'a> Grid<'a> {
             let along = (position[k] - self.space.lower[k]) / self.edge[k];
             along - along.floor()
         })
-    }
-
-    fn find_in<T>(&self, cell: [i64; 3], found: &impl Fn(u32) -> Option<T>) -> Option<T> {
-        let mut entry = self.heads[self.bucket(cell)];
-        while entry != NONE {
-            let (next, number) = self.entries[entry as usize];
-            let first = found(number);
-            if first.is_some() {
-                return first;
-            }
-            entry = next;
-        }
-        None
     }
 
     fn cell(&self, position: &Vector) -> [i64; 3] {
@@ -186,4 +200,17 @@ impl<'a> Grid<'a> {
         let hash = key as u64 as usize;
         hash & (self.heads.len() - 1)
     }
+}
+
+/// The first of what `found` gives for the particles of a list.
+fn find_in<T>(taken: &[Taken], first: u32, found: &impl Fn(u32) -> Option<T>) -> Option<T> {
+    let mut number = first;
+    while number != NONE {
+        let found = found(number);
+        if found.is_some() {
+            return found;
+        }
+        number = taken[number as usize].next;
+    }
+    None
 }

@@ -119,3 +119,30 @@ fn a_pilot_run_that_is_interrupted_goes_on() {
     }
     assert!(interrupted > 1, "{interrupted} in the pilot run");
 }
+
+#[test]
+fn frames_take_no_more_than_200_megabytes_unasked() {
+    let scene = |limit: Limit, frame_interval: Option<f64>| {
+        SceneBuilder::new("large")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .fill(Lattice::FaceCentredCubic, "A", 108_000, Amount::PackingFraction(0.4))
+            .temperature(1.0)
+            .run(RunPlan { limit, ..RunPlan::default() })
+            .output(OutputPlan { frame_interval, ..OutputPlan::default() })
+            .build()
+            .unwrap()
+    };
+    let mut text = Vec::new();
+    let start = Simulation::without_plan(scene(Limit::events(1), None));
+    crate::io::Frames::of_simulation(&start).write_now(&mut text, &start).unwrap();
+    let most = 200_000_000 / text.len();
+    assert!((8..16).contains(&most), "{most}");
+    for limit in [Limit::events(2_000), Limit::time(2e-3)] {
+        let frames = run(scene(limit, None)).frames.len();
+        // A lattice is quiet at first, so that a number of events takes less time than it seems to.
+        let least = if limit.time.is_some() { most / 2 } else { 1 };
+        assert!((least..=most).contains(&frames), "{frames} of {most}");
+    }
+    assert!(run(scene(Limit::time(2e-3), Some(1e-4))).frames.len() > 20, "as often as the scene asks for");
+}

@@ -1,0 +1,196 @@
+//! The trajectory of a run, which a thread of its own writes while the run goes on.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread::{self, JoinHandle};
+
+use super::frames::Frames;
+use crate::analysis::instruments::Scalar;
+use crate::engine::{Simulation, Snapshot};
+use crate::io::error::OutputError;
+use crate::io::partial::PartialFile;
+use crate::run::checkpoint::ManifestEntry;
+use crate::trajectory::extended_xyz::WriteError;
+
+/// Smaller frames are written sooner than a thread is begun `[particles]`.
+const LEAST: usize = 256;
+
+/// The trajectory while it is written, one frame at a time: the next one, a checkpoint and the end wait for it.
+#[derive(Debug)]
+pub(super) struct Trajectory {
+    path: PathBuf,
+    desk: Arc<Mutex<Desk>>,
+    /// Writes the frame that is due.
+    writer: Option<JoinHandle<()>>,
+    /// How long the file was before that frame `[bytes]`.
+    before: u64,
+}
+
+/// What a frame is written with.
+#[derive(Debug)]
+struct Desk {
+    file: PartialFile,
+    frames: Frames,
+    due: Option<(Snapshot, Vec<Scalar>)>,
+    /// What became of the last frame.
+    written: Result<(), OutputError>,
+}
+
+impl Desk {
+    /// Writes the frame that is due, if there is one.
+    fn write(&mut self) {
+        if let Some((snapshot, scalars)) = self.due.take() {
+            let written = self.frames.write(self.file.writer(), &snapshot, scalars);
+            self.written = self.end(written);
+        }
+    }
+
+    /// Hands a frame to the operating system, so that it can be looked at.
+    fn end(&mut self, written: Result<(), WriteError>) -> Result<(), OutputError> {
+        written.map_err(|source| OutputError::Frame { path: self.file.path().to_owned(), source })?;
+        self.file.flush()
+    }
+}
+
+impl Trajectory {
+    pub fn new(file: PartialFile, frames: Frames) -> Self {
+        let path = file.path().to_owned();
+        let desk = Desk { file, frames, due: None, written: Ok(()) };
+        Self { path, desk: Arc::new(Mutex::new(desk)), writer: None, before: 0 }
+    }
+
+    /// Appends a frame.
+    ///
+    /// # Errors
+    /// Those of this frame or of the one before.
+    pub fn add(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), OutputError> {
+        self.settled()?.due = Some((snapshot.clone(), scalars));
+        self.begin()
+    }
+
+    /// Appends a frame of a simulation as it is now.
+    ///
+    /// # Errors
+    /// Those of this frame or of the one before.
+    pub fn add_now(&mut self, simulation: &Simulation) -> Result<(), OutputError> {
+        let mut desk = self.settled()?;
+        if desk.frames.count() < LEAST {
+            let Desk { file, frames, .. } = &mut *desk;
+            let written = frames.write_now(file.writer(), simulation);
+            return desk.end(written);
+        }
+        desk.due = Some((simulation.snapshot(), Vec::new()));
+        drop(desk);
+        self.begin()
+    }
+
+    /// Lets a thread write the frame that is due; where there can be none, it is written here.
+    fn begin(&mut self) -> Result<(), OutputError> {
+        self.before = locked(&self.desk).file.length();
+        let desk = Arc::clone(&self.desk);
+        let writer = thread::Builder::new().name("trajectory".to_owned());
+        match writer.spawn(move || locked(&desk).write()) {
+            Ok(writer) => self.writer = Some(writer),
+            Err(_) => locked(&self.desk).write(),
+        }
+        Ok(())
+    }
+
+    /// Waits for the frame that is being written.
+    fn settled(&mut self) -> Result<MutexGuard<'_, Desk>, OutputError> {
+        let is_lost = self.writer.take().is_some_and(|writer| writer.join().is_err());
+        let mut desk = locked(&self.desk);
+        std::mem::replace(&mut desk.written, Ok(()))?;
+        if is_lost { Err(lost(&self.path)) } else { Ok(desk) }
+    }
+
+    /// How long it is, without the frame that is being written `[bytes]`.
+    pub fn length(&self) -> u64 {
+        self.desk.try_lock().map_or(self.before, |desk| desk.file.length())
+    }
+
+    /// Whether a frame could not be written: all that comes next fails.
+    pub fn has_failed(&self) -> bool {
+        match self.desk.try_lock() {
+            Ok(desk) => desk.written.is_err(),
+            Err(TryLockError::Poisoned(_)) => true,
+            Err(TryLockError::WouldBlock) => false,
+        }
+    }
+
+    /// Makes what was written so far safe on the disk.
+    ///
+    /// # Errors
+    /// If it cannot be, or if a frame could not be written.
+    pub fn keep(&mut self, run: &Path) -> Result<ManifestEntry, OutputError> {
+        self.settled()?.file.keep(run)
+    }
+
+    /// The file, with all frames.
+    ///
+    /// # Errors
+    /// If one of them could not be written.
+    pub fn into_file(mut self) -> Result<PartialFile, OutputError> {
+        drop(self.settled()?);
+        let (desk, path) = (Arc::clone(&self.desk), self.path.clone());
+        drop(self);
+        let desk = Arc::into_inner(desk).ok_or_else(|| lost(&path))?;
+        Ok(desk.into_inner().unwrap_or_else(PoisonError::into_inner).file)
+    }
+}
+
+impl Drop for Trajectory {
+    /// Nothing is written any more to the folder of a run that has been let go.
+    fn drop(&mut self) {
+        let _ = self.writer.take().map(JoinHandle::join);
+    }
+}
+
+fn lost(path: &Path) -> OutputError {
+    OutputError::write(path)(io::Error::other("a frame was not written to its end"))
+}
+
+fn locked(desk: &Mutex<Desk>) -> MutexGuard<'_, Desk> {
+    desk.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::Until;
+    use crate::model::potential::Potential;
+    use crate::scene::{Amount, Lattice, SceneBuilder};
+
+    #[test]
+    fn frames_of_a_thread_are_those_that_are_written_at_once() {
+        for count in [32, 500] {
+            let scene = SceneBuilder::new("fluid")
+                .species("A", 1.0, 1.0)
+                .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+                .fill(Lattice::FaceCentredCubic, "A", count, Amount::PackingFraction(0.3))
+                .temperature(1.0)
+                .build()
+                .unwrap();
+            let folder = tempfile::tempdir().unwrap();
+            let path = folder.path().join("trajectory.xyz");
+            let mut trajectory = Trajectory::new(PartialFile::create(path.clone()).unwrap(), Frames::of(&scene));
+            let (mut frames, mut expected) = (Frames::of(&scene), Vec::new());
+            let mut simulation = Simulation::without_plan(scene);
+            for end in 1..=5 {
+                simulation.advance(Until::events(100 * end)).unwrap();
+                trajectory.add_now(&simulation).unwrap();
+                frames.write_now(&mut expected, &simulation).unwrap();
+                if end == 3 {
+                    // A checkpoint has all frames so far, and no part of one.
+                    let entry = trajectory.keep(folder.path()).unwrap();
+                    assert_eq!((entry.length, trajectory.length()), (expected.len() as u64, expected.len() as u64));
+                    assert_eq!(entry.checksum, crate::base::checksum::checksum(&expected));
+                }
+            }
+            assert!(!trajectory.has_failed());
+            trajectory.into_file().unwrap().complete().unwrap();
+            assert!(std::fs::read(&path).unwrap() == expected, "{count}");
+        }
+    }
+}

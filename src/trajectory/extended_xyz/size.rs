@@ -1,0 +1,37 @@
+//! How long the text of a frame will be.
+
+use crate::base::shortest::Shortest;
+use crate::model::Scene;
+
+/// Bytes of a number that has all its digits, with a sign now and then and the space before it; a coordinate and a velocity have one less.
+const DIGITS: usize = 20;
+
+/// Bytes of the first two lines, without bonds, of a bond in them, and of the periods that a particle has travelled.
+const HEADING: usize = 300;
+const BOND: usize = 16;
+const PERIODS: usize = 7;
+
+/// Length of the text of a frame of a scene `[bytes]`, a tenth more at most than it turns out to be where particles move.
+pub(crate) fn frame_bytes(scene: &Scene) -> f64 {
+    let length = |number: f64| {
+        let mut text = Vec::new();
+        Shortest(number).push(&mut text);
+        text.len() + 1
+    };
+    let grows = scene.run.stages.iter().any(|stage| stage.growth.is_some());
+    let of_species: Vec<usize> = scene
+        .species
+        .iter()
+        .map(|species| {
+            let radius = if grows { DIGITS } else { length(0.5 * species.diameter) };
+            let (velocity, mass) = if species.is_static() { (2 * 3, 2) } else { (3 * DIGITS, length(species.mass)) };
+            species.name.len() + 3 * DIGITS + velocity + radius + mass + PERIODS + 1
+        })
+        .collect();
+    let particles: usize =
+        scene.particles.iter().filter_map(|particle| of_species.get(particle.species.0 as usize)).sum();
+    let count = scene.particles.len();
+    let scalars = if scene.measure.bond_order.is_some() { 2 * DIGITS } else { 0 };
+    let each = length(count as f64) + scalars;
+    (particles + each * count + BOND * scene.bonds.len() + HEADING) as f64
+}
