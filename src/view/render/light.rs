@@ -6,15 +6,13 @@
 
 use super::bodies::Ball;
 use super::camera::Point;
+use super::light_map::{Disc, LightMap, MAP_SIZE};
 use super::parallel::{self, Team};
 use super::raster::NOTHING;
 use crate::base::numbers::trunc_to_usize;
 
 const SKY_LIGHTS: usize = 45;
 const SUN_LIGHTS: usize = 9;
-
-/// Cells of a map along each side.
-const MAP_SIZE: usize = 768;
 
 /// What all maps take `[bytes]`.
 pub(in crate::view) const MAP_BYTES: u64 = ((SKY_LIGHTS + SUN_LIGHTS) * MAP_SIZE * MAP_SIZE * size_of::<u32>()) as u64;
@@ -139,34 +137,13 @@ impl Light {
     }
 
     fn draw_map(&mut self, balls: &[Ball]) {
-        let mut height = vec![f32::NEG_INFINITY; MAP_SIZE * MAP_SIZE];
-        let mut map = vec![NOTHING; MAP_SIZE * MAP_SIZE];
+        let mut map = LightMap::empty();
         for (index, ball) in (0..NOTHING).zip(balls) {
-            let [x, y] = self.place(&ball.centre);
             let top = (ball.centre - self.centre).dot(&self.direction);
-            let radius = ball.radius * 0.5 * MAP_SIZE as f32;
-            // Numbers saturate, and NaN becomes 0: what is outside of the map has no cells.
-            let cells = |x: f32| {
-                let low = trunc_to_usize((x - radius - 0.5).ceil()).min(MAP_SIZE);
-                low..trunc_to_usize(x + radius + 0.5).min(MAP_SIZE)
-            };
-            for row in cells(y) {
-                for column in cells(x) {
-                    let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);
-                    let square = radius * radius - dx * dx - dy * dy;
-                    if square < 0.0 {
-                        continue;
-                    }
-                    let surface = top + square.sqrt() * (2.0 / MAP_SIZE as f32);
-                    let cell = row * MAP_SIZE + column;
-                    if surface > height[cell] {
-                        height[cell] = surface;
-                        map[cell] = index;
-                    }
-                }
-            }
+            let disc = Disc { centre: self.place(&ball.centre), radius: ball.radius * 0.5 * MAP_SIZE as f32, top };
+            map.add(index, &disc);
         }
-        self.map = map;
+        self.map = map.into_first();
     }
 
     /// How much of the light reaches a point, 0 to 1. Asks the four cells around it, because the sphere that the middle
