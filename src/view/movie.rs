@@ -51,7 +51,7 @@ use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, RenderError, Shot, 
 use crate::base::memory;
 use crate::base::numbers::index as count_of;
 use crate::io::Existing;
-use crate::io::atomic::UnnamedFile;
+use crate::io::draft::UnnamedFile;
 use clock::Clock;
 use index::{Index, Selection};
 use pipeline::{Pipeline, Stages};
