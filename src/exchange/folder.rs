@@ -1,7 +1,9 @@
 //! The folder of an exchange: its tables, a trajectory for each temperature, its checkpoint and its summary.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, BufRead, BufReader, Read, Write};
+mod mark;
+
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -15,9 +17,7 @@ use super::tables;
 use crate::base::checksum::checksum;
 use crate::engine::Simulation;
 use crate::io::atomic::{sync_folder, write_atomically};
-use crate::io::draft::remove_abandoned;
 use crate::io::inputs::refuse_changed;
-use crate::io::occupied::run_around;
 use crate::io::partial::PartialFile;
 use crate::io::plain;
 use crate::io::{Existing, Frames, OutputError, remove};
@@ -25,10 +25,6 @@ use crate::model::Scene;
 use crate::model::input_file::spelled;
 use crate::run::checkpoint::{self, Checked, ManifestEntry};
 use crate::scene::without_limit;
-
-/// The file by which the folder is known. It is locked as long as an exchange writes there.
-const MARK: &str = ".exchange";
-const HEADER: &str = "the folder of a replica exchange of carom\n";
 
 const SCENE: &str = "scene.toml";
 const ROWS: &str = "exchange.csv";
@@ -116,7 +112,7 @@ impl ExchangeFolder {
     /// writes there, a link or a folder is where a file of its own would be, the checkpoint cannot be used, or a file cannot be written.
     pub fn open(path: impl AsRef<Path>, scene: Scene, record: &str) -> Result<Opened, ExchangeFolderError> {
         let path = path.as_ref();
-        let mark = locked(path)?;
+        let mark = mark::locked(path)?;
         let places = scene.exchange().map_or(0, |plan| plan.temperatures.len());
         let names = [SCENE, ROWS, ENERGIES, CHECKPOINT, PAGE, SUMMARY].map(str::to_owned).into_iter();
         names.chain((0..places).map(trajectory_of)).try_for_each(|name| plain::refuse_others(path, &name))?;
@@ -225,7 +221,7 @@ impl ExchangeFolder {
     /// Whether a folder is that of an exchange.
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
-        plain::read(&path.join(MARK), HEADER.len() as u64 + 1).is_ok_and(|bytes| bytes == HEADER.as_bytes())
+        mark::is_there(path)
     }
 
     /// Where the scene of an exchange is kept, in its folder.
@@ -396,36 +392,4 @@ fn trajectory_in(path: &Path, place: usize) -> PathBuf {
 
 fn trajectory_of(place: usize) -> String {
     format!("trajectory-{}.xyz", place + 1)
-}
-
-/// Makes the folder, or opens that of an exchange, for this process alone.
-fn locked(path: &Path) -> Result<File, ExchangeFolderError> {
-    if let Some(run) = run_around(path) {
-        return Err(OutputError::WithinRun { target: path.to_owned(), run }.into());
-    }
-    if fs::metadata(path).is_ok_and(|metadata| !metadata.is_dir()) {
-        return Err(OutputError::NotFolder(path.to_owned()).into());
-    }
-    let no_folder = |source| OutputError::Folder { path: path.to_owned(), source };
-    fs::create_dir_all(path).map_err(no_folder)?;
-    remove_abandoned(path);
-    let mark = path.join(MARK);
-    if !mark.exists() && fs::read_dir(path).map_err(no_folder)?.next().is_some() {
-        return Err(ExchangeFolderError::Occupied(path.to_owned()));
-    }
-    plain::refuse(&mark, false)?;
-    let wrong = |source| OutputError::Write { path: mark.clone(), source };
-    let mut file = plain::open(OpenOptions::new().read(true).append(true).create(true), &mark).map_err(wrong)?;
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(path.to_owned()).into()),
-        // Where the system has no locks, nothing keeps two of them apart.
-        Ok(()) | Err(TryLockError::Error(_)) => {}
-    }
-    let mut text = Vec::new();
-    file.read_to_end(&mut text).map_err(wrong)?;
-    let Some(rest) = HEADER.as_bytes().strip_prefix(text.as_slice()) else {
-        return Err(ExchangeFolderError::Occupied(path.to_owned()));
-    };
-    file.write_all(rest).and_then(|()| file.sync_data()).map_err(wrong)?;
-    Ok(file)
 }

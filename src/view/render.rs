@@ -24,7 +24,6 @@ mod image;
 pub(crate) mod legend;
 mod letters;
 mod light;
-mod light_map;
 mod parallel;
 mod raster;
 mod shade;

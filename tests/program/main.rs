@@ -1,6 +1,7 @@
 //! The program, as its users meet it.
 
 mod commands;
+mod damaged;
 mod drafts;
 mod endings;
 mod exchange;
