@@ -115,7 +115,10 @@ impl Place {
         }
         place.done(&place.template, &words("exchange pair.toml -q --jobs 1 --out pair"));
         place.done(&place.template, &words("exchange pair.toml -q --jobs 1 --out later --until-time 40"));
-        place.done(&place.template, &words("sweep scene.toml -q --jobs 1 --vary seed=1,2 --out sweep"));
+        place.done(
+            &place.template,
+            &words("sweep scene.toml -q --jobs 1 --vary seed=1,2 --set output.formats=[] --out sweep"),
+        );
         place.done(&place.template, &words("report two --out old.html"));
         place.done(&place.template, &words("render two --size 64x48 --out old.png"));
         Some(place)

@@ -149,11 +149,16 @@ pub const SCENARIOS: [Scenario; 12] = [
     },
     Scenario {
         name: "sweep",
-        command: "sweep scene.toml -q --jobs 1 --vary seed=1,2 --out new --checkpoint-every 0.001",
+        command: "sweep scene.toml -q --jobs 1 --vary seed=1,2 --set output.formats=[] --out new --checkpoint-every 0.001",
         touches: &[],
         kept: |_, _, _| {},
         go_on: |place, folder, what| {
-            succeed(place, folder, "sweep scene.toml -q --jobs 1 --vary seed=1,2 --out new", what);
+            succeed(
+                place,
+                folder,
+                "sweep scene.toml -q --jobs 1 --vary seed=1,2 --set output.formats=[] --out new",
+                what,
+            );
         },
         check: |files, what| {
             for point in ["seed-1", "seed-2"] {

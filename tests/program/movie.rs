@@ -114,7 +114,7 @@ fn no_movie_replaces_anything_unasked_or_a_file_of_the_run() {
         (&["movie", "runs/scene", "--out", "film.gif", "--frames", "4..3"], 2, "FIRST..LAST"),
         (&["movie", "runs", "--out", "film.gif"], 2, "no trajectory.xyz"),
         (&["movie", "scene.toml", "--out", "film.gif"], 2, "cannot read the trajectory scene.toml"),
-        (&["movie", "runs/scene", "--out", "nowhere/film.gif"], 1, "cannot write nowhere/film.gif"),
+        (&["movie", "runs/scene", "--out", "nowhere/film.gif"], 2, "cannot write nowhere/film.gif"),
         (&["movie", "runs/scene"], 2, "--out"),
     ] {
         let output = place.carom(&[arguments, &small].concat());

@@ -221,3 +221,21 @@ fn message_of(mut errors: impl Read) -> String {
     }
     String::from_utf8_lossy(&kept).trim().to_owned()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_a_little_now_and_then_is_waited_for() {
+        let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
+        for k in 0..100 {
+            // Bytes taken at one time, at another the file changed.
+            let done = (k / 8, Some((k / 4, SystemTime::UNIX_EPOCH)));
+            assert!(idleness.tick(done).is_ok(), "{k}");
+        }
+        let same = idleness.before;
+        let ticks = (0..10).take_while(|_| idleness.tick(same).is_ok()).count();
+        assert!(ticks < 5, "{ticks}");
+    }
+}
