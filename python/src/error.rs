@@ -105,7 +105,6 @@ pub fn sweep(error: &SweepError) -> PyErr {
 
 pub fn exchange_folder(error: &ExchangeFolderError) -> PyErr {
     match error {
-        ExchangeFolderError::Output(error) => output(error),
         ExchangeFolderError::Start(error) => exchange_start(error),
         error => cured("FolderError", &with_causes(error), error.cure()),
     }

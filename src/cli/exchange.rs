@@ -9,7 +9,7 @@ use carom::analysis::statistics::Estimate;
 use carom::base::text::digits;
 use carom::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Measured, Opened};
 use carom::io::estimate::allowed;
-use carom::io::{Existing, read_scene, refuse_input};
+use carom::io::{Existing, read_scene, refuse_input, refuse_link};
 use carom::model::Scene;
 use carom::view::{describe, report};
 use clap::Args;
@@ -181,6 +181,7 @@ fn processors() -> usize {
 
 /// Page, table and verdict.
 fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Failure> {
+    refuse_link(&report::exchange_page_in(path))?;
     let page = report::exchange_page(path)?;
     report::write(&page, &report::exchange_page_in(path), Existing::Replace)?;
     let complete = if was_there { "It was complete already. " } else { "" };

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 use std::fmt;
-use std::io::Write;
+use std::io::{self, Write};
 use std::process::ExitCode;
 
 use carom::base::text::{printable, with_causes};
@@ -69,6 +69,18 @@ impl Failure {
     }
 }
 
+/// The exit code where a file cannot be written: the place was chosen wrong, or the disk failed.
+fn code_of(error: &io::Error) -> u8 {
+    use io::ErrorKind::{
+        InvalidFilename, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied, ReadOnlyFilesystem,
+    };
+    match error.kind() {
+        NotFound | PermissionDenied | NotADirectory | IsADirectory | ReadOnlyFilesystem | InvalidFilename
+        | InvalidInput => BAD_INPUT,
+        _ => FAILED,
+    }
+}
+
 impl From<SceneError> for Failure {
     fn from(error: SceneError) -> Self {
         Self { report: Report::new(error), code: BAD_INPUT }
@@ -89,7 +101,10 @@ impl From<OutputError> for Failure {
             | OutputError::NotReplacement(_)
             | OutputError::WithinRun { .. }
             | OutputError::Foreign(_)
+            | OutputError::NotPlain { .. }
             | OutputError::Checkpoint(_) => BAD_INPUT,
+            // A name on the way to a folder of a run is missing only if it was taken away.
+            OutputError::Write { ref source, .. } if source.kind() != io::ErrorKind::NotFound => code_of(source),
             _ => FAILED,
         };
         let help = error.cure();
@@ -103,7 +118,7 @@ impl From<SweepError> for Failure {
             SweepError::Scene(error) => error.into(),
             SweepError::Output(error) => error.into(),
             error => {
-                let code = if matches!(error, SweepError::Write { .. }) { FAILED } else { BAD_INPUT };
+                let code = if let SweepError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
                 Self::new(with_causes(&error), None, error.cure(), code)
             }
         }
@@ -116,6 +131,10 @@ impl From<ExchangeFolderError> for Failure {
             ExchangeFolderError::Output(OutputError::Busy(path)) => {
                 let message = format!("another process is at the exchange in {}", path.display());
                 Self::bad_input(message, None, Some("wait for it, or choose another folder with --out"))
+            }
+            // What can be done about a checkpoint is not what it is of a run.
+            error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
+                Self::bad_input(with_causes(&error), None, error.cure())
             }
             ExchangeFolderError::Output(error) => error.into(),
             error => Self::bad_input(with_causes(&error), None, error.cure()),
@@ -154,7 +173,7 @@ impl From<RunError<OutputError>> for Failure {
 
 impl From<RenderError> for Failure {
     fn from(error: RenderError) -> Self {
-        let code = if matches!(error, RenderError::Write { .. }) { FAILED } else { BAD_INPUT };
+        let code = if let RenderError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
         Self::new(with_causes(&error), None, error.cure(), code)
     }
 }
@@ -162,7 +181,8 @@ impl From<RenderError> for Failure {
 impl From<MovieError> for Failure {
     fn from(error: MovieError) -> Self {
         let code = match error {
-            MovieError::Write { .. } | MovieError::Ffmpeg(_) | MovieError::Threads | MovieError::Interrupted => FAILED,
+            MovieError::Write { ref source, .. } => code_of(source),
+            MovieError::Ffmpeg(_) | MovieError::Threads | MovieError::Interrupted => FAILED,
             _ => BAD_INPUT,
         };
         Self::new(with_causes(&error), None, error.cure(), code)
@@ -171,14 +191,14 @@ impl From<MovieError> for Failure {
 
 impl From<ConvertError> for Failure {
     fn from(error: ConvertError) -> Self {
-        let code = if matches!(error, ConvertError::Write { .. }) { FAILED } else { BAD_INPUT };
+        let code = if let ConvertError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
         Self::new(with_causes(&error), None, error.cure(), code)
     }
 }
 
 impl From<ReportError> for Failure {
     fn from(error: ReportError) -> Self {
-        let code = if matches!(error, ReportError::Write { .. }) { FAILED } else { BAD_INPUT };
+        let code = if let ReportError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
         let help = error.cure();
         Self::new(with_causes(&error), None, Some(help), code)
     }

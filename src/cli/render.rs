@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use carom::io::refuse_input;
+use carom::io::{refuse_input, refuse_link};
 use carom::view::render::{self, ColourBy, Style};
 use clap::{Args, ValueEnum};
 
@@ -67,6 +67,9 @@ impl Render {
         let out = self.out.clone().unwrap_or_else(|| {
             trajectory.parent().map_or_else(|| PathBuf::from("picture.png"), |folder| folder.join("picture.png"))
         });
+        if self.out.is_none() {
+            refuse_link(&out)?;
+        }
         refuse_input(&out, super::files_beside(&trajectory))?;
         let style = Style {
             width: self.size.0,

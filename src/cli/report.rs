@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use carom::exchange::ExchangeFolder;
-use carom::io::{Folder, refuse_input};
+use carom::io::{Folder, refuse_input, refuse_link};
 use carom::view::report;
 use clap::Args;
 
@@ -32,7 +32,7 @@ impl Report {
         if ExchangeFolder::is_one(&self.run) {
             return self.of_exchange();
         }
-        let out = self.out.clone().unwrap_or_else(|| self.run.join("report.html"));
+        let out = self.place(self.run.join("report.html"))?;
         refuse_input(&out, Folder::files_of(&self.run))?;
         let page = report::page(&self.run)?;
         report::write(&page, &out, super::existing(self.force))?;
@@ -42,10 +42,19 @@ impl Report {
         super::print(&format!("{}\n", out.display()))
     }
 
+    /// The file to write, by default one of Carom's own.
+    fn place(&self, default: PathBuf) -> Result<PathBuf, Failure> {
+        if let Some(out) = &self.out {
+            return Ok(out.clone());
+        }
+        refuse_link(&default)?;
+        Ok(default)
+    }
+
     /// The page of a replica exchange, which is there already under its own name.
     fn of_exchange(&self) -> Result<(), Failure> {
         let page = report::exchange_page(&self.run)?;
-        let out = self.out.clone().unwrap_or_else(|| report::exchange_page_in(&self.run));
+        let out = self.place(report::exchange_page_in(&self.run))?;
         refuse_input(&out, ExchangeFolder::files_of(&self.run))?;
         report::write(&page, &out, super::existing(self.force))?;
         super::print(&format!("{}\n", out.display()))

@@ -5,10 +5,13 @@ use std::time::Duration;
 
 use carom::base::text::with_causes;
 use carom::engine::{Arrest, InvariantBroken};
+use carom::exchange::ExchangeFolder;
 use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
-use carom::io::{Completed, Folder, refuse_input};
+use carom::io::{Completed, Folder, OutputError, refuse_input};
 use carom::model::{Limit, Scene};
+use carom::run::checkpoint::CheckpointError;
 use carom::run::{self, Ending, Finished, Jam};
+use carom::sweep::SweepFolder;
 use carom::view::{description, final_table};
 use clap::Args;
 
@@ -135,7 +138,7 @@ impl Run {
 
     /// A run from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<(), Failure> {
-        let (folder, checkpoint) = Folder::resume(path, self.limit())?;
+        let (folder, checkpoint) = Folder::resume(path, self.limit()).map_err(|error| not_a_run(path, error))?;
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
         let mut folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
         signals::watch();
@@ -164,6 +167,24 @@ impl Run {
         let is_given = self.until_time.is_some() || self.until_events.is_some();
         is_given.then_some(Limit { time: self.until_time, events: self.until_events })
     }
+}
+
+/// Why a run cannot be resumed: where the folder is none of a run, what it is.
+fn not_a_run(path: &Path, error: OutputError) -> Failure {
+    let folder = path.display();
+    let (what, cure) = match &error {
+        OutputError::Checkpoint(CheckpointError::Missing(_)) if ExchangeFolder::is_one(path) => {
+            ("a replica exchange", format!("go on with it: carom exchange {folder}"))
+        }
+        OutputError::Checkpoint(CheckpointError::Missing(_)) if SweepFolder::existing(path).is_ok() => (
+            "a sweep",
+            format!(
+                "go on with all of its runs: carom sweep {folder}; with one of them: carom run --resume {folder}/RUN"
+            ),
+        ),
+        _ => return error.into(),
+    };
+    Failure::bad_input(format!("{folder} is the folder of {what}, not of a run"), None, Some(&cure))
 }
 
 /// Files, table and verdict.

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use carom::base::text::{digits, with_causes};
 use carom::io::estimate::{allowance, allowed, free_disk};
-use carom::io::{Existing, FolderState};
+use carom::io::{Existing, FolderState, refuse_link};
 use carom::sweep::{Axis, Fate, News, Orders, Results, Share, Standing, Sweep, SweepError, SweepFolder};
 use carom::view::report;
 use carom::view::{describe, final_table};
@@ -150,6 +150,7 @@ impl SweepCommand {
         let results = Results::read(folder, sweep);
         folder.write_tables(sweep, &results)?;
         let page = report::sweep_page_in(folder.path());
+        refuse_link(&page)?;
         report::write(&report::sweep_page(folder, sweep, &results), &page, Existing::Replace)?;
         super::print(&format!(
             "{}\nThe files are in {}: sweep.csv, sweep-mean.csv, sweep.html\n",

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::engine::{EngineError, SetStateError};
 use crate::io::OutputError;
+use crate::run::checkpoint::CheckpointError;
 
 /// Why a scene gives no exchange.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -67,6 +68,16 @@ pub enum ExchangeFolderError {
         /// Why.
         source: io::Error,
     },
+    /// A table is not the one that belongs to the results.
+    #[error("{} is not the table that the exchange wrote: its checksum is {found}, expected {expected} of summary.json", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// The checksum of what it holds.
+        found: String,
+        /// That of what was written.
+        expected: String,
+    },
     /// The scene gives no exchange.
     #[error(transparent)]
     Start(#[from] StartError),
@@ -89,7 +100,28 @@ impl ExchangeFolderError {
             Self::Start(_) => "choose lower temperatures, or larger masses",
             Self::Read { .. } => "make it readable, or choose another folder with --out",
             Self::Output(OutputError::Busy(_)) => "wait for it, or choose another folder with --out",
+            Self::Table { .. } => {
+                "bring it back; or remove summary.json: `carom exchange DIR` then makes the tables again from exchange.checkpoint"
+            }
+            Self::Output(OutputError::Checkpoint(error)) => cure_of(error),
             Self::Output(error) => return error.cure(),
         })
+    }
+}
+
+/// What the user can do where an exchange cannot go on from its checkpoint, of which there is one only.
+fn cure_of(error: &CheckpointError) -> &'static str {
+    match error {
+        CheckpointError::Missing(_) => {
+            "bring exchange.checkpoint back; or begin again, in another folder with --out or here without summary.json"
+        }
+        CheckpointError::Unreadable { .. } => "make the file readable",
+        CheckpointError::Input { .. } => "bring the file back, or remove it: the checkpoint does not need it",
+        CheckpointError::OtherVersion { .. } => {
+            "go on with the version that wrote it; or begin again, in another folder with --out or here without exchange.checkpoint and summary.json"
+        }
+        _ => {
+            "bring back what was there; or begin again, in another folder with --out or here without exchange.checkpoint and summary.json"
+        }
     }
 }

@@ -1,7 +1,9 @@
 //! The folder of an exchange: its tables, a trajectory for each temperature, its checkpoint and its summary.
 
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, BufRead, BufReader, Read, Write};
+mod mark;
+
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -12,19 +14,17 @@ use super::execute::ExchangeRecorder;
 use super::replicas::{Exchange, ExchangeRow};
 use super::summary::ExchangeSummary;
 use super::tables;
+use crate::base::checksum::checksum;
 use crate::engine::Simulation;
 use crate::io::atomic::{sync_folder, write_atomically};
 use crate::io::inputs::refuse_changed;
-use crate::io::occupied::run_around;
 use crate::io::partial::PartialFile;
+use crate::io::plain;
 use crate::io::{Existing, Frames, OutputError, remove};
 use crate::model::Scene;
-use crate::run::checkpoint::{self, ManifestEntry};
+use crate::model::input_file::spelled;
+use crate::run::checkpoint::{self, Checked, ManifestEntry};
 use crate::scene::without_limit;
-
-/// The file by which the folder is known. It is locked as long as an exchange writes there.
-const MARK: &str = ".exchange";
-const HEADER: &str = "the folder of a replica exchange of carom\n";
 
 const SCENE: &str = "scene.toml";
 const ROWS: &str = "exchange.csv";
@@ -109,10 +109,13 @@ impl ExchangeFolder {
     /// [`ExchangeFolderError::Occupied`] and [`ExchangeFolderError::Other`] if the folder holds something else, [`ExchangeFolderError::Passed`] if the end
     /// is before the last checkpoint,
     /// [`ExchangeFolderError::Start`] of a scene that gives no exchange, [`ExchangeFolderError::Output`] if another process
-    /// writes there, the checkpoint cannot be used, or a file cannot be written.
+    /// writes there, a link or a folder is where a file of its own would be, the checkpoint cannot be used, or a file cannot be written.
     pub fn open(path: impl AsRef<Path>, scene: Scene, record: &str) -> Result<Opened, ExchangeFolderError> {
         let path = path.as_ref();
-        let mark = locked(path)?;
+        let mark = mark::locked(path)?;
+        let places = scene.exchange().map_or(0, |plan| plan.temperatures.len());
+        let names = [SCENE, ROWS, ENERGIES, CHECKPOINT, PAGE, SUMMARY].map(str::to_owned).into_iter();
+        names.chain((0..places).map(trajectory_of)).try_for_each(|name| plain::refuse_others(path, &name))?;
         let kept = path.join(SCENE);
         let mut has_other_end = false;
         match fs::read_to_string(&kept) {
@@ -218,7 +221,7 @@ impl ExchangeFolder {
     /// Whether a folder is that of an exchange.
     #[must_use]
     pub fn is_one(path: &Path) -> bool {
-        fs::read(path.join(MARK)).is_ok_and(|bytes| bytes == HEADER.as_bytes())
+        mark::is_there(path)
     }
 
     /// Where the scene of an exchange is kept, in its folder.
@@ -238,9 +241,12 @@ impl ExchangeFolder {
     /// # Errors
     /// [`ExchangeFolderError::Output`] if a file cannot be written; there is no `summary.json` then.
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
-        let summary = ExchangeSummary::of(exchange);
-        write(&self.path.join(ENERGIES), &tables::energies(&summary.results))?;
+        let mut summary = ExchangeSummary::of(exchange);
+        let energies = tables::energies(&summary.results);
+        write(&self.path.join(ENERGIES), &energies)?;
         self.rows.sync()?;
+        let checksums = [(ENERGIES, checksum(energies.as_bytes())), (ROWS, self.rows.keep(&self.path)?.checksum)];
+        summary.tables = checksums.map(|(name, checksum)| (name.to_owned(), spelled(checksum))).into();
         self.trajectories.iter_mut().try_for_each(PartialFile::sync)?;
         for file in [self.rows].into_iter().chain(self.trajectories) {
             file.complete()?;
@@ -254,7 +260,7 @@ impl ExchangeFolder {
     /// Reads the results of an exchange that is complete.
     ///
     /// # Errors
-    /// [`ExchangeFolderError::Read`] if a file is missing or damaged.
+    /// [`ExchangeFolderError::Read`] if a file is missing or damaged, [`ExchangeFolderError::Table`] if a table is not the one that was written.
     pub fn read(path: &Path) -> Result<ExchangeSummary, ExchangeFolderError> {
         let text = |name: &str| {
             let path = path.join(name);
@@ -266,7 +272,15 @@ impl ExchangeFolder {
         };
         let mut summary: ExchangeSummary =
             serde_json::from_str(&text(SUMMARY)?).map_err(|error| damaged(SUMMARY, error.to_string()))?;
-        tables::read_energies(&text(ENERGIES)?, &mut summary.results).map_err(|why| damaged(ENERGIES, why))?;
+        let energies = text(ENERGIES)?;
+        refuse_other(path, ENERGIES, &summary, || Ok(checksum(energies.as_bytes())))?;
+        tables::read_energies(&energies, &mut summary.results).map_err(|why| damaged(ENERGIES, why))?;
+        refuse_other(path, ROWS, &summary, || {
+            let mut rows = Checked::new(io::sink());
+            let copied = File::open(path.join(ROWS)).and_then(|mut file| io::copy(&mut file, &mut rows));
+            copied.map_err(|source| ExchangeFolderError::Read { path: path.join(ROWS), source })?;
+            Ok(rows.checksum())
+        })?;
         Ok(summary)
     }
 
@@ -338,7 +352,7 @@ impl ExchangeRecorder for ExchangeFolder {
         let files = std::iter::once(&mut self.rows).chain(&mut self.trajectories);
         let files: Vec<ManifestEntry> = files.map(|file| file.keep(&self.path)).collect::<Result<_, _>>()?;
         let [last, partial] = [CHECKPOINT.to_owned(), format!("{CHECKPOINT}.partial")].map(|name| self.path.join(name));
-        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
+        let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
         if let Err(error) = checkpoint::write_content(&file, &Content { exchange, files: &files }) {
             // Half of one is of no use; what it took on a full disk may be.
             drop(file);
@@ -352,40 +366,30 @@ impl ExchangeRecorder for ExchangeFolder {
     }
 }
 
+/// Refuses a table that is not the one of which the summary has the checksum, if it has any.
+fn refuse_other(
+    folder: &Path,
+    name: &str,
+    summary: &ExchangeSummary,
+    found: impl FnOnce() -> Result<u32, ExchangeFolderError>,
+) -> Result<(), ExchangeFolderError> {
+    let Some(expected) = summary.tables.get(name).cloned() else { return Ok(()) };
+    let found = spelled(found()?);
+    if found == expected {
+        Ok(())
+    } else {
+        Err(ExchangeFolderError::Table { path: folder.join(name), found, expected })
+    }
+}
+
 fn write(path: &Path, text: &str) -> Result<(), OutputError> {
     write_atomically(path, Existing::Replace, |file| file.write_all(text.as_bytes())).map_err(OutputError::write(path))
 }
 
 fn trajectory_in(path: &Path, place: usize) -> PathBuf {
-    path.join(format!("trajectory-{}.xyz", place + 1))
+    path.join(trajectory_of(place))
 }
 
-/// Makes the folder, or opens that of an exchange, for this process alone.
-fn locked(path: &Path) -> Result<File, ExchangeFolderError> {
-    if let Some(run) = run_around(path) {
-        return Err(OutputError::WithinRun { target: path.to_owned(), run }.into());
-    }
-    if fs::metadata(path).is_ok_and(|metadata| !metadata.is_dir()) {
-        return Err(OutputError::NotFolder(path.to_owned()).into());
-    }
-    let no_folder = |source| OutputError::Folder { path: path.to_owned(), source };
-    fs::create_dir_all(path).map_err(no_folder)?;
-    let mark = path.join(MARK);
-    if !mark.exists() && fs::read_dir(path).map_err(no_folder)?.next().is_some() {
-        return Err(ExchangeFolderError::Occupied(path.to_owned()));
-    }
-    let wrong = |source| OutputError::Write { path: mark.clone(), source };
-    let mut file = OpenOptions::new().read(true).append(true).create(true).open(&mark).map_err(wrong)?;
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(path.to_owned()).into()),
-        // Where the system has no locks, nothing keeps two of them apart.
-        Ok(()) | Err(TryLockError::Error(_)) => {}
-    }
-    let mut text = Vec::new();
-    file.read_to_end(&mut text).map_err(wrong)?;
-    let Some(rest) = HEADER.as_bytes().strip_prefix(text.as_slice()) else {
-        return Err(ExchangeFolderError::Occupied(path.to_owned()));
-    };
-    file.write_all(rest).and_then(|()| file.sync_data()).map_err(wrong)?;
-    Ok(file)
+fn trajectory_of(place: usize) -> String {
+    format!("trajectory-{}.xyz", place + 1)
 }

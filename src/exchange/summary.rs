@@ -1,5 +1,7 @@
 //! The numbers of an exchange, `summary.json`.
 
+use std::collections::BTreeMap;
+
 use serde::{Deserialize, Serialize};
 
 use super::replicas::Exchange;
@@ -18,6 +20,9 @@ pub struct ExchangeSummary {
     pub seed: u64,
     /// The files that the scene read, with their checksums.
     pub inputs: Vec<InputFile>,
+    /// Checksums of its tables, by name; none of an exchange that is not complete.
+    #[serde(default)]
+    pub tables: BTreeMap<String, String>,
     /// The engine of the replicas, in words.
     pub engine: String,
     /// Number of particles of each replica, static ones included.
@@ -43,6 +48,7 @@ impl ExchangeSummary {
             scene: scene.name().to_owned(),
             seed: scene.seed(),
             inputs: scene.inputs().to_vec(),
+            tables: BTreeMap::new(),
             engine: simulation.engine().to_string(),
             particles: simulation.population().iter().sum(),
             dimensions: simulation.dimensions(),

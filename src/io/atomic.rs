@@ -3,7 +3,8 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::draft::UnnamedFile;
 
 /// Policy for an existing file or folder at the path of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -44,69 +45,7 @@ pub(crate) fn write_atomically(
     draft.publish(existing)
 }
 
-/// A file beside the name that it gets when it is complete; until then it is removed when this is dropped.
-pub(crate) struct UnnamedFile {
-    temporary: TemporaryFile,
-    target: PathBuf,
-}
-
-impl UnnamedFile {
-    /// An empty file.
-    ///
-    /// # Errors
-    /// Those of the system.
-    pub fn beside(path: &Path) -> io::Result<(Self, File)> {
-        // What a link leads to is replaced, not the link.
-        let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
-        let (temporary, file) = TemporaryFile::beside(&target)?;
-        Ok((Self { temporary, target }, file))
-    }
-
-    /// Where it is for now.
-    pub fn path(&self) -> &Path {
-        &self.temporary.0
-    }
-
-    /// Gives it its name. The same bytes again are no replacement.
-    ///
-    /// # Errors
-    /// [`io::ErrorKind::AlreadyExists`] if there is another file that is to be kept; those of the system.
-    pub fn publish(self, existing: Existing) -> io::Result<()> {
-        let Self { temporary, target } = self;
-        if existing == Existing::Keep && target.exists() && holds_same(&target, &temporary.0)? {
-            return Ok(());
-        }
-        publish(&temporary.0, &target, existing)
-    }
-}
-
-/// A file without a name of its own yet; what is left of it is removed.
-struct TemporaryFile(PathBuf);
-
-impl TemporaryFile {
-    fn beside(path: &Path) -> io::Result<(Self, File)> {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let folder = folder_of(path);
-        loop {
-            let number = COUNT.fetch_add(1, Ordering::Relaxed);
-            let draft = folder.join(format!(".carom-{}-{number}.partial", std::process::id()));
-            match OpenOptions::new().write(true).create_new(true).open(&draft) {
-                Ok(file) => return Ok((Self(draft), file)),
-                // Left by a process of the same number that was killed.
-                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(error),
-            }
-        }
-    }
-}
-
-impl Drop for TemporaryFile {
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.0);
-    }
-}
-
-fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
+pub(super) fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {
     let (one, other) = (File::open(one)?, File::open(other)?);
     if one.metadata()?.len() != other.metadata()?.len() {
         return Ok(false);

@@ -1,12 +1,13 @@
 //! The checkpoints of a run in its folder: the last one, and the one before.
 
-use std::fs::{self, File};
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use super::atomic::sync_folder;
 use super::error::OutputError;
 use super::folder::remove;
+use super::plain;
 use crate::engine::Simulation;
 use crate::run::RunState;
 use crate::run::checkpoint::{self, Manifest};
@@ -69,7 +70,7 @@ impl Checkpoints {
     /// Writes one beside the last one, which becomes the one before when the new one is safe on the disk.
     pub fn write(&mut self, simulation: &Simulation, state: &RunState, manifest: &Manifest) -> Result<(), OutputError> {
         let [last, previous, partial] = [LAST, PREVIOUS, PARTIAL].map(|name| self.folder.join(name));
-        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
+        let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
         if let Err(error) = checkpoint::write(&file, simulation, state, manifest) {
             // Half of one is of no use; what it took on a full disk may be.
             drop(file);

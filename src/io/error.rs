@@ -71,6 +71,16 @@ pub enum OutputError {
     /// The folder holds something under the name of one of Carom's files that Carom did not write.
     #[error("{} exists and was not written by carom", .0.display())]
     Foreign(PathBuf),
+    /// Something else is under the name of one of Carom's files, such as a link: nothing is written through it.
+    #[error("{} is {found}, expected {expected} of carom", path.display())]
+    NotPlain {
+        /// What is there.
+        path: PathBuf,
+        /// What it is.
+        found: &'static str,
+        /// What it was to be.
+        expected: &'static str,
+    },
     /// The folder holds a run that was not finished, and can be.
     #[error("{} holds a run that has not ended", .0.display())]
     Unfinished(PathBuf),
@@ -114,6 +124,9 @@ impl OutputError {
             }
             Self::WithinRun { .. } => "choose another folder with --out",
             Self::Foreign(_) | Self::NotReplacement(_) => "move it away, or choose another folder with --out",
+            Self::NotPlain { .. } => {
+                "put in its place what it was, move it away, or choose another folder with --out: carom writes through no link in a folder of its own"
+            }
             Self::Busy(_) => "wait for the other run, or choose another folder with --out",
             Self::Checkpoint(error) => error.cure(),
             Self::Convert(error) => return error.cure(),

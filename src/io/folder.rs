@@ -17,6 +17,7 @@ use self::trajectory::Trajectory;
 use super::atomic::Existing;
 use super::checkpoints::{self, Checkpoints};
 use super::contacts::Contacts;
+use super::draft::remove_abandoned;
 use super::error::OutputError;
 use super::event_log::{self, EventLog};
 use super::measurements;
@@ -107,11 +108,12 @@ impl Folder {
     /// [`OutputError::Replacing`] if it holds a run that is to be kept, [`OutputError::WithinRun`] if it is in the folder of one,
     /// [`OutputError::NotReplacement`] if something else is where a new run would be written, [`OutputError::Busy`] if another run writes to it, [`OutputError::NotFolder`] or
     /// [`OutputError::Folder`] if there can be none, [`OutputError::Foreign`] if a file that is not Carom's has the name of one of its
-    /// files, [`OutputError::Write`] if its files cannot be made.
+    /// files, [`OutputError::NotPlain`] if one of its files is a link or a folder, [`OutputError::Write`] if its files cannot be made.
     pub fn create(target: &Path, scene: &Scene, existing: Existing) -> Result<Self, OutputError> {
         if let Some(run) = run_around(target) {
             return Err(OutputError::WithinRun { target: target.to_owned(), run });
         }
+        remove_abandoned(target);
         // Before anything is made there; a run that writes there is found out by its lock.
         if let Err(error @ (OutputError::Occupied(_) | OutputError::NotFolder(_))) = spot(target, existing) {
             return Err(error);

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
+use super::plain;
 use crate::model::{InputFile, Scene};
 use crate::run::checkpoint::CheckpointError;
 
@@ -21,6 +22,14 @@ pub fn refuse_input<P: AsRef<Path>>(target: &Path, inputs: impl IntoIterator<Ite
         }
     }
     Ok(())
+}
+
+/// Refuses to write a file of Carom's own through a link, or where a folder is.
+///
+/// # Errors
+/// [`OutputError::NotPlain`]. What is not there is fine.
+pub fn refuse_link(path: &Path) -> Result<(), OutputError> {
+    plain::refuse(path, false)
 }
 
 /// Refuses inputs of a run that are not what they were. One that is gone is not needed to go on, nor is a run that it started from.

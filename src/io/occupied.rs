@@ -67,7 +67,8 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
         (_, Existing::Replace) => {
             let inner = replacement::within(path);
             // What the list of the run does not name is not its own.
-            if owned::replacement_of(path) == Replacement::None && contents(&inner)? != Contents::Nothing {
+            let is_known = owned::replacement_of(path) != Replacement::None;
+            if !is_known && (inner.is_symlink() || contents(&inner)? != Contents::Nothing) {
                 return Err(OutputError::NotReplacement(inner));
             }
             spot(&inner, existing)

@@ -10,7 +10,7 @@ use super::convert;
 use super::error::OutputError;
 use super::folder::{CONTACTS, PAGE, PICTURE, REPORT, SCENE, SUMMARY, THERMO, TRAJECTORY, remove};
 use super::partial::partial_of;
-use super::{checkpoints, measurements};
+use super::{checkpoints, measurements, plain, replacement};
 use crate::model::Format;
 use crate::run::checkpoint::Checkpoint;
 
@@ -61,7 +61,8 @@ pub(super) struct Owned {
 
 /// Whether a folder is that of a run: by its list, or by a checkpoint where the list was left behind.
 pub(super) fn is_run(folder: &Path) -> bool {
-    let has_list = fs::read(folder.join(FILE)).is_ok_and(|bytes| bytes.starts_with(HEADER.as_bytes()));
+    let start = plain::read(&folder.join(FILE), HEADER.len() as u64);
+    let has_list = start.is_ok_and(|bytes| bytes == HEADER.as_bytes());
     has_list || Checkpoint::is_one(&checkpoints::newest(folder))
 }
 
@@ -72,46 +73,49 @@ pub(super) fn replacement_of(folder: &Path) -> Replacement {
 
 /// Whether a list is all that a run has made that was killed while it began.
 pub(super) fn is_begun(list: &Path) -> bool {
-    fs::read(list).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
+    plain::read(list, HEADER.len() as u64 + 1).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))
 }
 
 impl Owned {
     /// Takes a folder for a run, empty or that of a run; no other program may until this is dropped.
     ///
     /// # Errors
-    /// [`OutputError::Busy`] if another run writes there.
+    /// [`OutputError::Busy`] if another run writes there; [`OutputError::NotPlain`] if a link, or anything else that is no plain file, is
+    /// under the name of one of its files, and [`OutputError::Foreign`] if its list is none: nothing is changed then.
     pub fn lock(folder: &Path) -> Result<Self, OutputError> {
         let path = folder.join(FILE);
         let is_run = is_run(folder);
-        let file = OpenOptions::new().read(true).append(true).create(true).open(&path);
-        let file = file.map_err(OutputError::write(&path))?;
+        plain::refuse(&path, false)?;
+        let file = plain::open(OpenOptions::new().read(true).append(true).create(true), &path);
+        let mut file = file.map_err(OutputError::write(&path))?;
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(folder.to_owned())),
             // Where the system has no locks, nothing keeps two runs apart.
             Ok(()) | Err(TryLockError::Error(_)) => {}
         }
-        let mut owned =
-            Self { folder: folder.to_owned(), file, names: BTreeSet::new(), replacement: Replacement::None };
         let mut text = Vec::new();
-        owned.file.read_to_end(&mut text).map_err(OutputError::write(&path))?;
+        file.read_to_end(&mut text).map_err(OutputError::write(&path))?;
+        let lines = text.strip_prefix(HEADER.as_bytes());
         // A last line that was cut off is none.
-        let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
+        let whole = lines.map_or(0, |lines| text.len() - lines.len() + whole_lines(lines));
+        let list = lines.map(|lines| List::of(&String::from_utf8_lossy(&lines[..whole_lines(lines)])));
+        if list.is_none() && !HEADER.as_bytes().starts_with(&text) {
+            return Err(OutputError::Foreign(path));
+        }
+        let lost: Vec<String> = if list.is_none() && is_run { known_in(folder) } else { Vec::new() };
+        let List { names, replacement } = list.unwrap_or_default();
+        names.iter().chain(&lost).try_for_each(|name| plain::refuse_others(folder, name))?;
+        if replacement != Replacement::None {
+            plain::refuse(&replacement::within(folder), true)?;
+        }
+        let mut owned = Self { folder: folder.to_owned(), file, names, replacement };
         if whole < text.len() {
             owned.file.set_len(whole as u64).map_err(OutputError::write(&path))?;
         }
-        let text = String::from_utf8_lossy(&text[..whole]);
-        match text.strip_prefix(HEADER) {
-            Some(lines) => List { names: owned.names, replacement: owned.replacement } = List::of(lines),
+        if whole == 0 {
             // Of a run whose list is lost, or of none yet.
-            None => {
-                owned.file.set_len(0).map_err(OutputError::write(&path))?;
-                owned.append(HEADER)?;
-                if is_run {
-                    let known = [SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
-                    let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);
-                    owned.list(&known.filter(|name| folder.join(name).exists()).collect::<Vec<_>>())?;
-                }
-            }
+            owned.append(HEADER)?;
+            owned.list(&lost)?;
         }
         Ok(owned)
     }
@@ -148,6 +152,7 @@ impl Owned {
     /// [`OutputError::Foreign`] if there is.
     pub fn allow(&self, names: &[String]) -> Result<(), OutputError> {
         for name in names {
+            plain::refuse_links_to(&self.folder, name)?;
             let path = self.folder.join(name.trim_end_matches('/'));
             for path in [partial_of(&path), path] {
                 let foreign = match Format::filling(name) {
@@ -216,7 +221,7 @@ pub(crate) fn note(path: &Path) {
     let Some(listed) = ABOUT.into_iter().chain(conversions.iter().map(String::as_str)).find(is_it) else { return };
     if read(folder).is_some_and(|list| !list.names.contains(listed)) {
         // Without the note the file only outlives the run.
-        if let Ok(mut file) = OpenOptions::new().append(true).open(folder.join(FILE)) {
+        if let Ok(mut file) = plain::open(OpenOptions::new().append(true), &folder.join(FILE)) {
             let _ = file.write_all(format!("+ {listed}\n").as_bytes());
         }
     }
@@ -248,9 +253,22 @@ impl List {
 
 /// The list in a folder, if there is one; a last line that was cut off is none.
 fn read(folder: &Path) -> Option<List> {
-    let text = fs::read(folder.join(FILE)).ok()?;
-    let whole = text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1);
-    String::from_utf8_lossy(&text[..whole]).strip_prefix(HEADER).map(List::of)
+    let text = plain::read(&folder.join(FILE), u64::MAX).ok()?;
+    let lines = text.strip_prefix(HEADER.as_bytes())?;
+    Some(List::of(&String::from_utf8_lossy(&lines[..whole_lines(lines)])))
+}
+
+/// Length of all lines but a last one that was cut off.
+fn whole_lines(text: &[u8]) -> usize {
+    text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1)
+}
+
+/// The files in the folder of a run whose list is lost that every run writes.
+fn known_in(folder: &Path) -> Vec<String> {
+    let known = [SCENE, THERMO, TRAJECTORY, CONTACTS, REPORT, SUMMARY, measurements::FILE];
+    let known = known.into_iter().chain(checkpoints::NAMES).map(str::to_owned);
+    let is_there = |path: PathBuf| fs::symlink_metadata(path).is_ok();
+    known.filter(|name| is_there(folder.join(name)) || is_there(partial_of(&folder.join(name)))).collect()
 }
 
 /// Whether a name leads to somewhere in the folder.

@@ -5,6 +5,7 @@ use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::OutputError;
+use super::plain;
 use crate::run::checkpoint::{Checked, CheckpointError, ManifestEntry};
 
 /// Ends the name of a file that is not complete.
@@ -26,7 +27,7 @@ impl PartialFile {
     /// An empty file beside `path`.
     pub fn create(path: PathBuf) -> Result<Self, OutputError> {
         let partial = partial_of(&path);
-        let file = File::create(&partial).map_err(OutputError::write(&partial))?;
+        let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
         Ok(Self { path, partial, file: buffered(Checked::new(file)), head: 0 })
     }
 
@@ -154,7 +155,7 @@ fn open_again(path: &Path) -> Result<(PathBuf, File), OutputError> {
     if !partial.exists() {
         fs::rename(path, &partial).map_err(OutputError::write(&partial))?;
     }
-    let file = OpenOptions::new().write(true).open(&partial).map_err(OutputError::write(&partial))?;
+    let file = plain::open(OpenOptions::new().write(true), &partial).map_err(OutputError::write(&partial))?;
     Ok((partial, file))
 }
 

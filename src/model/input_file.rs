@@ -45,11 +45,11 @@ impl InputFile {
 }
 
 /// A checksum as scenes have it.
-fn word(content: &[u8]) -> String {
+pub(crate) fn word(content: &[u8]) -> String {
     spelled(checksum(content))
 }
 
-fn spelled(checksum: u32) -> String {
+pub(crate) fn spelled(checksum: u32) -> String {
     format!("crc32:{checksum:08x}")
 }
 

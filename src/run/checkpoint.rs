@@ -257,7 +257,8 @@ impl Checkpoint {
     /// Whether a file begins like a checkpoint.
     pub(crate) fn is_one(path: &Path) -> bool {
         let mut magic = [0; MAGIC.len()];
-        File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
+        // A pipe would be waited for.
+        path.is_file() && File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
     }
 
     /// Refuses an end of the measurement that it is beyond, so that no scene names an end that was none.

@@ -11,6 +11,8 @@ use super::axis::Axis;
 use super::error::SweepError;
 use super::plan::{Point, Sweep};
 use crate::io::atomic::write_atomically;
+use crate::io::draft::{is_draft, remove_abandoned};
+use crate::io::plain::{refuse, refuse_others};
 use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
 use crate::run::Ending;
 use crate::scene::read_text;
@@ -107,7 +109,7 @@ impl SweepFolder {
     ///
     /// # Errors
     /// [`SweepError::Occupied`] if it holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if it holds another sweep,
-    /// [`SweepError::Write`] if it cannot be written.
+    /// [`SweepError::Output`] if there can be no such folder, or one of its files is a link, [`SweepError::Write`] if it cannot be written.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
         let folder = Self { path: path.as_ref().to_owned() };
         let path = &folder.path;
@@ -115,17 +117,21 @@ impl SweepFolder {
             let path = path.to_owned();
             move |source: io::Error| SweepError::Write { path, source }
         };
-        fs::create_dir_all(path).map_err(wrong(path))?;
+        fs::create_dir_all(path).map_err(|source| OutputError::Folder { path: path.clone(), source })?;
         let record = folder.record();
+        remove_abandoned(path);
+        refuse_others(path, SWEEP)?;
+        refuse(&path.join(FAILURES), true)?;
         let now = sweep.file();
         if record.exists() {
             folder.refuse_other(sweep, &SweepFile::read(&record)?, &now)?;
-        } else if fs::read_dir(path).map_err(wrong(path))?.flatten().any(|entry| !is_draft(&entry.path())) {
+        } else if fs::read_dir(path).map_err(wrong(path))?.flatten().any(|entry| !is_draft(&entry.file_name())) {
             return Err(SweepError::Occupied(path.clone()));
         }
         let text = toml::to_string(&now).map_err(|error| wrong(&record)(io::Error::other(error)))?;
         write_atomically(&record, Existing::Replace, |file| write!(file, "{HEADER}{text}")).map_err(wrong(&record))?;
         if let Some(text) = sweep.text_alone() {
+            refuse_others(path, SCENE)?;
             let scene = folder.path.join(SCENE);
             write_atomically(&scene, Existing::Replace, |file| file.write_all(text.as_bytes()))
                 .map_err(wrong(&scene))?;
@@ -203,6 +209,7 @@ impl SweepFolder {
     /// Keeps why the run of a point has failed, or that it has not.
     pub(super) fn keep_failure(&self, point: &Point, message: Option<&str>) -> Result<(), SweepError> {
         let path = self.failure_file(point);
+        refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
         let wrong = |source| SweepError::Write { path: path.clone(), source };
         match message {
             None => match fs::remove_file(&path) {
@@ -223,16 +230,11 @@ impl SweepFolder {
     /// Writes a table, or a page.
     pub(super) fn write(&self, name: &str, text: &str) -> Result<PathBuf, SweepError> {
         let path = self.path.join(name);
+        refuse_others(&self.path, name)?;
         write_atomically(&path, Existing::Replace, |file| file.write_all(text.as_bytes()))
             .map_err(|source| SweepError::Write { path: path.clone(), source })?;
         Ok(path)
     }
-}
-
-/// Whether a file is what a process has left that was killed while it made the folder.
-fn is_draft(path: &Path) -> bool {
-    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    name.starts_with(".carom-") && name.ends_with(".partial")
 }
 
 #[cfg(test)]

@@ -35,10 +35,12 @@ mod gif;
 mod index;
 mod palette;
 mod pipeline;
+mod process;
 #[cfg(test)]
 mod tests;
 mod track;
 
+use std::cell::{Cell, RefCell};
 use std::fs;
 use std::io::BufWriter;
 use std::ops::ControlFlow;
@@ -51,7 +53,7 @@ use super::render::{self, BYTES_PER_PIXEL, Image, MAP_BYTES, RenderError, Shot, 
 use crate::base::memory;
 use crate::base::numbers::index as count_of;
 use crate::io::Existing;
-use crate::io::atomic::UnnamedFile;
+use crate::io::draft::UnnamedFile;
 use clock::Clock;
 use index::{Index, Selection};
 use pipeline::{Pipeline, Stages};
@@ -269,12 +271,17 @@ impl Reel<'_> {
             },
         };
         let pipeline = Pipeline::new(stages, count, at_once, &is_stopped);
-        pipeline.run(&mut |piece| self.open(track.add(piece)), &mut |written| {
+        // Asked between two images, and while one is waited for.
+        let (watch, done) = (RefCell::new(watch), Cell::new(0));
+        let ask = |written: usize| {
+            done.set(written);
             let time = self.index.places[written.saturating_sub(1).min(count - 1)].time;
             let fraction = written as f64 / count as f64;
-            watch(&MovieProgress { is_drawing: true, frames: written as u64, time, fraction })
-        })?;
-        track.finish().map_err(|error| self.failed(error))
+            watch.borrow_mut()(&MovieProgress { is_drawing: true, frames: written as u64, time, fraction })
+        };
+        let mut ask_again = || ask(done.get());
+        pipeline.run(&mut |piece| self.open(track.add(piece, &mut ask_again)), &mut |written| ask(written))?;
+        track.finish(&mut || ask(count)).map_err(|error| self.failed(error))
     }
 
     /// How many images are drawn at a time: one for each core, if there is memory for them.
@@ -318,6 +325,7 @@ impl Reel<'_> {
     fn failed(&self, error: track::TrackError) -> MovieError {
         match error {
             track::TrackError::Output(source) => MovieError::write(self.path)(source),
+            track::TrackError::Interrupted => MovieError::Interrupted,
             track::TrackError::Ffmpeg(message) => MovieError::Ffmpeg(message),
         }
     }

@@ -36,6 +36,32 @@ events = true
 formats = ["gsd", "npy"]
 "#;
 
+/// A pair at two temperatures.
+const PAIR: &str = r#"
+[[species]]
+name = "A"
+mass = 1.3
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 1.0
+[[fill]]
+species = "A"
+arrangement = "sc"
+count = 8
+number_density = 0.05
+[exchange]
+temperatures = [0.5, 1.0]
+interval = 1.0
+rate = 1.0
+[run]
+until_time = 20.0
+[output]
+frame_interval = 5.0
+"#;
+
 /// How a call goes wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -60,8 +86,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// With a run that is over (`one`, seed 1), one that was killed (`cut`, of seed 2), a long one (`long`), and others' files. `None`
-    /// without a compiler.
+    /// With a run that is over (`one`, seed 1), one that was killed (`cut`, of seed 2), a long one (`long`), exchanges (`pair`, and a longer one,
+    /// `later`), a sweep, and others' files. `None` without a compiler.
     pub fn new() -> Option<Self> {
         let folder = tempfile::tempdir().unwrap();
         let shim = folder.path().join("shim.so");
@@ -74,6 +100,7 @@ impl Place {
         fs::create_dir(&template).unwrap();
         let place = Self { folder, shim, template };
         fs::write(place.template.join("scene.toml"), SCENE).unwrap();
+        fs::write(place.template.join("pair.toml"), PAIR).unwrap();
         fs::write(place.template.join("thesis.tex"), "years of work").unwrap();
         let run = |seed, out| words(&format!("run scene.toml -q --seed {seed} --out {out} --checkpoint-every 0.001"));
         for (seed, out) in [("1", "one"), ("2", "two"), ("3", "cut"), ("3", "whole"), ("1", "long")] {
@@ -86,6 +113,12 @@ impl Place {
         for (format, out) in [("vtk", "old-vtk"), ("npy", "old-npy"), ("csv", "old.csv")] {
             place.done(&place.template, &words(&format!("convert two --to {format} --out {out}")));
         }
+        place.done(&place.template, &words("exchange pair.toml -q --jobs 1 --out pair"));
+        place.done(&place.template, &words("exchange pair.toml -q --jobs 1 --out later --until-time 40"));
+        place.done(
+            &place.template,
+            &words("sweep scene.toml -q --jobs 1 --vary seed=1,2 --set output.formats=[] --out sweep"),
+        );
         place.done(&place.template, &words("report two --out old.html"));
         place.done(&place.template, &words("render two --size 64x48 --out old.png"));
         Some(place)
@@ -152,7 +185,10 @@ impl Place {
         }
         (scenario.kept)(&before, &after, &what);
         (scenario.go_on)(self, &folder, &what);
-        (scenario.check)(&files(&folder), &what);
+        let left = files(&folder);
+        (scenario.check)(&left, &what);
+        let draft = left.keys().find(|name| name.rsplit('/').next().is_some_and(|name| name.starts_with(".carom-")));
+        assert!(draft.is_none(), "{what}: {draft:?} is left");
         !output.status.success()
     }
 

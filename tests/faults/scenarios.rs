@@ -17,7 +17,7 @@ pub struct Scenario {
     pub check: fn(&Files, &str),
 }
 
-pub const SCENARIOS: [Scenario; 9] = [
+pub const SCENARIOS: [Scenario; 12] = [
     Scenario {
         name: "run",
         command: "run scene.toml -q --seed 1 --out new --checkpoint-every 0.001",
@@ -131,6 +131,44 @@ pub const SCENARIOS: [Scenario; 9] = [
         go_on: |place, folder, what| succeed(place, folder, "render one --size 64x48 --out old.png --force", what),
         check: |_, _| {},
     },
+    Scenario {
+        name: "exchange",
+        command: "exchange pair.toml -q --jobs 1 --out new --checkpoint-every 0.001",
+        touches: &[],
+        kept: |_, _, _| {},
+        go_on: |place, folder, what| succeed(place, folder, "exchange pair.toml -q --jobs 1 --out new", what),
+        check: |files, what| same_exchange(files, "pair", "new", what),
+    },
+    Scenario {
+        name: "extend an exchange",
+        command: "exchange pair -q --jobs 1 --until-time 40 --checkpoint-every 0.001",
+        touches: &["pair/"],
+        kept: |_, _, _| {},
+        go_on: |place, folder, what| succeed(place, folder, "exchange pair -q --jobs 1 --until-time 40", what),
+        check: |files, what| same_exchange(files, "later", "pair", what),
+    },
+    Scenario {
+        name: "sweep",
+        command: "sweep scene.toml -q --jobs 1 --vary seed=1,2 --set output.formats=[] --out new --checkpoint-every 0.001",
+        touches: &[],
+        kept: |_, _, _| {},
+        go_on: |place, folder, what| {
+            succeed(
+                place,
+                folder,
+                "sweep scene.toml -q --jobs 1 --vary seed=1,2 --set output.formats=[] --out new",
+                what,
+            );
+        },
+        check: |files, what| {
+            for point in ["seed-1", "seed-2"] {
+                same_run(files, &format!("sweep/{point}"), &format!("new/{point}"), what);
+            }
+            let names = |folder| of(files, folder).map(|(name, _)| name).filter(|name| !name.contains("checkpoint"));
+            assert!(names("sweep").eq(names("new")), "{what}: {:?}", names("new").collect::<Vec<_>>());
+            assert!(files["sweep/sweep-mean.csv"] == files["new/sweep-mean.csv"], "{what}");
+        },
+    },
 ];
 
 fn succeed(place: &Place, folder: &Path, command: &str, what: &str) {
@@ -171,6 +209,16 @@ fn same_run(files: &Files, expected: &str, found: &str, what: &str) {
     }
     for (name, _) in of(files, found).filter(|(name, _)| is_result(name)) {
         assert!(files.contains_key(&format!("{expected}/{name}")), "{what}: {found}/{name} is left");
+    }
+}
+
+/// All files of an exchange but its checkpoint, which also has the scene of the beginning.
+fn same_exchange(files: &Files, expected: &str, found: &str, what: &str) {
+    let all = |folder| of(files, folder).filter(|(name, _)| *name != "exchange.checkpoint").collect::<Vec<_>>();
+    let names = |folder| all(folder).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+    assert_eq!(names(expected), names(found), "{what}");
+    for ((name, one), (_, other)) in all(expected).into_iter().zip(all(found)) {
+        assert!(one == other, "{what}: {name} differs");
     }
 }
 

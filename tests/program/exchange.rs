@@ -229,6 +229,9 @@ fn two_processes_do_not_write_to_one_folder() {
     assert_eq!(code(&output), 2, "{}", errors(&output));
     assert!(line(&output).contains("is damaged"), "{}", line(&output));
     assert!(contents(&place.path().join("runs/chain-exchange")) == before);
+    // There is no checkpoint.previous as there is of a run.
+    assert!(!line(&output).contains("previous"), "{}", line(&output));
+    assert!(line(&output).contains("here without exchange.checkpoint"), "{}", line(&output));
 }
 
 #[test]

@@ -1,14 +1,18 @@
 //! The program, as its users meet it.
 
 mod commands;
+mod damaged;
+mod drafts;
 mod endings;
 mod exchange;
 mod inputs;
 mod kept;
+mod links;
 mod memory;
 mod movie;
 mod names;
 mod normalisation;
+mod outputs;
 mod place;
 mod replaced;
 mod run;

@@ -114,7 +114,7 @@ fn no_movie_replaces_anything_unasked_or_a_file_of_the_run() {
         (&["movie", "runs/scene", "--out", "film.gif", "--frames", "4..3"], 2, "FIRST..LAST"),
         (&["movie", "runs", "--out", "film.gif"], 2, "no trajectory.xyz"),
         (&["movie", "scene.toml", "--out", "film.gif"], 2, "cannot read the trajectory scene.toml"),
-        (&["movie", "runs/scene", "--out", "nowhere/film.gif"], 1, "cannot write nowhere/film.gif"),
+        (&["movie", "runs/scene", "--out", "nowhere/film.gif"], 2, "cannot write nowhere/film.gif"),
         (&["movie", "runs/scene"], 2, "--out"),
     ] {
         let output = place.carom(&[arguments, &small].concat());
@@ -220,4 +220,39 @@ fn ctrl_c_leaves_nothing_of_a_movie() {
         assert!(line(&output).contains("interrupted"), "{}", errors(&output));
         assert!(contents(place.path()) == before, "{name}");
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_movie_whose_ffmpeg_hangs() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let place = place(3);
+    let tools = tempfile::tempdir().unwrap();
+    let (path, begun) = (tools.path().join("ffmpeg"), tools.path().join("begun"));
+    let script = "#!/bin/sh\ncase \"$*\" in *-encoders*) echo ' V..... libx264 x'; exit;; esac\n";
+    // When it has begun to read, the rest is waited for.
+    let read = "/bin/dd bs=1 count=1 of=/dev/null 2> /dev/null";
+    let hang = format!("{read}\necho > '{}'\nexec /bin/sleep 1000\n", begun.display());
+    fs::write(&path, [script, &hang].concat()).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    let before = contents(place.path());
+    // An image of more than a pipe holds.
+    let arguments = ["movie", "runs/scene", "--out", "film.mp4", "--size", "640x480", "-q"];
+    let mut command = place.command(&arguments);
+    let mut child = command.env("PATH", tools.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let wait_until = |is_so: &mut dyn FnMut() -> bool| {
+        (0..2400).any(|_| {
+            std::thread::sleep(Duration::from_millis(25));
+            is_so()
+        })
+    };
+    assert!(wait_until(&mut || begun.exists()));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let has_ended = wait_until(&mut || child.try_wait().unwrap().is_some());
+    let _ = child.kill();
+    let output = child.wait_with_output().unwrap();
+    assert!(has_ended && line(&output).contains("interrupted"), "{}", errors(&output));
+    assert_eq!(code(&output), 1);
+    assert!(contents(place.path()) == before);
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
-use super::place::{FLUID, Place, code, errors, kill_until_done, words};
+use super::place::{FLUID, Place, code, errors, kill_until_done, line, words};
 
 const AXES: [&str; 4] = ["--vary", "fill.0.packing_fraction=0.1,0.3", "--vary", "seed=1..3"];
 
@@ -347,4 +347,17 @@ fn a_point_that_jammed_by_itself_has_failed() {
     let text = place.read("s/sweep.csv");
     let lines: Vec<&str> = text.lines().skip(1).collect();
     assert!(lines[0].contains(",done,") && lines[1].contains("failed: growing spheres jam"), "{text}");
+}
+
+#[test]
+fn a_sweep_is_not_gone_on_with_as_a_run() {
+    let place = Place::with(FLUID);
+    let until = ["--set", "run.until_events=600", "--out", "s", "-q"];
+    assert_eq!(code(&place.carom(&[&["sweep", "scene.toml", "--vary", "seed=1,2"], &until[..]].concat())), 0);
+    let output = place.carom(&["run", "--resume", "s"]);
+    assert_eq!(code(&output), 2, "{}", errors(&output));
+    for expected in ["s is the folder of a sweep", "carom sweep s;", "carom run --resume s/RUN"] {
+        assert!(line(&output).contains(expected), "{}", line(&output));
+    }
+    assert_eq!(code(&place.carom(&["run", "-q", "--resume", "s/seed-1", "--until-events", "700"])), 0);
 }

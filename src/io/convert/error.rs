@@ -72,6 +72,7 @@ impl ConvertError {
             Self::Exists(_) => Some("choose another name with --out, or replace it with --force"),
             Self::Foreign(_) => Some("choose another name with --out, or remove it"),
             Self::Source(_) => Some("choose another name with --out"),
+            Self::Write { .. } => Some("choose a place with --out that can be written to, on a disk with space left"),
             _ => None,
         }
     }

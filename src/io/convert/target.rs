@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 
 use super::ConvertError;
 use crate::io::OutputError;
-use crate::io::atomic::{Existing, publish, sync_folder};
+use crate::io::atomic::{Existing, folder_of, publish, sync_folder};
+use crate::io::draft::remove_abandoned;
 use crate::io::partial::partial_of;
+use crate::io::plain;
 use crate::model::Format;
 
 /// A file or folder that is written beside its final name. What is not completed is removed.
@@ -23,6 +25,7 @@ impl Target {
     /// Makes sure that the target may be written, and makes its folder if it is one.
     pub fn claim(path: &Path, format: Format, source: &Path, replace: bool) -> Result<Self, ConvertError> {
         let partial = partial_of(path);
+        remove_abandoned(folder_of(path));
         // A run that was killed leaves a trajectory that ends on the same suffix.
         if [path, &partial].into_iter().any(|path| is_same(path, source)) {
             return Err(ConvertError::Source(source.to_owned()));
@@ -76,7 +79,7 @@ pub(in crate::io) struct Draft(BufWriter<File>);
 impl Draft {
     /// An empty file.
     pub fn create(path: &Path) -> io::Result<Self> {
-        Ok(Self(BufWriter::with_capacity(1 << 16, File::create(path)?)))
+        Ok(Self(BufWriter::with_capacity(1 << 16, plain::create(path)?)))
     }
 
     /// Makes it safe on the disk.

@@ -9,6 +9,7 @@ use super::trajectory::Trajectory;
 use super::{CONTACTS, Folder, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY, levels, names_of};
 use crate::io::checkpoints::{self, Checkpoints};
 use crate::io::contacts::Contacts;
+use crate::io::draft::remove_abandoned;
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
 use crate::io::occupied::active;
@@ -28,8 +29,8 @@ impl Folder {
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another run writes there; [`OutputError::Checkpoint`] if there is none, if a file is missing, too short, or not
-    /// that of the checkpoint, or if the run is beyond the limit; [`OutputError::Foreign`] if a file that is not Carom's is in the way:
-    /// nothing is changed then. [`OutputError::Write`] if one cannot be changed.
+    /// that of the checkpoint, or if the run is beyond the limit; [`OutputError::Foreign`] if a file that is not Carom's is in the way, [`OutputError::NotPlain`] if one
+    /// of its files is a link or a folder: nothing is changed then. [`OutputError::Write`] if one cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
         let (path, mut owned) = locked(target)?;
         let path = &path;
@@ -107,6 +108,7 @@ fn locked(target: &Path) -> Result<(PathBuf, Vec<Owned>), OutputError> {
         return Err(CheckpointError::Missing(target.to_owned()).into());
     }
     let mut owned = vec![Owned::lock(target)?];
+    remove_abandoned(target);
     replacement::recover(target, &mut owned[0])?;
     let path = active(target);
     for level in levels(target, &path).iter().skip(1) {

@@ -9,7 +9,7 @@ use png::chunk::{ChunkType, IDAT};
 use png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent, Writer};
 
 use super::changes::Rectangle;
-use super::track::{Codec, Track, TrackError};
+use super::track::{Ask, Codec, Track, TrackError};
 use crate::view::render::{Image, Style};
 
 const ANIMATION: ChunkType = ChunkType(*b"acTL");
@@ -110,7 +110,7 @@ impl<W: Write> ApngTrack<W> {
 impl<W: Write> Track for ApngTrack<W> {
     type Piece = Piece;
 
-    fn add(&mut self, piece: Piece) -> Result<(), TrackError> {
+    fn add(&mut self, piece: Piece, _ask: &mut Ask) -> Result<(), TrackError> {
         let Rectangle { left, top, width, height } = piece.rectangle;
         let is_first = self.sequence == 0;
         let mut control = self.number().to_vec();
@@ -128,7 +128,7 @@ impl<W: Write> Track for ApngTrack<W> {
         self.writer.write_chunk(DATA, &data).map_err(failed)
     }
 
-    fn finish(self) -> Result<(), TrackError> {
+    fn finish(self, _ask: &mut Ask) -> Result<(), TrackError> {
         self.writer.finish().map_err(failed)
     }
 }

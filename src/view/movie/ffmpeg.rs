@@ -1,43 +1,49 @@
 //! MP4, written by the program `ffmpeg`, which gets the images as they are through a pipe.
 
 use std::ffi::OsString;
-use std::io::{self, Read, Write};
+use std::io;
 use std::path::Path;
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::thread::{self, JoinHandle};
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use super::MovieError;
-use super::track::{Codec, Track, TrackError};
+use super::process::{Process, printed_by};
+use super::track::Codec;
 use crate::view::render::{Image, Style};
 
-/// The most of what ffmpeg prints that is kept `[bytes]`.
-const MOST_MESSAGE: usize = 4096;
+/// An ffmpeg that has done nothing for so long is ended: what takes it longest is the end of a large movie, some seconds.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 /// How images are compressed, by the name of the encoder: well enough that grains have clean edges.
 const ENCODERS: [(&str, &[&str]); 3] =
     [("libx264", &["-preset", "medium", "-crf", "18"]), ("libopenh264", &["-b:v", "8M"]), ("mpeg4", &["-q:v", "3"])];
 
 /// An ffmpeg that can be started.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Ffmpeg {
+    program: OsString,
     encoder: (&'static str, &'static [&'static str]),
+    patience: Duration,
 }
 
 impl Ffmpeg {
     /// Looks for ffmpeg in `PATH`, and for the best of its encoders.
     ///
     /// # Errors
-    /// [`MovieError::NoFfmpeg`] if it cannot be started, [`MovieError::Ffmpeg`] if it has no encoder that is known here.
+    /// [`MovieError::NoFfmpeg`] if it cannot be started, [`MovieError::Ffmpeg`] if it does not answer, or has no encoder that is known here.
     pub fn find() -> Result<Self, MovieError> {
-        let mut command = Command::new("ffmpeg");
-        command.args(["-hide_banner", "-loglevel", "error", "-encoders"]).stdin(Stdio::null());
-        let output = command.output().map_err(MovieError::NoFfmpeg)?;
-        let list = String::from_utf8_lossy(&output.stdout);
+        Self::at("ffmpeg".into(), PATIENCE)
+    }
+
+    fn at(program: OsString, patience: Duration) -> Result<Self, MovieError> {
+        let mut command = Command::new(&program);
+        command.args(["-hide_banner", "-loglevel", "error", "-encoders"]);
+        let list = printed_by(&mut command, patience)?;
         let has = |name: &str| list.lines().any(|line| line.split_whitespace().nth(1) == Some(name));
         let encoder = ENCODERS.into_iter().find(|(name, _)| has(name));
         let names = || ENCODERS.map(|(name, _)| name).join(", ");
         let encoder = encoder.ok_or_else(|| MovieError::Ffmpeg(format!("it has none of the encoders {}", names())))?;
-        Ok(Self { encoder })
+        Ok(Self { program, encoder, patience })
     }
 
     /// Starts it for a file that is there already.
@@ -45,7 +51,7 @@ impl Ffmpeg {
     /// # Errors
     /// [`MovieError::NoFfmpeg`] if it cannot be started.
     pub fn begin(&self, file: &Path, style: &Style, per_second: u32) -> Result<Process, MovieError> {
-        let mut command = Command::new("ffmpeg");
+        let mut command = Command::new(&self.program);
         command.args(["-hide_banner", "-loglevel", "error", "-f", "rawvideo", "-pixel_format", "rgb24"]);
         command.args(["-video_size", &format!("{}x{}", style.width, style.height)]);
         command.args(["-framerate", &per_second.to_string(), "-i", "pipe:0", "-an"]);
@@ -67,27 +73,8 @@ impl Ffmpeg {
         let mut name = OsString::from("file:");
         name.push(file);
         command.arg(name).stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped());
-        #[cfg(unix)]
-        {
-            // Ctrl-C is for this program, which ends ffmpeg then.
-            std::os::unix::process::CommandExt::process_group(&mut command, 0);
-        }
-        let mut child = command.spawn().map_err(MovieError::NoFfmpeg)?;
-        let (input, errors) = (child.stdin.take(), child.stderr.take());
-        // It would block if what it prints were not read.
-        let message = thread::Builder::new().spawn(move || errors.map_or_else(String::new, message_of)).ok();
-        Ok(Process { child, input, message })
+        Process::start(&mut command, file, self.patience)
     }
-}
-
-/// The last that is printed, up to the end.
-fn message_of(mut errors: impl Read) -> String {
-    let (mut kept, mut buffer) = (Vec::new(), [0; MOST_MESSAGE]);
-    while let Ok(count @ 1..) = errors.read(&mut buffer) {
-        kept.extend_from_slice(&buffer[..count]);
-        kept.drain(..kept.len().saturating_sub(MOST_MESSAGE));
-    }
-    String::from_utf8_lossy(&kept).trim().to_owned()
 }
 
 /// Images as ffmpeg reads them: red, green and blue, row by row.
@@ -101,51 +88,69 @@ impl Codec for Raw {
     }
 }
 
-/// An ffmpeg at work; dropped, it is ended.
-pub(super) struct Process {
-    child: Child,
-    input: Option<ChildStdin>,
-    message: Option<JoinHandle<String>>,
-}
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+    use crate::view::movie::track::{Track, TrackError};
+    use std::fs;
+    use std::ops::ControlFlow;
+    use std::os::unix::fs::PermissionsExt;
 
-impl Process {
-    /// Waits for its end.
-    fn end(&mut self) -> Result<(), TrackError> {
-        drop(self.input.take());
-        let status = self.child.wait()?;
-        let message = self.message.take().and_then(|message| message.join().ok()).unwrap_or_default();
-        match (status.success(), message.is_empty()) {
-            (true, _) => Ok(()),
-            (false, true) => Err(TrackError::Ffmpeg(format!("it ended with {status}"))),
-            (false, false) => Err(TrackError::Ffmpeg(message)),
+    const SHORT: Duration = Duration::from_millis(300);
+
+    /// What becomes of a few images for a program that is a script.
+    fn with(script: &str, ask: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), TrackError> {
+        let folder = tempfile::tempdir().unwrap();
+        let (program, file) = (folder.path().join("ffmpeg"), folder.path().join("film.mp4"));
+        fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
+        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        fs::write(&file, "").unwrap();
+        let ffmpeg = Ffmpeg { program: program.into(), encoder: ENCODERS[0], patience: SHORT };
+        let style = Style { width: 256, height: 256, ..Style::default() };
+        // Another test may have the script open for a program that it starts.
+        let mut process = loop {
+            match ffmpeg.begin(&file, &style, 25) {
+                Err(MovieError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
+                process => break process.unwrap(),
+            }
+        };
+        for _ in 0..3 {
+            process.add(vec![0; 3 << 16], ask)?;
+        }
+        process.finish(ask)
+    }
+
+    #[test]
+    fn one_that_hangs_is_ended_whatever_it_hangs_at() {
+        let mut go_on = || ControlFlow::Continue(());
+        for script in ["exec sleep 1000", "cat > /dev/null; exec sleep 1000", "sleep 1000"] {
+            let error = with(script, &mut go_on).unwrap_err();
+            assert!(matches!(&error, TrackError::Ffmpeg(why) if why.contains("did nothing for 0.3 s")), "{error}");
         }
     }
-}
 
-impl Track for Process {
-    type Piece = Vec<u8>;
-
-    fn add(&mut self, piece: Vec<u8>) -> Result<(), TrackError> {
-        let Some(input) = &mut self.input else { return Err(io::Error::from(io::ErrorKind::BrokenPipe).into()) };
-        match input.write_all(&piece) {
-            // It has ended by itself: what it says is the reason.
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(match self.end() {
-                Err(reason) => reason,
-                Ok(()) => TrackError::Ffmpeg("it ended before the last image".to_owned()),
-            }),
-            result => Ok(result?),
-        }
+    #[test]
+    fn whoever_asks_for_an_end_gets_it_while_it_hangs() {
+        let mut asked = 0;
+        let mut stop = || {
+            asked += 1;
+            if asked < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        };
+        assert!(matches!(with("exec sleep 1000", &mut stop), Err(TrackError::Interrupted)));
     }
 
-    fn finish(mut self) -> Result<(), TrackError> {
-        self.end()
-    }
-}
-
-impl Drop for Process {
-    fn drop(&mut self) {
-        // One that has ended is neither there to be killed nor waited for again.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+    #[test]
+    fn one_that_does_not_answer_is_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let program = folder.path().join("ffmpeg");
+        fs::write(&program, "#!/bin/sh\nexec sleep 1000\n").unwrap();
+        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        let found = loop {
+            match Ffmpeg::at(program.clone().into(), SHORT) {
+                Err(MovieError::NoFfmpeg(error)) if error.kind() == io::ErrorKind::ExecutableFileBusy => {}
+                found => break found,
+            }
+        };
+        assert!(matches!(found, Err(MovieError::Ffmpeg(why)) if why.contains("did nothing for 0.3 s")));
     }
 }

@@ -7,7 +7,7 @@ use ::gif::{DisposalMethod, Encoder, EncodingError, Frame, Repeat};
 
 use super::changes::Rectangle;
 use super::palette::{Palette, UNCHANGED};
-use super::track::{Codec, Track, TrackError};
+use super::track::{Ask, Codec, Track, TrackError};
 use crate::base::numbers::trunc_to_u16;
 use crate::view::render::{Image, Style};
 
@@ -78,11 +78,11 @@ impl<W: Write> GifTrack<W> {
 impl<W: Write> Track for GifTrack<W> {
     type Piece = Frame<'static>;
 
-    fn add(&mut self, piece: Self::Piece) -> Result<(), TrackError> {
+    fn add(&mut self, piece: Self::Piece, _ask: &mut Ask) -> Result<(), TrackError> {
         self.0.write_lzw_pre_encoded_frame(&piece).map_err(failed)
     }
 
-    fn finish(self) -> Result<(), TrackError> {
+    fn finish(self, _ask: &mut Ask) -> Result<(), TrackError> {
         Ok(self.0.into_inner().map_err(failed)?.flush()?)
     }
 }

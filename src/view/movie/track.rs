@@ -1,6 +1,7 @@
 //! From images to the bytes of a movie, in two steps: one that needs nothing but two images, for any core, and one in the order of time.
 
 use std::io;
+use std::ops::ControlFlow;
 
 use thiserror::Error;
 
@@ -18,16 +19,19 @@ pub(super) trait Codec: Sync {
     fn compress(&self, place: usize, previous: Option<&Image>, image: &Image) -> io::Result<Self::Piece>;
 }
 
+/// What is asked while something is waited for: it may break the work off.
+pub(super) type Ask<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
+
 /// The file of a movie, to which compressed images are added one after the other.
 pub(super) trait Track {
     /// What it is made of.
     type Piece;
 
     /// Adds an image.
-    fn add(&mut self, piece: Self::Piece) -> Result<(), TrackError>;
+    fn add(&mut self, piece: Self::Piece, ask: &mut Ask) -> Result<(), TrackError>;
 
     /// Writes what stands at the end.
-    fn finish(self) -> Result<(), TrackError>;
+    fn finish(self, ask: &mut Ask) -> Result<(), TrackError>;
 }
 
 /// Why a movie could not be written.
@@ -39,4 +43,7 @@ pub(super) enum TrackError {
     /// By ffmpeg, with what it printed.
     #[error("{0}")]
     Ffmpeg(String),
+    /// By what was asked.
+    #[error("interrupted")]
+    Interrupted,
 }

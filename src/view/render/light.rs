@@ -13,8 +13,18 @@ use crate::base::numbers::trunc_to_usize;
 const SKY_LIGHTS: usize = 45;
 const SUN_LIGHTS: usize = 9;
 
-/// Cells of a map along each side.
+/// Cells of a map along each side; fewer where balls as large as the scene cover it many times.
 const MAP_SIZE: usize = 768;
+
+/// The least of them.
+const LEAST_MAP_SIZE: usize = 16;
+
+/// Radius of a large ball, relative to the side of a map.
+const LARGE: f32 = 0.125;
+
+/// How often large balls may cover a whole map before it becomes coarser: each is compared with all cells that it covers, and nothing of it is
+/// lost between cells.
+const MOST_COVERS: f32 = 8.0;
 
 /// What all maps take `[bytes]`.
 pub(in crate::view) const MAP_BYTES: u64 = ((SKY_LIGHTS + SUN_LIGHTS) * MAP_SIZE * MAP_SIZE * size_of::<u32>()) as u64;
@@ -63,6 +73,8 @@ struct Light {
     right: Point,
     up: Point,
     centre: Point,
+    /// Cells of the map along each side.
+    size: usize,
     /// Index of the ball that each cell sees first.
     map: Vec<u32>,
 }
@@ -81,9 +93,10 @@ impl Lights {
             let radius = (1.0 - height * height).sqrt();
             Point::new(radius * angle.cos(), height, radius * angle.sin())
         };
+        let size = map_size(balls);
         let light = |direction: Point, strength, softness| {
             let (right, up) = across(&direction);
-            Light { direction, strength, softness, right, up, centre, map: Vec::new() }
+            Light { direction, strength, softness, right, up, centre, size, map: Vec::new() }
         };
         // Brightness rises from the ground to the zenith.
         let mut sky: Vec<Light> =
@@ -121,6 +134,14 @@ impl Lights {
     }
 }
 
+/// Cells along each side of the maps for some balls.
+fn map_size(balls: &[Ball]) -> usize {
+    let radii = balls.iter().map(|ball| 0.5 * ball.radius).filter(|radius| *radius >= LARGE);
+    let covers: f32 = radii.map(|radius| (4.0 * radius * radius).min(1.0)).sum();
+    let size = MAP_SIZE as f32 * (MOST_COVERS / covers).sqrt().min(1.0);
+    trunc_to_usize(size).max(LEAST_MAP_SIZE)
+}
+
 /// Successive steps of it spread evenly over a circle [radians].
 const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
@@ -135,20 +156,21 @@ impl Light {
     /// Place in the map, in cells.
     fn place(&self, point: &Point) -> [f32; 2] {
         let arm = point - self.centre;
-        [self.right, self.up].map(|axis| (arm.dot(&axis) * 0.5 + 0.5) * MAP_SIZE as f32)
+        [self.right, self.up].map(|axis| (arm.dot(&axis) * 0.5 + 0.5) * self.size as f32)
     }
 
     fn draw_map(&mut self, balls: &[Ball]) {
-        let mut height = vec![f32::NEG_INFINITY; MAP_SIZE * MAP_SIZE];
-        let mut map = vec![NOTHING; MAP_SIZE * MAP_SIZE];
+        let size = self.size;
+        let mut height = vec![f32::NEG_INFINITY; size * size];
+        let mut map = vec![NOTHING; size * size];
         for (index, ball) in (0..NOTHING).zip(balls) {
             let [x, y] = self.place(&ball.centre);
             let top = (ball.centre - self.centre).dot(&self.direction);
-            let radius = ball.radius * 0.5 * MAP_SIZE as f32;
+            let radius = ball.radius * 0.5 * size as f32;
             // Numbers saturate, and NaN becomes 0: what is outside of the map has no cells.
             let cells = |x: f32| {
-                let low = trunc_to_usize((x - radius - 0.5).ceil()).min(MAP_SIZE);
-                low..trunc_to_usize(x + radius + 0.5).min(MAP_SIZE)
+                let low = trunc_to_usize((x - radius - 0.5).ceil()).min(size);
+                low..trunc_to_usize(x + radius + 0.5).min(size)
             };
             for row in cells(y) {
                 for column in cells(x) {
@@ -157,8 +179,8 @@ impl Light {
                     if square < 0.0 {
                         continue;
                     }
-                    let surface = top + square.sqrt() * (2.0 / MAP_SIZE as f32);
-                    let cell = row * MAP_SIZE + column;
+                    let surface = top + square.sqrt() * (2.0 / size as f32);
+                    let cell = row * size + column;
                     if surface > height[cell] {
                         height[cell] = surface;
                         map[cell] = index;
@@ -172,13 +194,14 @@ impl Light {
     /// How much of the light reaches a point, 0 to 1. Asks the four cells around it, because the sphere that the middle
     /// of one cell sees may let through a ray beside it that another sphere stops.
     fn visibility(&self, point: &Point, own: u32, balls: &[Ball]) -> f32 {
+        let size = self.size;
         let [x, y] = self.place(point).map(|x| x - 0.5);
-        if !(x >= 0.0 && y >= 0.0 && x < (MAP_SIZE - 1) as f32 && y < (MAP_SIZE - 1) as f32) {
+        if !(x >= 0.0 && y >= 0.0 && x < (size - 1) as f32 && y < (size - 1) as f32) {
             return 1.0;
         }
-        let corner = trunc_to_usize(y) * MAP_SIZE + trunc_to_usize(x);
+        let corner = trunc_to_usize(y) * size + trunc_to_usize(x);
         let (mut visibility, mut asked) = (1.0_f32, own);
-        for cell in [corner, corner + MAP_SIZE + 1, corner + 1, corner + MAP_SIZE] {
+        for cell in [corner, corner + size + 1, corner + 1, corner + size] {
             let between = self.map[cell];
             if between != own && between != asked && visibility > 0.0 {
                 visibility = visibility.min(balls.get(between as usize).map_or(1.0, |ball| self.passing(ball, point)));
@@ -197,5 +220,30 @@ impl Light {
         }
         let inside = ball.radius - (arm - self.direction * along).norm();
         1.0 - (inside / (self.softness * along).min(WIDEST_EDGE * ball.radius)).clamp(0.0, 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::colour::Colour;
+    use super::*;
+
+    fn balls(count: u8, radius: f32) -> Vec<Ball> {
+        let ball = |k: u8| Ball { centre: Point::repeat(f32::from(k) * 1e-3), radius, colour: Colour::zeros() };
+        (0..count).map(ball).collect()
+    }
+
+    #[test]
+    fn balls_as_large_as_the_scene_make_maps_coarse_and_others_do_not() {
+        for (count, radius) in [(255, 0.2), (255, 1e-4), (16, 0.6), (8, 1e9), (1, f32::INFINITY)] {
+            assert_eq!(map_size(&balls(count, radius)), MAP_SIZE, "{count}, {radius}");
+        }
+        for radius in [0.5, 1.0, 30.0, 1e7, f32::INFINITY] {
+            let balls = balls(255, radius);
+            let lights = Lights::on(&balls, Point::zeros(), &Team::whole());
+            let compared = |light: &Light| balls.len() * light.map.len();
+            let most = 2.0 * MOST_COVERS * (MAP_SIZE * MAP_SIZE) as f32 / (radius * radius).min(1.0);
+            assert!(lights.sky.iter().chain(&lights.sun).all(|light| compared(light) as f32 <= most), "{radius}");
+        }
     }
 }

@@ -1,0 +1,154 @@
+//! Drafts: files beside the name that they get when they are complete. A draft is locked by the process that writes it, so that one of a
+//! process that was killed is known for what it is, and removed by the next command in its folder.
+
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::atomic::{Existing, folder_of, holds_same, publish};
+use super::plain;
+
+/// Begins and ends the name of a draft; between them stand the number of its process and its own, as in `.carom-4711-0.partial`.
+const PREFIX: &str = ".carom-";
+const SUFFIX: &str = ".partial";
+
+/// A file beside the name that it gets when it is complete; until then it is removed when this is dropped.
+pub(crate) struct UnnamedFile {
+    temporary: TemporaryFile,
+    target: PathBuf,
+}
+
+impl UnnamedFile {
+    /// An empty file.
+    ///
+    /// # Errors
+    /// Those of the system.
+    pub fn beside(path: &Path) -> io::Result<(Self, File)> {
+        // What a link leads to is replaced, not the link.
+        let target = if path.is_symlink() { fs::canonicalize(path)? } else { path.to_owned() };
+        remove_abandoned(folder_of(&target));
+        let (temporary, file) = TemporaryFile::beside(&target)?;
+        Ok((Self { temporary, target }, file))
+    }
+
+    /// Where it is for now.
+    pub fn path(&self) -> &Path {
+        &self.temporary.path
+    }
+
+    /// Gives it its name. The same bytes again are no replacement.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::AlreadyExists`] if there is another file that is to be kept; those of the system.
+    pub fn publish(self, existing: Existing) -> io::Result<()> {
+        let Self { temporary, target } = self;
+        if existing == Existing::Keep && target.exists() && holds_same(&target, &temporary.path)? {
+            return Ok(());
+        }
+        publish(&temporary.path, &target, existing)
+    }
+}
+
+/// A file without a name of its own yet; what is left of it is removed.
+struct TemporaryFile {
+    path: PathBuf,
+    /// Locked until it is dropped, whoever writes to the file.
+    _lock: File,
+}
+
+impl TemporaryFile {
+    fn beside(path: &Path) -> io::Result<(Self, File)> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let folder = folder_of(path);
+        loop {
+            let number = COUNT.fetch_add(1, Ordering::Relaxed);
+            let path = folder.join(format!("{PREFIX}{}-{number}{SUFFIX}", std::process::id()));
+            match OpenOptions::new().write(true).create_new(true).open(&path) {
+                // Another process may take it for abandoned before it is locked, and remove it.
+                Ok(file) if is_lost(&file) => {}
+                Ok(file) => return Ok((Self { path, _lock: file.try_clone()? }, file)),
+                // Left by a process of the same number that was killed.
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
+impl Drop for TemporaryFile {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.path);
+    }
+}
+
+/// Removes the drafts in a folder that no process has locked any more. Where the system has no locks, they stay.
+pub(crate) fn remove_abandoned(folder: &Path) {
+    // Of a folder that cannot be read, the command that is under way says so.
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
+        let path = entry.path();
+        if plain::open(OpenOptions::new().write(true), &path).is_ok_and(|file| is_abandoned(&file)) {
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+/// Whether a file has the name of a draft.
+pub(crate) fn is_draft(name: &OsStr) -> bool {
+    let inner = name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.strip_suffix(SUFFIX));
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    inner.and_then(|inner| inner.split_once('-')).is_some_and(|(process, count)| is_number(process) && is_number(count))
+}
+
+/// Locks a new draft; whether another process has taken it for abandoned.
+#[cfg(unix)]
+fn is_lost(file: &File) -> bool {
+    matches!(file.try_lock(), Err(TryLockError::WouldBlock)) || !has_name(file)
+}
+
+/// Locks a draft, if no process writes it; it may have got its final name meanwhile.
+#[cfg(unix)]
+fn is_abandoned(file: &File) -> bool {
+    file.try_lock().is_ok() && has_name(file)
+}
+
+#[cfg(unix)]
+fn has_name(file: &File) -> bool {
+    file.metadata().is_ok_and(|metadata| std::os::unix::fs::MetadataExt::nlink(&metadata) > 0)
+}
+
+/// Elsewhere a lock would keep ffmpeg out.
+#[cfg(not(unix))]
+fn is_lost(_file: &File) -> bool {
+    false
+}
+
+#[cfg(not(unix))]
+fn is_abandoned(_file: &File) -> bool {
+    false
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_draft_is_removed_when_its_process_is_gone_and_never_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        let (draft, _file) = UnnamedFile::beside(&path("a.png")).unwrap();
+        for name in [".carom-4711-0.partial", ".carom-notes.partial", ".carom-1-2-3.partial", "mine"] {
+            fs::write(path(name), "").unwrap();
+        }
+        std::os::unix::fs::symlink(path("mine"), path(".carom-4711-1.partial")).unwrap();
+        remove_abandoned(folder.path());
+        assert!(draft.path().exists(), "one that is written");
+        assert!(!path(".carom-4711-0.partial").exists(), "one that nobody writes");
+        let others = [".carom-notes.partial", ".carom-1-2-3.partial", "mine", ".carom-4711-1.partial"];
+        assert!(others.iter().all(|name| path(name).exists()));
+        let at = draft.path().to_owned();
+        drop(draft);
+        assert!(!at.exists());
+    }
+}

@@ -1,0 +1,241 @@
+//! A program that gets images through a pipe and writes a file. It is waited for as long as it does something: takes bytes, or changes its
+//! file. It may hang in any call, so that each is made by a thread of its own, and whoever waits can be asked to stop.
+
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, channel, sync_channel};
+use std::thread;
+use std::time::{Duration, SystemTime};
+
+use super::MovieError;
+use super::track::{Ask, Track, TrackError};
+
+/// The most of what it prints that is kept `[bytes]`.
+const MOST_MESSAGE: usize = 4096;
+
+/// Bytes that it gets at a time, so that also a part of an image is something done.
+const PIECE: usize = 1 << 14;
+
+/// Between two looks at whether it has done something.
+const TICK: Duration = Duration::from_millis(20);
+
+/// How long what it has printed is waited for after its end: a program that it has left behind may keep the pipe.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+
+/// A program at work; dropped, it is ended.
+pub(super) struct Process {
+    child: Child,
+    /// To the thread that writes to it, which says of each image what became of it.
+    images: Option<SyncSender<Vec<u8>>>,
+    written: Receiver<io::Result<()>>,
+    /// Bytes that it has taken.
+    taken: Arc<AtomicU64>,
+    message: Receiver<String>,
+    file: PathBuf,
+    patience: Duration,
+}
+
+/// What a program has done so far: bytes that it has taken, the length of its file, and when that was changed.
+type Done = (u64, Option<(u64, SystemTime)>);
+
+/// The time in which nothing was done. It is counted in ticks, so that a machine that slept does not count.
+struct Idleness {
+    before: Done,
+    waited: Duration,
+    patience: Duration,
+}
+
+impl Idleness {
+    /// One more tick; whether it was one too many.
+    fn tick(&mut self, now: Done) -> Result<(), TrackError> {
+        let is_something = now != self.before;
+        self.waited = if is_something { Duration::ZERO } else { self.waited + TICK };
+        self.before = now;
+        if self.waited < self.patience { Ok(()) } else { Err(hung(self.patience)) }
+    }
+}
+
+fn hung(patience: Duration) -> TrackError {
+    TrackError::Ffmpeg(format!("it did nothing for {} s, and was ended", patience.as_secs_f64()))
+}
+
+impl Process {
+    /// Starts a program whose input and errors are pipes, and which writes a file.
+    ///
+    /// # Errors
+    /// [`MovieError::NoFfmpeg`] if it cannot be started, [`MovieError::Threads`] if no thread can be.
+    pub fn start(command: &mut Command, file: &Path, patience: Duration) -> Result<Self, MovieError> {
+        #[cfg(unix)]
+        {
+            // Ctrl-C is for this program, which ends the other one then.
+            std::os::unix::process::CommandExt::process_group(command, 0);
+        }
+        let mut child = command.spawn().map_err(MovieError::NoFfmpeg)?;
+        let (input, errors) = (child.stdin.take(), child.stderr.take());
+        let taken = Arc::new(AtomicU64::new(0));
+        let (images, to_write) = sync_channel::<Vec<u8>>(1);
+        let (say, written) = channel();
+        let counter = Arc::clone(&taken);
+        let feed = move || {
+            let Some(mut input) = input else { return };
+            for image in to_write {
+                if say.send(write(&mut input, &image, &counter)).is_err() {
+                    return;
+                }
+            }
+        };
+        let (tell, message) = channel();
+        // It would block if what it prints were not read.
+        let listen = move || drop(tell.send(errors.map_or_else(String::new, message_of)));
+        let process = Self { child, images: Some(images), written, taken, message, file: file.to_owned(), patience };
+        for work in [Box::new(feed) as Box<dyn FnOnce() + Send>, Box::new(listen)] {
+            thread::Builder::new().spawn(work).map_err(|_| MovieError::Threads)?;
+        }
+        Ok(process)
+    }
+
+    /// Waits until there is an answer, as long as something is done.
+    fn wait_for<T>(
+        &mut self,
+        ask: &mut Ask,
+        mut answer: impl FnMut(&mut Self) -> Result<Option<T>, TrackError>,
+    ) -> Result<T, TrackError> {
+        let mut idleness = Idleness { before: self.done(), waited: Duration::ZERO, patience: self.patience };
+        loop {
+            if let Some(answer) = answer(self)? {
+                return Ok(answer);
+            }
+            if ask().is_break() {
+                return Err(TrackError::Interrupted);
+            }
+            idleness.tick(self.done())?;
+        }
+    }
+
+    fn done(&self) -> Done {
+        let file = std::fs::metadata(&self.file).ok();
+        let state = file.and_then(|file| Some((file.len(), file.modified().ok()?)));
+        (self.taken.load(Ordering::Relaxed), state)
+    }
+
+    /// Waits for its end.
+    fn end(&mut self, ask: &mut Ask) -> Result<(), TrackError> {
+        drop(self.images.take());
+        let status = self.wait_for(ask, |process| ended(&mut process.child))?;
+        let message = self.message.recv_timeout(LAST_WORDS).unwrap_or_default();
+        match (status.success(), message.is_empty()) {
+            (true, _) => Ok(()),
+            (false, true) => Err(TrackError::Ffmpeg(format!("it ended with {status}"))),
+            (false, false) => Err(TrackError::Ffmpeg(message)),
+        }
+    }
+}
+
+impl Track for Process {
+    type Piece = Vec<u8>;
+
+    fn add(&mut self, piece: Vec<u8>, ask: &mut Ask) -> Result<(), TrackError> {
+        let is_sent = self.images.as_ref().is_some_and(|images| images.send(piece).is_ok());
+        let broken = || Some(Err(io::ErrorKind::BrokenPipe.into()));
+        let result = if is_sent {
+            self.wait_for(ask, |process| match process.written.recv_timeout(TICK) {
+                Ok(result) => Ok(Some(result)),
+                Err(RecvTimeoutError::Timeout) => Ok(None),
+                Err(RecvTimeoutError::Disconnected) => Ok(broken()),
+            })?
+        } else {
+            Err(io::ErrorKind::BrokenPipe.into())
+        };
+        match result {
+            // It has ended by itself: what it says is the reason.
+            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Err(match self.end(ask) {
+                Err(reason) => reason,
+                Ok(()) => TrackError::Ffmpeg("it ended before the last image".to_owned()),
+            }),
+            result => Ok(result?),
+        }
+    }
+
+    fn finish(mut self, ask: &mut Ask) -> Result<(), TrackError> {
+        self.end(ask)
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        // One that has ended is neither there to be killed nor waited for again.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What a program prints that is asked for nothing else.
+///
+/// # Errors
+/// [`MovieError::NoFfmpeg`] if it cannot be started, [`MovieError::Ffmpeg`] if it does not end.
+pub(super) fn printed_by(command: &mut Command, patience: Duration) -> Result<String, MovieError> {
+    command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::null());
+    let mut child = command.spawn().map_err(MovieError::NoFfmpeg)?;
+    let output = child.stdout.take();
+    let (tell, told) = channel();
+    let listen = move || {
+        let mut bytes = Vec::new();
+        let _ = output.map(|mut output| output.read_to_end(&mut bytes));
+        let _ = tell.send(String::from_utf8_lossy(&bytes).into_owned());
+    };
+    let printed = match thread::Builder::new().spawn(listen) {
+        Ok(_) => told.recv_timeout(patience).map_err(|_| MovieError::Ffmpeg(hung(patience).to_string())),
+        Err(_) => Err(MovieError::Threads),
+    };
+    let _ = child.kill();
+    let _ = child.wait();
+    printed
+}
+
+/// Whether a program has ended, after a tick.
+fn ended(child: &mut Child) -> Result<Option<ExitStatus>, TrackError> {
+    let ended = child.try_wait()?;
+    if ended.is_none() {
+        thread::sleep(TICK);
+    }
+    Ok(ended)
+}
+
+fn write(input: &mut impl Write, image: &[u8], taken: &AtomicU64) -> io::Result<()> {
+    for piece in image.chunks(PIECE) {
+        input.write_all(piece)?;
+        taken.fetch_add(1, Ordering::Relaxed);
+    }
+    Ok(())
+}
+
+/// The last that is printed, up to the end.
+fn message_of(mut errors: impl Read) -> String {
+    let (mut kept, mut buffer) = (Vec::new(), [0; MOST_MESSAGE]);
+    while let Ok(count @ 1..) = errors.read(&mut buffer) {
+        kept.extend_from_slice(&buffer[..count]);
+        kept.drain(..kept.len().saturating_sub(MOST_MESSAGE));
+    }
+    String::from_utf8_lossy(&kept).trim().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_does_a_little_now_and_then_is_waited_for() {
+        let mut idleness = Idleness { before: (0, None), waited: Duration::ZERO, patience: 5 * TICK };
+        for k in 0..100 {
+            // Bytes taken at one time, at another the file changed.
+            let done = (k / 8, Some((k / 4, SystemTime::UNIX_EPOCH)));
+            assert!(idleness.tick(done).is_ok(), "{k}");
+        }
+        let same = idleness.before;
+        let ticks = (0..10).take_while(|_| idleness.tick(same).is_ok()).count();
+        assert!(ticks < 5, "{ticks}");
+    }
+}

@@ -1,0 +1,46 @@
+//! Files of an exchange that are not what they were: they are noticed, and what is said helps.
+
+use super::exchange::CHAIN;
+use super::place::{Place, code, contents, errors, line};
+
+#[test]
+fn what_belongs_to_an_exchange_is_told_in_its_words() {
+    let place = Place::with(CHAIN);
+    let short = ["exchange", "scene.toml", "-q", "--set", "run.until_time=150", "--out", "pair"];
+    assert_eq!(code(&place.carom(&short)), 0);
+    let folder = place.path().join("pair");
+    let whole = contents(&folder);
+    let refused = |arguments: &[&str], expected: &[&str]| {
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", errors(&output));
+        for expected in expected {
+            assert!(line(&output).contains(expected), "{arguments:?}: {}", line(&output));
+        }
+    };
+    refused(&["run", "--resume", "pair"], &["is the folder of a replica exchange", "carom exchange pair"]);
+    // A table that was cut off between two lines.
+    for (name, remedy) in [("energies.csv", "summary.json"), ("exchange.csv", "")] {
+        let text = place.read(&format!("pair/{name}"));
+        let lines: Vec<&str> = text.lines().collect();
+        place.write(&format!("pair/{name}"), &(lines[..lines.len() - 2].join("\n") + "\n"));
+        let expected = [name, "is not the table that the exchange wrote", "remove summary.json"];
+        refused(&["exchange", "pair"], &expected);
+        refused(&short, &expected);
+        refused(&["report", "pair", "--out", "page.html"], &expected);
+        if remedy.is_empty() {
+            place.write(&format!("pair/{name}"), &text);
+        } else {
+            std::fs::remove_file(folder.join(remedy)).unwrap();
+        }
+        assert_eq!(code(&place.carom(&["exchange", "pair", "-q"])), 0);
+        assert!(contents(&folder) == whole, "{name}");
+    }
+    // What is said of a damaged checkpoint helps.
+    std::fs::write(folder.join("exchange.checkpoint"), "carom checkpoint").unwrap();
+    refused(&["exchange", "pair", "--until-time", "300"], &["is damaged", "exchange.checkpoint and summary.json"]);
+    for name in ["exchange.checkpoint", "summary.json"] {
+        std::fs::remove_file(folder.join(name)).unwrap();
+    }
+    assert_eq!(code(&place.carom(&["exchange", "pair", "-q"])), 0);
+    assert!(contents(&folder) == whole);
+}

@@ -1,0 +1,75 @@
+//! Drafts that a killed process has left: the next command in their folder removes them, and no others.
+
+#![cfg(unix)]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+use super::exchange::CHAIN;
+use super::place::{FLUID, Place, code, errors, killed, run};
+
+/// Of a process that is long gone.
+const LEFT: &str = ".carom-4711-0.partial";
+
+fn drafts(folder: &Path) -> Vec<String> {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.filter(|name| name.starts_with(".carom-")).collect()
+}
+
+/// A movie into the folder of a run that takes long, with its draft.
+fn drawing(place: &Place) -> Child {
+    let arguments = ["movie", "runs/scene", "--out", "runs/scene/film.apng", "--size", "2000x2000", "-q"];
+    let child = place.command(&arguments).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    for _ in 0..2400 {
+        if drafts(&place.path().join("runs/scene")).iter().any(|name| name != LEFT) {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(25));
+    }
+    child
+}
+
+#[test]
+fn a_draft_goes_when_its_process_is_gone_and_not_before() {
+    let place = Place::with(&format!("{FLUID}[output]\nframe_interval = 0.01\n"));
+    run(&place, &["scene.toml"]);
+    let folder = place.path().join("runs/scene");
+    fs::write(folder.join(LEFT), "half").unwrap();
+    let child = drawing(&place);
+    let output = place.carom(&["render", "runs/scene", "--size", "32x32"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let [of_movie] = drafts(&folder).try_into().unwrap();
+    assert_ne!(of_movie, LEFT);
+    killed(child);
+    assert_eq!(drafts(&folder), [of_movie]);
+    run(&place, &["--resume", "runs/scene", "--until-events", "4100"]);
+    assert!(drafts(&folder).is_empty());
+}
+
+#[test]
+fn every_command_in_a_folder_clears_it() {
+    let place = Place::with(FLUID);
+    run(&place, &["scene.toml"]);
+    place.write("chain.toml", CHAIN);
+    let few = ["--set", "run.until_time=30", "--set", "run.equilibration_time=3"];
+    let exchange = [&["exchange", "chain.toml", "-q", "--out", "pair"][..], &few].concat();
+    let sweep = ["sweep", "scene.toml", "--vary", "seed=1,2", "--out", "s", "-q", "--set", "run.until_events=600"];
+    for (arguments, folder) in [
+        (&exchange[..], "pair"),
+        (&exchange, "pair"),
+        (&sweep, "s"),
+        (&sweep, "s"),
+        (&["convert", "runs/scene", "--to", "csv"], "runs/scene"),
+        (&["report", "runs/scene"], "runs/scene"),
+        (&["run", "scene.toml", "-q", "--out", "new"], "new"),
+        (&["run", "scene.toml", "-q", "--force"], "runs/scene"),
+    ] {
+        fs::create_dir_all(place.path().join(folder)).unwrap();
+        place.write(&format!("{folder}/{LEFT}"), "half");
+        let output = place.carom(arguments);
+        assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+        assert!(drafts(&place.path().join(folder)).is_empty(), "{arguments:?}");
+    }
+}

@@ -1,0 +1,36 @@
+//! Places that cannot be written to: every command says so with one exit code, that of bad input.
+
+#![cfg(target_os = "linux")]
+
+use super::exchange::CHAIN;
+use super::place::{FLUID, Place, code, contents, errors, line, run};
+
+#[test]
+fn a_place_that_cannot_be_written_to_is_bad_input_for_every_command() {
+    let place = Place::with(FLUID);
+    run(&place, &["scene.toml"]);
+    place.write("chain.toml", CHAIN);
+    place.write("file", "mine");
+    let before = contents(place.path());
+    let commands: [(&[&str], &str); 9] = [
+        (&["run", "scene.toml"], "x"),
+        (&["sweep", "scene.toml", "--vary", "seed=1,2"], "x"),
+        (&["exchange", "chain.toml"], "x"),
+        (&["report", "runs/scene"], "x.html"),
+        (&["render", "runs/scene", "--size", "32x32"], "x.png"),
+        (&["movie", "runs/scene", "--size", "32x32"], "x.gif"),
+        (&["movie", "runs/scene", "--size", "32x32"], "x.apng"),
+        (&["convert", "runs/scene", "--to", "csv"], "x.csv"),
+        (&["convert", "runs/scene", "--to", "npy"], "x-npy"),
+    ];
+    let long = "x".repeat(300);
+    for (command, name) in commands {
+        // Below a file, where not even the administrator can write, and a name that no disk has.
+        for out in [format!("file/{name}"), format!("/proc/nothing/{name}"), format!("{long}{name}")] {
+            let output = place.carom(&[command, &["--out", &out]].concat());
+            assert_eq!(code(&output), 2, "{command:?} {out}: {}", errors(&output));
+            assert!(line(&output).contains("help:"), "{command:?} {out}: {}", errors(&output));
+        }
+    }
+    assert!(contents(place.path()) == before);
+}
