@@ -15,3 +15,4 @@ mod run;
 mod stages;
 mod start;
 mod sweep;
+mod sweep_inputs;
