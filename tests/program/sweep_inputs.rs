@@ -92,7 +92,7 @@ fn whole_numbers_may_be_written_with_an_exponent() {
         .zip(["0.1", "0.2"])
         .map(|(events, density)| {
             let summary = place.summary(&format!("s/packing_fraction-{density}_until_events-{events}"));
-            summary["measurement"]["events"].as_u64().unwrap_or_else(|| panic!("{summary}"))
+            summary["events"]["total"].as_u64().unwrap_or_else(|| panic!("{summary}"))
         })
         .collect();
     assert_eq!(events, [1000, 2000]);

@@ -211,7 +211,10 @@ mod tests {
                 { name = "mesh", diameter = 1.0, static = true },
                 { name = "plug", diameter = 1.0, static = true },
             ]
-            interaction = [{ species = ["grain", "mesh"], potential = "hard-sphere" }]
+            interaction = [
+                { species = ["grain", "mesh"], potential = "hard-sphere" },
+                { species = ["grain", "plug"], potential = "none" },
+            ]
             particle = [{ species = "grain", position = [5.0, 5.0, 5.0] }]
             mesh = [
                 { name = "wall", species = "mesh", surface = "cylinder", base = [5.0, 5.0, 0.0], axis = [0.0, 0.0, 1.0], radius = 4.0, length = 9.0, spacing = 2.0 },

@@ -90,6 +90,7 @@ impl RadiiAndMasses {
         for &(species, mass, line) in &self.masses {
             let draft = self.species.get(species as usize).and_then(|it| named(&it.name));
             if let Some((draft, of_scene)) = draft.and_then(|draft| Some((draft, draft.mass?)))
+                && mass > 0.0
                 && !is_same(mass, of_scene)
             {
                 let name = &draft.name;

@@ -95,10 +95,12 @@ impl Comment {
             Some(table) => table.kinds_of_bonds(value_of("bond_kind"), bonds.len())?,
             None => Default::default(),
         };
-        let columns = match value_of("Properties") {
+        let mut columns = match value_of("Properties") {
             Some(value) => value.columns()?,
             None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
         };
+        // A column of masses says the same once more, where there is a table of them.
+        columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
         Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, columns })
     }
 }

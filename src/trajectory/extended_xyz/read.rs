@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::io::{BufRead, Read};
 
-use super::comment::{Columns, Comment, finite, is_mass};
+use super::comment::{Columns, Comment, finite};
 use super::error::shorten;
 use super::{LONGEST_LINE, ReadError};
 use crate::Vector;
@@ -55,7 +55,7 @@ pub struct FrameReader<R> {
 pub(crate) struct Beside {
     /// Momenta of the particles of a frame without velocities; else empty `[mass length / time]`.
     pub momenta: Vec<Vector>,
-    /// The mass of each particle, if it has a column of them `[mass]`.
+    /// The mass of each particle, if it has a column and no table of them; 0 for what never moves `[mass]`.
     pub masses: Vec<f64>,
     /// Names of columns that mean nothing here.
     pub unused: Vec<String>,
@@ -288,7 +288,7 @@ impl Beside {
             self.momenta.push(Vector::new(component(0)?, component(1)?, component(2)?));
         }
         if let Some(at) = columns.mass {
-            self.masses.push(number(at, "mass", is_mass, "a finite mass, positive")?);
+            self.masses.push(number(at, "mass", |mass| *mass >= 0.0, "a finite mass, not negative")?);
         }
         Ok(())
     }
