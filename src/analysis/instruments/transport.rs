@@ -107,7 +107,10 @@ impl Transport {
             moments: VecDeque::new(),
             virial: None,
             average: CurveAverage::new(CURVES * lags),
-            is_meaningful: system.obstacle_to_transport().is_none(),
+            is_meaningful: system.is_homogeneous
+                && system.conserves_momentum
+                && system.is_elastic
+                && !system.is_accelerated,
         }
     }
 
