@@ -29,7 +29,7 @@ mod surface;
 mod unvalidated;
 mod validate;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 pub use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::BoxSide;
@@ -117,6 +117,37 @@ impl Scene {
     pub(crate) fn check_keys(text: &str, name: &Path, overrides: &[(&str, &str)]) -> Result<(), SceneError> {
         source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read().map(|_| ())
     }
+
+    /// The files that a text names, and the folder of the run that it starts from.
+    ///
+    /// # Errors
+    /// As [`Self::check_keys`].
+    pub(crate) fn inputs_named(
+        text: &str,
+        name: &Path,
+        overrides: &[(&str, &str)],
+    ) -> Result<Vec<(PathBuf, NamedInput)>, SceneError> {
+        let file = source::Source::new(&name.to_string_lossy(), text.to_owned(), overrides).read()?;
+        let directory = name.parent().unwrap_or(Path::new(""));
+        let files = file.file.iter().map(|file| (directory.join(&file.path), NamedInput::Coordinates));
+        let run = file.start.iter().map(|start| (directory.join(&start.from), NamedInput::Run));
+        Ok(files.chain(run).collect())
+    }
+
+    /// Where keys of a text lead, with the numbers of entries in place of their names, so that two keys of the same value have the same place.
+    pub(crate) fn places(text: &str, set: &[(&str, &str)], keys: &[&str]) -> Vec<Vec<String>> {
+        let source = source::Source::new("", text.to_owned(), set);
+        keys.iter().map(|key| source.place(key)).collect()
+    }
+}
+
+/// What a scene names that it starts from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum NamedInput {
+    /// A file with the positions of particles.
+    Coordinates,
+    /// The folder of a run.
+    Run,
 }
 
 /// The text of a scene's file.

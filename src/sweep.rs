@@ -19,9 +19,11 @@ mod axis;
 mod error;
 mod execute;
 mod folder;
+mod inputs;
 mod plan;
 mod results;
 mod table;
+mod value;
 
 pub use axis::{Axis, AxisError};
 pub use error::SweepError;

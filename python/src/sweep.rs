@@ -61,7 +61,7 @@ impl Sweep {
     /// Finds out what is wrong before anything is made, in a folder that is yet to be, too.
     fn check(&self, py: Python<'_>, folder: PathBuf, force: bool) -> PyResult<()> {
         py.detach(|| {
-            let scene = self.0.check().map_err(|error| error::scene(&error))?;
+            let scene = self.0.check().map_err(|error| error::sweep(&error))?;
             if scene.exchange().is_some() {
                 let message = "the scene has [exchange], and a sweep varies runs";
                 let cure = "call carom.exchange in a loop, each with an out of its own";

@@ -9,7 +9,7 @@ use carom::engine::{Reason, Simulation, Until};
 use carom::exchange::ExchangeFolder;
 use carom::io::estimate::{SizeEstimate, allowance, free_disk};
 use carom::model::Scene;
-use carom::run;
+use carom::run::{self, NoRate};
 use carom::view::description;
 use clap::Args;
 
@@ -28,10 +28,11 @@ impl Check {
     pub fn execute(&self) -> Result<(), Failure> {
         let scene = self.scene.load()?;
         let per_second = per_second(&scene);
-        let estimate = of_replicas(&scene, SizeEstimate::of(&scene, run::expected_rate(&scene)));
+        let rate = run::foreseen_rate(&scene);
+        let estimate = of_replicas(&scene, SizeEstimate::of(&scene, rate.ok()));
         let mut warnings = description::warnings(&scene);
         let mut text = description::text(&scene);
-        text.push_str(&needs(&estimate, per_second));
+        text.push_str(&needs(&estimate, per_second, rate.err()));
         let folder = PathBuf::from("runs").join(scene.name());
         warnings.extend(too_much(&estimate, free_disk(&folder)));
         for warning in &warnings {
@@ -73,7 +74,7 @@ const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// What the run will write and need, in two lines.
-fn needs(estimate: &SizeEstimate, per_second: Option<f64>) -> String {
+fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRate>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),
         Some(count) => format!("{} {noun}s", about(count)),
@@ -83,6 +84,9 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>) -> String {
     let rows = format!("{} and {}", count(estimate.rows, "row"), count(estimate.frames, "frame"));
     let few = estimate.frames_limit.map_or_else(String::new, |reason| format!(" ({reason})"));
     let mut work = count(estimate.events, "event");
+    if let (None, Some(why)) = (estimate.events, no_rate) {
+        work = format!("a number of events that cannot be estimated: {why}");
+    }
     if let (Some(events), Some(per_second)) = (estimate.events, per_second) {
         work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / per_second)));
     }

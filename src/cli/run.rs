@@ -123,8 +123,8 @@ impl Run {
             .checkpoint_every(self.checkpoint_every)
             .at_most(most);
         folder.keep_scene(&record)?;
-        for burden in description::burdens(&scene) {
-            super::warn(&format!("warning: {burden}"));
+        for warning in description::unused_columns(&scene).into_iter().chain(description::burdens(&scene)) {
+            super::warn(&format!("warning: {warning}"));
         }
         signals::watch();
         let mut display = Display::new(&scene, self.quiet);

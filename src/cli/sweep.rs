@@ -170,6 +170,12 @@ impl SweepCommand {
                 "{elsewhere} runs are under way in other processes; the same command shows them when they are done"
             ));
         }
+        if results.repeats() > 0 {
+            super::warn(&format!(
+                "{} runs repeat others bit for bit, because the seed changes nothing in them: the means count each once",
+                results.repeats()
+            ));
+        }
         let is_interrupted =
             signals::flow() == ControlFlow::Break(()) || fates.iter().any(|(_, fate)| *fate == Fate::Interrupted);
         if !failed.is_empty() {

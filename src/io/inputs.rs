@@ -3,10 +3,12 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::checkpoints;
 use super::error::OutputError;
 use super::plain;
 use crate::model::{InputFile, Scene};
-use crate::run::checkpoint::CheckpointError;
+use crate::run::checkpoint::{Checkpoint, CheckpointError};
+use crate::scene::NamedInput;
 
 /// Refuses to write a file, or a folder, where a file would be lost that is read: one in that place, or in that folder.
 ///
@@ -32,12 +34,24 @@ pub fn refuse_link(path: &Path) -> Result<(), OutputError> {
     plain::refuse(path, false)
 }
 
+/// What a scene names with the checksum of what it holds now; `None` where it cannot be read.
+pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
+    match kind {
+        NamedInput::Coordinates => Some(InputFile::new(path, &fs::read(path).ok()?)),
+        NamedInput::Run => {
+            let checkpoint = checkpoints::last(path);
+            let checksum = Checkpoint::stated_checksum(&checkpoint).ok()?;
+            Some(InputFile::of_checkpoint(&checkpoint, checksum))
+        }
+    }
+}
+
 /// Refuses inputs of a run that are not what they were. One that is gone is not needed to go on, nor is a run that it started from.
 pub(crate) fn refuse_changed(scene: &Scene) -> Result<(), CheckpointError> {
     let is_run = |input: &&InputFile| scene.predecessor().is_some_and(|run| run.checkpoint == **input);
     for input in scene.inputs().iter().filter(|input| !is_run(input)) {
         if let Ok(Some(found)) = input.changed() {
-            let InputFile { path, checksum: expected } = input.clone();
+            let InputFile { path, checksum: expected, .. } = input.clone();
             return Err(CheckpointError::Input { path, found, expected });
         }
     }

@@ -15,13 +15,16 @@ pub struct InputFile {
     pub path: String,
     /// Checksum of its content: `crc32:` and eight hexadecimal digits.
     pub checksum: String,
+    /// Names of its columns that the scene does not use; of no file that a run remembers.
+    #[serde(skip)]
+    pub unused: Vec<String>,
 }
 
 impl InputFile {
     /// A file with this content.
     pub(crate) fn new(path: &Path, content: &[u8]) -> Self {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-        Self { path: absolute.to_string_lossy().into_owned(), checksum: word(content) }
+        Self { path: absolute.to_string_lossy().into_owned(), checksum: word(content), unused: Vec::new() }
     }
 
     /// A checkpoint, which ends with a checksum of all that stands before.

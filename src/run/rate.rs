@@ -5,7 +5,7 @@ use crate::engine::{Reason, Simulation, Until};
 use crate::model::Scene;
 
 /// Particles whose first events are tried: few enough for a part of a second.
-const MOST: usize = 3_000;
+pub(super) const MOST: usize = 3_000;
 
 /// Events of each that are tried, and of all of them at least. The first half melts the lattice of the start.
 const EACH: u64 = 10;

@@ -62,6 +62,23 @@ pub(crate) fn expand(scene: &mut SceneBuilder, distributed: &[Distributed]) -> R
     Ok(())
 }
 
+/// Puts the classes of a distribution that a run had in the place of its name in the interactions: the species of the run have the names of the
+/// classes alone, `grain-1`, `grain-2` and so on.
+pub(crate) fn expand_families(scene: &mut SceneBuilder) -> Result<(), SceneError> {
+    let is_known = |name: &str| scene.species.iter().any(|species| species.name == name);
+    let is_new = |names: &[Distributed], name: &str| named(names, name).is_none() && !is_known(name);
+    let mut families: Vec<Distributed> = Vec::new();
+    for name in scene.interactions.iter().filter_map(|draft| draft.species.as_ref()).flatten() {
+        let class = |k: usize| scene.species.iter().find(|species| species.name == format!("{name}-{k}"));
+        let classes = (1..).map_while(class).map(|species| Class { diameter: species.diameter, share: 0.0 });
+        let classes: Vec<Class> = classes.collect();
+        if !classes.is_empty() && is_new(&families, name) {
+            families.push(Distributed { index: families.len(), name: name.clone(), classes });
+        }
+    }
+    if families.is_empty() { Ok(()) } else { expand_interactions(scene, &families) }
+}
+
 fn named<'d>(distributed: &'d [Distributed], name: &str) -> Option<&'d Distributed> {
     distributed.iter().find(|candidate| candidate.name == name)
 }

@@ -14,12 +14,14 @@ use crate::model::{
     StaticSurface,
 };
 use crate::scene::builder::SceneBuilder;
+use crate::scene::classes::expand_families;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{affordable_species, motion};
 use crate::scene::unvalidated::{UnvalidatedSpecies, UnvalidatedStart};
+use crate::scene::validate::instruments::check_measurable;
 use crate::scene::validate::{plan, start};
 
 /// A run that has ended, and the checksum of that state.
@@ -56,11 +58,12 @@ impl SceneBuilder {
             let kind = SceneErrorKind::RunChanged { path: start.from.clone(), found, expected };
             return Err(SceneError::new(ConfigPath::root().key("start").key("checksum"), kind));
         }
-        self.inheriting(start, &last.simulation).starting_from(&last).map_err(|error| self.origins.located(error))
+        let next = self.inheriting(start, &last.simulation)?;
+        next.starting_from(&last).map_err(|error| next.origins.located(error))
     }
 
     /// The same with what the scene leaves out, as it is in the run.
-    fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Self {
+    fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
         (next.start_time, next.displacement) = (simulation.time(), simulation.displacement());
         if !start.has_seed {
@@ -80,6 +83,7 @@ impl SceneBuilder {
         let gravity = next.gravity;
         if next.species.is_empty() {
             next.species = run.species.iter().map(UnvalidatedSpecies::of).collect();
+            expand_families(&mut next)?;
             if start.has_dynamics {
                 let moving = next.species.iter_mut().filter(|species| species.mass.is_some());
                 moving.for_each(|species| species.acceleration = Some(gravity));
@@ -90,7 +94,7 @@ impl SceneBuilder {
                 species.acceleration = species.acceleration.or(same.map(|same| same.acceleration));
             }
         }
-        next
+        Ok(next)
     }
 
     /// The scene that starts from a run's last state.
@@ -137,6 +141,7 @@ impl SceneBuilder {
         scene.predecessor = Some(Predecessor { checkpoint, streams, state });
         plan::check_growth_fits(&scene)?;
         self.check_equilibrium(&scene)?;
+        check_measurable(&scene)?;
         Ok(scene)
     }
 

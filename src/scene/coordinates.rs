@@ -13,7 +13,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
 use crate::scene::unvalidated::{Group, Listed, LocatedGroup, UnvalidatedBond};
 use crate::trajectory::Frame;
-use crate::trajectory::extended_xyz::{FrameReader, ReadError};
+use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 
 /// A frame, and what its file says about it.
 #[derive(Debug)]
@@ -21,6 +21,7 @@ struct Start {
     frame: Frame,
     has_box: bool,
     has_radii: bool,
+    beside: Beside,
     /// The line with the box and the bonds.
     comment: usize,
 }
@@ -40,7 +41,7 @@ pub(super) fn add(
         let unreadable = |source| SceneErrorKind::Unreadable { path: path.clone(), source };
         let text = std::fs::read(&path).map_err(|source| SceneError::new(at.key("path"), unreadable(source)))?;
         scene.inputs.push(unchanged(&path, &text, file.checksum.as_deref(), &at)?);
-        let start = parse(&text, file.frame).map_err(|(line, problem)| {
+        let mut start = parse(&text, file.frame).map_err(|(line, problem)| {
             SceneError::new(at.key("path"), SceneErrorKind::Coordinates { path: path.clone(), line, problem })
         })?;
         if may_give_box && start.has_box && scene.size.is_none() {
@@ -50,7 +51,10 @@ pub(super) fn add(
             scene.displacement = start.frame.displacement;
         }
         add_bonds(&start, file, &path, &at, scene)?;
-        sizes.push(RadiiAndMasses::of(&start, path, &at));
+        if let Some(input) = scene.inputs.last_mut() {
+            input.unused = std::mem::take(&mut start.beside.unused);
+        }
+        sizes.push(RadiiAndMasses::of(&start, path, &at, scene.groups.len()));
         let listed = start.frame.particles.iter().map(|particle| Listed {
             species: start.frame.species[particle.species.0 as usize].name.clone(),
             position: particle.position,
@@ -193,7 +197,7 @@ fn parse(text: &[u8], frame: i64) -> Result<Start, (usize, String)> {
         Some(Ok(_)) if !reader.has_species() => Err((reader.frame_line() + 1, "Properties has no type:S:1".to_owned())),
         Some(Ok(frame)) => {
             let (has_box, has_radii, comment) = (reader.has_box(), reader.has_radii(), reader.frame_line() + 1);
-            Ok(Start { frame, has_box, has_radii, comment })
+            Ok(Start { frame, has_box, has_radii, beside: reader.beside(), comment })
         }
     }
 }

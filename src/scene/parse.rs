@@ -138,6 +138,7 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     scene.output = parse_output(file.output)?;
     classes::expand(&mut scene, &distributed)?;
     sizes.iter().try_for_each(|sizes| sizes.agree(&scene))?;
+    sizes.iter().for_each(|sizes| sizes.set_velocities(&mut scene));
     Ok(scene)
 }
 

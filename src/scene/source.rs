@@ -57,7 +57,7 @@ impl Source {
             .iter()
             .map(|(key, value)| {
                 let padding = " ".repeat((start + key.len() + 1).saturating_sub(2));
-                let padded = format!("{padding}v={value}");
+                let padded = format!("{padding}v={}", whole(value).unwrap_or_else(|| (*value).to_owned()));
                 let this = Override { key: (*key).to_owned(), value: (*value).to_owned(), start, padded };
                 start = this.value_range().end + 1;
                 this
@@ -75,6 +75,11 @@ impl Source {
         let tree = self.tree()?;
         if tree.get_ref().is_empty() {
             return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Empty), 0..0));
+        }
+        if let Some(range) = tree.get_ref().values().find_map(too_large) {
+            // The record of a run could not hold it.
+            let message = format!("expected a whole number up to {}", i64::MAX);
+            return Err(self.at(SceneError::new(ConfigPath::root(), SceneErrorKind::Syntax { message }), range));
         }
         SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.refused(&error))
     }
@@ -104,6 +109,27 @@ impl Source {
             })?;
         }
         Ok(document)
+    }
+
+    /// Where a key leads, with the number of an entry in place of its name: two keys with the same place are the same value. What is not there yet is
+    /// named as the key names it.
+    pub(crate) fn place(&self, key: &str) -> Vec<String> {
+        let tree = self.tree().ok();
+        let mut parts = key.split('.').map(|part| part.trim().to_owned());
+        let Some(first) = parts.next() else { return Vec::new() };
+        let mut at = tree.as_ref().and_then(|tree| tree.get_ref().get(first.as_str()));
+        let mut place = vec![first];
+        for part in parts {
+            let value = at.map(Spanned::get_ref);
+            let index = value.and_then(DeValue::as_array).and_then(|array| index_of(array, &part));
+            at = match (value, index) {
+                (Some(DeValue::Table(table)), _) => table.get(part.as_str()),
+                (Some(DeValue::Array(array)), Some(index)) => array.get(index),
+                _ => None,
+            };
+            place.push(index.map_or(part, |index| index.to_string()));
+        }
+        place
     }
 
     fn refused(&self, error: &toml::de::Error) -> SceneError {
@@ -161,18 +187,43 @@ fn set_in<'t>(
     match entry.get_mut() {
         DeValue::Table(table) => set(table, rest, value, key_range),
         DeValue::Array(array) => {
-            let named = |element: &Spanned<DeValue<'_>>| {
-                let table = element.get_ref().as_table();
-                table.and_then(|table| table.get("name")).and_then(|name| name.get_ref().as_str()) == Some(next)
-            };
-            let index = array.iter().position(named).or_else(|| next.parse().ok());
-            let length = array.len();
+            let (index, length) = (index_of(array, next), array.len());
             let Some(element) = index.and_then(|index| array.get_mut(index)) else {
                 return Err(format!("`{key}` has {length} entries, none named or numbered `{next}` (from 0)"));
             };
             set_in(element, next, after, value, key_range)
         }
         other => Err(format!("`{key}` is a {}, so there is no `{next}` in it", other.type_str())),
+    }
+}
+
+/// The place of an entry among others, by its `name` or its number.
+fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
+    let named = |element: &Spanned<DeValue<'_>>| {
+        let table = element.get_ref().as_table();
+        table.and_then(|table| table.get("name")).and_then(|name| name.get_ref().as_str()) == Some(word)
+    };
+    array.iter().position(named).or_else(|| word.parse().ok())
+}
+
+/// Whole numbers up to here are numbers with a decimal point, too: `2^53`.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// A value such as `1e5` as a whole number, which a key for either kind of number takes.
+fn whole(value: &str) -> Option<String> {
+    let is_plain =
+        value.contains(['e', 'E']) && value.chars().all(|c| c.is_ascii_digit() || matches!(c, 'e' | 'E' | '+' | '-'));
+    let number = value.parse::<f64>().ok().filter(|number| is_plain && number.abs() < MOST_EXACT)?;
+    (number.fract() == 0.0).then(|| format!("{number:.0}"))
+}
+
+/// The place of a whole number within a value that is larger than any that a file can have.
+fn too_large(value: &Spanned<DeValue<'_>>) -> Option<Range<usize>> {
+    match value.get_ref() {
+        DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix()).is_err().then(|| value.span()),
+        DeValue::Array(array) => array.iter().find_map(too_large),
+        DeValue::Table(table) => table.values().find_map(too_large),
+        _ => None,
     }
 }
 

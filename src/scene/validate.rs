@@ -1,6 +1,7 @@
 //! Validates the parts of an unvalidated scene, and makes a [`Scene`] of them.
 
 mod exchange;
+pub(crate) mod instruments;
 mod parts;
 pub(crate) mod plan;
 pub(crate) mod start;
@@ -59,6 +60,7 @@ impl SceneBuilder {
         plan::check_growth_fits(&scene)?;
         plan::settle_thermostats(&mut scene)?;
         self.check_equilibrium(&scene)?;
+        instruments::check_measurable(&scene)?;
         Ok(scene)
     }
 

@@ -15,6 +15,8 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use super::value::plain;
+
 /// Most values of an axis, and most points of a sweep.
 pub(super) const MOST: usize = 100_000;
 
@@ -144,7 +146,7 @@ fn values_of(list: &str) -> Result<Vec<String>, AxisError> {
         }
         match part.split_once("..") {
             Some((low, rest)) if !part.starts_with(['"', '\'', '[', '{']) => values.extend(range(part, low, rest)?),
-            _ => values.push(part.to_owned()),
+            _ => values.push(plain(part)),
         }
         if values.len() > MOST {
             return Err(AxisError::Count(list.to_owned()));

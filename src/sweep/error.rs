@@ -30,6 +30,22 @@ pub enum SweepError {
         /// The value.
         value: String,
     },
+    /// Two keys lead to the same value, or the second to one that the first is within.
+    #[error("`{first}` and `{second}` are the same value of the scene: what the first one gives would be lost")]
+    SamePlace {
+        /// The key that comes first.
+        first: String,
+        /// The key that would replace its value.
+        second: String,
+    },
+    /// Runs that are to be repetitions with other seeds would be the same run: nothing in them is random.
+    #[error("the seed changes nothing here: {first} and {second} would be the same run twice")]
+    SameRuns {
+        /// The folder of a point.
+        first: String,
+        /// The folder of another one.
+        second: String,
+    },
     /// The axes have too many combinations.
     #[error("the axes have {0} combinations, more than {MOST}")]
     TooMany(usize),
@@ -58,6 +74,21 @@ pub enum SweepError {
         /// The scene.
         scene: PathBuf,
         /// The folder, or the file, of the sweep.
+        folder: PathBuf,
+    },
+    /// A file that the runs start from is no longer what it was when the sweep began.
+    #[error(
+        "{path} is not the file that it was when the sweep in {} began: its checksum is {found}, expected {expected}",
+        folder.display()
+    )]
+    Input {
+        /// The file, or the checkpoint of a run.
+        path: String,
+        /// Its checksum now.
+        found: String,
+        /// The one that it had.
+        expected: String,
+        /// The folder of the sweep.
         folder: PathBuf,
     },
     /// The folder holds another sweep.
@@ -92,6 +123,11 @@ impl SweepError {
             Self::NoAxis => "give an axis, such as --vary seed=1..3",
             Self::Twice(_) => "give each key once; keys that change together are separated by `;`",
             Self::SameValue { .. } => "give each value once; repeated runs are those of other seeds",
+            Self::SamePlace { .. } => "give one of them; keys that change together are separated by `;`",
+            Self::SameRuns { .. } => {
+                "leave the seeds out; repetitions need a start that is drawn at random, a heat bath, or each a run of its own in start.from"
+            }
+            Self::Input { .. } => "bring the file back, or begin another sweep with --out",
             Self::File { .. } => {
                 "it has the keys scene = \"fluid.toml\", vary = [\"fill.0.packing_fraction=0.1..0.4/4\", \"seed=1..3\"] and, if \
                  wanted, set = [\"run.until_events=100000\"]"

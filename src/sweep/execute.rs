@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use super::error::SweepError;
 use super::folder::SweepFolder;
+use super::inputs::replaced;
 use super::plan::{Point, Sweep};
 use super::results::trouble_of;
 use crate::base::text::with_causes;
@@ -179,6 +180,10 @@ impl SweepFolder {
 
     fn begin(&self, sweep: &Sweep, point: &Point) -> Result<(Folder, Run), Obstacle> {
         let scene = sweep.scene_at(point).map_err(|error| Obstacle::Scene(one_line(&error)))?;
+        if let Some((path, found, expected)) = replaced(&scene, self.inputs()) {
+            let folder = self.path().to_owned();
+            return Err(Obstacle::Scene(one_line(&SweepError::Input { path, found, expected, folder })));
+        }
         let record = sweep.record_at(point, &scene).map_err(|error| Obstacle::Scene(one_line(&error)))?;
         let mut folder = Folder::create(&self.of(point), &scene, Existing::Keep).map_err(Obstacle::Folder)?;
         folder.keep_scene(&record).map_err(Obstacle::Folder)?;

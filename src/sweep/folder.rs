@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::axis::Axis;
 use super::error::SweepError;
+use super::inputs::Inputs;
 use super::plan::{Point, Sweep};
 use crate::io::atomic::write_atomically;
 use crate::io::draft::{is_draft, remove_abandoned};
@@ -44,6 +45,9 @@ struct SweepFile {
     set: Vec<String>,
     /// The axes, as on the command line.
     vary: Vec<String>,
+    /// What the files must hold that the scenes read, by path.
+    #[serde(default, skip_serializing_if = "Inputs::is_empty")]
+    inputs: Inputs,
 }
 
 impl SweepFile {
@@ -93,6 +97,7 @@ impl Sweep {
             checksum: Some(self.checksum()),
             set: self.set().iter().map(pair).collect(),
             vary: self.axes().iter().map(Axis::to_string).collect(),
+            inputs: self.inputs(),
         }
     }
 }
@@ -101,35 +106,26 @@ impl Sweep {
 #[derive(Debug, Clone)]
 pub struct SweepFolder {
     path: PathBuf,
+    inputs: Inputs,
 }
 
 impl SweepFolder {
     /// Makes the folder of a sweep, or opens that of the same one: the same text of the scene, the same values set and the same keys. The values of the
-    /// axes may have become others: runs that are there stay, and the tables show the points of now.
+    /// axes may have become others: runs that are there stay, and the tables show the points of now. Of several sweeps that begin at once in one folder, one
+    /// has it.
     ///
     /// # Errors
     /// [`SweepError::Occupied`] if it holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if it holds another sweep,
-    /// [`SweepError::Output`] if there can be no such folder, or one of its files is a link, [`SweepError::Write`] if it cannot be written.
+    /// [`SweepError::Input`] if a file that its scenes read holds something else than when it began, [`SweepError::Output`] if there can be no such folder, or
+    /// one of its files is a link, [`SweepError::Write`] if it cannot be written.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
-        let folder = Self { path: path.as_ref().to_owned() };
+        let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
         let path = &folder.path;
-        let wrong = |path: &Path| {
-            let path = path.to_owned();
-            move |source: io::Error| SweepError::Write { path, source }
-        };
         fs::create_dir_all(path).map_err(|source| OutputError::Folder { path: path.clone(), source })?;
-        let record = folder.record();
         remove_abandoned(path);
         refuse_others(path, SWEEP)?;
         refuse(&path.join(FAILURES), true)?;
-        let now = sweep.file();
-        if record.exists() {
-            folder.refuse_other(sweep, &SweepFile::read(&record)?, &now)?;
-        } else if fs::read_dir(path).map_err(wrong(path))?.flatten().any(|entry| !is_draft(&entry.file_name())) {
-            return Err(SweepError::Occupied(path.clone()));
-        }
-        let text = toml::to_string(&now).map_err(|error| wrong(&record)(io::Error::other(error)))?;
-        write_atomically(&record, Existing::Replace, |file| write!(file, "{HEADER}{text}")).map_err(wrong(&record))?;
+        folder.claim(sweep)?;
         if let Some(text) = sweep.text_alone() {
             refuse_others(path, SCENE)?;
             let scene = folder.path.join(SCENE);
@@ -139,13 +135,56 @@ impl SweepFolder {
         Ok(folder)
     }
 
+    /// Makes the record of a sweep, or finds that of the same one. A new record gets its name at once and takes the place of none, so that of several sweeps
+    /// one has the folder before anything else is made there.
+    fn claim(&mut self, sweep: &Sweep) -> Result<(), SweepError> {
+        let (record, mut now) = (self.record(), sweep.file());
+        let write = |now: &SweepFile, existing| {
+            let text = toml::to_string(now).map_err(io::Error::other)?;
+            write_atomically(&record, existing, |file| write!(file, "{HEADER}{text}"))
+        };
+        let is_new = loop {
+            if record.exists() {
+                break false;
+            }
+            let mut entries = fs::read_dir(&self.path).map_err(wrong(&self.path))?.flatten();
+            // Another process may have made the record meanwhile.
+            if entries.any(|entry| !is_draft(&entry.file_name())) && !record.exists() {
+                return Err(SweepError::Occupied(self.path.clone()));
+            }
+            match write(&now, Existing::Keep) {
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                written => {
+                    written.map_err(wrong(&record))?;
+                    break true;
+                }
+            }
+        };
+        if !is_new {
+            let then = SweepFile::read(&record)?;
+            self.refuse_other(sweep, &then, &now)?;
+            // Also those of runs that no point of now is.
+            for (path, checksum) in then.inputs {
+                now.inputs.entry(path).or_insert(checksum);
+            }
+            write(&now, Existing::Replace).map_err(wrong(&record))?;
+        }
+        self.inputs = now.inputs;
+        Ok(())
+    }
+
+    /// What the files that its runs start from have to hold.
+    pub(super) fn inputs(&self) -> &Inputs {
+        &self.inputs
+    }
+
     /// The folder of a sweep that is there, which stays as it is: for processes that run points of a sweep which another one has begun.
     ///
     /// # Errors
     /// [`SweepError::Read`] if it is not one.
     pub fn existing(path: impl AsRef<Path>) -> Result<Self, SweepError> {
-        let folder = Self { path: path.as_ref().to_owned() };
-        SweepFile::read(&folder.record())?;
+        let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
+        folder.inputs = SweepFile::read(&folder.record())?.inputs;
         Ok(folder)
     }
 
@@ -161,6 +200,12 @@ impl SweepFolder {
         let keys: Vec<String> = then.axes()?.iter().flat_map(|axis| axis.keys().to_vec()).collect();
         if keys != sweep.keys() {
             return other(format!("it varies {}", words(&keys)));
+        }
+        for (path, expected) in &then.inputs {
+            if let Some(found) = now.inputs.get(path).filter(|found| *found != expected) {
+                let (path, found, expected) = (path.clone(), found.clone(), expected.clone());
+                return Err(SweepError::Input { path, found, expected, folder: self.path.clone() });
+            }
         }
         Ok(())
     }
@@ -237,92 +282,10 @@ impl SweepFolder {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const FLUID: &str = "configs/hard_sphere_fluid.toml";
-
-    fn sweep(set: &[(&str, &str)], axes: &[&str]) -> Sweep {
-        Sweep::new(FLUID, set, axes.iter().map(|axis| axis.parse().unwrap()).collect()).unwrap()
-    }
-
-    #[test]
-    fn a_folder_is_that_of_one_sweep() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("sweep");
-        let first = sweep(&[("run.until_events", "10")], &["seed=1..3", "fill.0.packing_fraction=0.1,0.2"]);
-        SweepFolder::open(&path, &first).unwrap();
-        let again = Sweep::from_file(SweepFolder::file_in(&path)).unwrap();
-        assert_eq!((again.points(), again.set()), (first.points(), first.set()));
-        SweepFolder::open(&path, &again).unwrap();
-        // More seeds are the same sweep.
-        let more = sweep(&[("run.until_events", "10")], &["seed=1..9", "fill.0.packing_fraction=0.1,0.2"]);
-        SweepFolder::open(&path, &more).unwrap();
-        assert_eq!(Sweep::from_file(SweepFolder::file_in(&path)).unwrap().points().len(), 18);
-        let refused = |other: &Sweep| SweepFolder::open(&path, other).unwrap_err();
-        let keys = sweep(&[("run.until_events", "10")], &["seed=1..3"]);
-        assert!(matches!(refused(&keys), SweepError::Other { why, .. } if why.contains("packing_fraction")));
-        let set = sweep(&[], &["seed=1..3", "fill.0.packing_fraction=0.1,0.2"]);
-        assert!(matches!(refused(&set), SweepError::Other { why, .. } if why.contains("until_events=10, not nothing")));
-        let changed = directory.path().join("changed.toml");
-        fs::write(&changed, fs::read_to_string(FLUID).unwrap() + "\n").unwrap();
-        let axes = ["seed=1..3", "fill.0.packing_fraction=0.1,0.2"].map(|axis| axis.parse().unwrap());
-        let changed = Sweep::new(&changed, &[("run.until_events", "10")], axes.into()).unwrap();
-        assert!(matches!(refused(&changed), SweepError::Changed { .. }));
-    }
-
-    #[test]
-    fn a_folder_with_something_else_is_not_touched() {
-        let directory = tempfile::tempdir().unwrap();
-        fs::write(directory.path().join("thesis.tex"), "").unwrap();
-        let error = SweepFolder::open(directory.path(), &sweep(&[], &["seed=1,2"])).unwrap_err();
-        assert!(matches!(error, SweepError::Occupied(_)));
-        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
-    }
-
-    #[test]
-    fn a_scene_without_a_file_is_kept_in_the_folder() {
-        let directory = tempfile::tempdir().unwrap();
-        let text = fs::read_to_string(FLUID).unwrap();
-        let path = directory.path().join("sweep");
-        let axes = || vec!["seed=1,2".parse().unwrap()];
-        let sweep = Sweep::of_text(text.as_str(), "fluid.toml", &[("run.until_events", "10")], axes()).unwrap();
-        SweepFolder::open(&path, &sweep).unwrap();
-        let again = Sweep::from_file(SweepFolder::file_in(&path)).unwrap();
-        assert_eq!((again.points(), again.set()), (sweep.points(), sweep.set()));
-        SweepFolder::open(&path, &again).unwrap();
-        assert!(fs::read_to_string(path.join(SWEEP)).unwrap().contains("scene = \"scene.toml\""));
-        // The same sweep, whether its scene is a text or the file in the folder; another text is another sweep.
-        SweepFolder::open(&path, &sweep).unwrap();
-        assert_eq!(fs::read_to_string(path.join(SCENE)).unwrap(), text);
-        let other = Sweep::of_text(text + "\n", "fluid.toml", &[("run.until_events", "10")], axes()).unwrap();
-        assert!(matches!(SweepFolder::open(&path, &other), Err(SweepError::Changed { .. })));
-    }
-
-    #[test]
-    fn a_file_of_a_sweep_starts_at_its_own_folder() {
-        let directory = tempfile::tempdir().unwrap();
-        fs::copy(FLUID, directory.path().join("fluid.toml")).unwrap();
-        let file = directory.path().join("study.toml");
-        fs::write(&file, "scene = \"fluid.toml\"\nvary = [\"seed=1..3\"]\nset = [\"run.until_events=10\"]\n").unwrap();
-        let sweep = Sweep::from_file(&file).unwrap();
-        assert_eq!(sweep.scene_at(&sweep.points()[2]).unwrap().run().limit.events, Some(10));
-        fs::write(&file, "scene = \"fluid.toml\"\nvery = [\"seed=1..3\"]\n").unwrap();
-        assert!(matches!(Sweep::from_file(&file), Err(SweepError::File { .. })));
-    }
-
-    #[test]
-    fn failures_are_kept_and_forgotten() {
-        let directory = tempfile::tempdir().unwrap();
-        let sweep = sweep(&[], &["seed=1,2"]);
-        let folder = SweepFolder::open(directory.path().join("sweep"), &sweep).unwrap();
-        let [one, two] = sweep.points() else { panic!() };
-        folder.keep_failure(one, Some("it jams")).unwrap();
-        assert_eq!((folder.failure(one), folder.failure(two)), (Some("it jams".to_owned()), None));
-        folder.keep_failure(one, None).unwrap();
-        folder.keep_failure(two, None).unwrap();
-        assert_eq!(folder.failure(one), None);
-        assert!(!folder.path().join(FAILURES).exists());
-    }
+fn wrong(path: &Path) -> impl FnOnce(io::Error) -> SweepError {
+    let path = path.to_owned();
+    move |source| SweepError::Write { path, source }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 
 use super::axis::{Axis, MOST};
 use super::error::SweepError;
+use super::value::meaning;
 use crate::base::checksum::checksum;
 use crate::io::estimate::SizeEstimate;
 use crate::io::read_scene_text;
 use crate::model::Scene;
 use crate::run::expected_rate;
-use crate::scene::{SceneError, read_text};
+use crate::scene::{NamedInput, SceneError, read_text};
 
 /// The key whose values are repetitions of the same state point.
 const SEED: &str = "seed";
@@ -103,10 +104,20 @@ impl Sweep {
         }
         let mut known = BTreeSet::new();
         let set = self.set.iter().map(|(key, _)| key.as_str());
-        match self.keys().into_iter().chain(set).find(|key| !known.insert(*key)) {
-            Some(key) => Err(SweepError::Twice(key.to_owned())),
-            None => Ok(()),
+        if let Some(key) = self.keys().into_iter().chain(set).find(|key| !known.insert(*key)) {
+            return Err(SweepError::Twice(key.to_owned()));
         }
+        // Each value replaces what those before it have put in its place, or within it.
+        let set: Vec<(&str, &str)> = self.set.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
+        let keys: Vec<&str> = set.iter().map(|(key, _)| *key).chain(self.keys()).collect();
+        let places = Scene::places(&self.text, &set, &keys);
+        for (later, place) in places.iter().enumerate() {
+            if let Some(earlier) = places[..later].iter().position(|earlier| earlier.starts_with(place)) {
+                let [first, second] = [earlier, later].map(|at| keys[at].to_owned());
+                return Err(SweepError::SamePlace { first, second });
+            }
+        }
+        Ok(())
     }
 
     fn combinations(&self) -> Result<Vec<Point>, SweepError> {
@@ -117,7 +128,8 @@ impl Sweep {
             let mut known = BTreeSet::new();
             for at in 0..axis.len() {
                 let settings: Vec<(String, String)> = axis.settings(at).collect();
-                if let (false, Some((key, value))) = (known.insert(settings.clone()), settings.into_iter().next()) {
+                let meanings: Vec<String> = settings.iter().map(|(_, value)| meaning(value)).collect();
+                if let (false, Some((key, value))) = (known.insert(meanings), settings.into_iter().next()) {
                     return Err(SweepError::SameValue { key, value });
                 }
             }
@@ -216,15 +228,38 @@ impl Sweep {
         Scene::check_keys(&self.text, &self.scene, &self.overrides(point))
     }
 
-    /// Finds what is wrong before anything is made: keys and types at all points, and one whole scene, which it returns.
+    /// The files that the scene at a point names.
+    pub(super) fn inputs_at(&self, point: &Point) -> Result<Vec<(PathBuf, NamedInput)>, SceneError> {
+        Scene::inputs_named(&self.text, &self.scene, &self.overrides(point))
+    }
+
+    /// Finds what is wrong before anything is made: keys and types at all points, one whole scene, which it returns, and whether the seed changes it.
     ///
     /// # Errors
-    /// [`SceneError`] with the first mistake.
-    pub fn check(&self) -> Result<Scene, SceneError> {
+    /// [`SweepError::Scene`] with the first mistake, [`SweepError::SameRuns`] if seeds vary and change nothing.
+    pub fn check(&self) -> Result<Scene, SweepError> {
         self.points.iter().try_for_each(|point| self.check_keys_at(point))?;
         // There is at least one point. A scene that is wrong at one end of an axis may be right at the other.
         let (first, last) = (&self.points[0], &self.points[self.points.len() - 1]);
-        self.scene_at(first).or_else(|error| self.scene_at(last).map_err(|_| error))
+        let (point, scene) = match self.scene_at(first) {
+            Ok(scene) => (first, scene),
+            Err(error) => (last, self.scene_at(last).map_err(|_| error)?),
+        };
+        self.check_seeds(point, &scene)?;
+        Ok(scene)
+    }
+
+    /// Whether another seed makes another run of a point.
+    fn check_seeds(&self, point: &Point, scene: &Scene) -> Result<(), SweepError> {
+        let is_driven = scene.run().has_andersen() || scene.wall_temperatures().iter().any(Option::is_some);
+        let is_repetition = |other: &&Point| *other != point && other.state_point().eq(point.state_point());
+        let Some(other) = self.points.iter().find(is_repetition).filter(|_| !is_driven) else { return Ok(()) };
+        // What is wrong with that one is told when it is run.
+        let Ok(again) = self.scene_at(other) else { return Ok(()) };
+        if again.particles() == scene.particles() {
+            return Err(SweepError::SameRuns { first: point.folder.clone(), second: other.folder.clone() });
+        }
+        Ok(())
     }
 
     /// What the runs of all points write, if they are like `scene` `[bytes]`, within a factor of two.
@@ -309,7 +344,23 @@ mod tests {
     fn what_would_mix_up_points_is_refused() {
         assert!(matches!(sweep(&[]), Err(SweepError::NoAxis)));
         assert!(matches!(sweep(&["seed=1,2", "seed=3,4"]), Err(SweepError::Twice(key)) if key == "seed"));
-        assert!(matches!(sweep(&["seed=1,1"]), Err(SweepError::SameValue { .. })));
+        for values in
+            ["seed=1,1", "seed=1,+1,0x1", "fill.0.packing_fraction=0.1,1e-1", "fill.0.arrangement=fcc,\"fcc\""]
+        {
+            assert!(matches!(sweep(&[values]), Err(SweepError::SameValue { .. })), "{values}");
+        }
+        for axes in [
+            ["species.0.mass=1,2", "species.sphere.mass=1,2"],
+            ["species.0.mass=1,2", "species.0={},{a=1}"],
+            ["fill.0.count=1,2; fill. 0 .count=1,2", "seed=1,2"],
+        ] {
+            assert!(matches!(sweep(&axes), Err(SweepError::SamePlace { .. })), "{axes:?}");
+        }
+        let set = Sweep::new(SCENE, &[("species.0.mass", "1")], vec!["species.sphere.mass=1,2".parse().unwrap()]);
+        assert!(matches!(set, Err(SweepError::SamePlace { .. })));
+        // A value within one that was set before it.
+        let within = Sweep::new(SCENE, &[("space", "{ size = [9, 9, 9] }")], vec!["space.size.0=8,9".parse().unwrap()]);
+        assert_eq!(within.unwrap().points().len(), 2);
         assert!(matches!(sweep(&["a=1..1000", "b=1..1000"]), Err(SweepError::TooMany(1_000_000))));
         let twice = Sweep::new(SCENE, &[("seed", "1")], vec!["seed=1,2".parse().unwrap()]);
         assert!(matches!(twice, Err(SweepError::Twice(_))));

@@ -110,6 +110,9 @@ pub struct StageResult {
 pub struct Group {
     /// Places of its points in [`Sweep::points`].
     pub places: Vec<usize>,
+    /// Of its runs that are done, how many repeat another one bit for bit, and do not count: with a start of its own and without a heat bath, a scene
+    /// makes the same run of every seed.
+    pub repeats: usize,
     /// The means of its measured stages and of its last measurement, in order.
     pub measurements: Vec<StageMeans>,
 }
@@ -164,6 +167,12 @@ impl Results {
     #[must_use]
     pub fn has_stages(&self) -> bool {
         self.stages.len() > 1
+    }
+
+    /// Number of runs that are done, but do not count in the means, because they repeat others of their state point bit for bit.
+    #[must_use]
+    pub fn repeats(&self) -> usize {
+        self.groups.iter().map(|group| group.repeats).sum()
     }
 
     /// Numbers of points that are done, and that have failed.
@@ -296,14 +305,20 @@ fn groups(sweep: &Sweep, points: &[PointResult], stages: &[String], quantities: 
     let mut groups: Vec<Group> = Vec::new();
     for (place, point) in sweep.points().iter().enumerate() {
         let at = *known.entry(point.state_point().collect()).or_insert_with(|| {
-            groups.push(Group { places: Vec::new(), measurements: Vec::new() });
+            groups.push(Group { places: Vec::new(), repeats: 0, measurements: Vec::new() });
             groups.len() - 1
         });
         groups[at].places.push(place);
     }
     for group in &mut groups {
-        let done: Vec<&PointResult> =
-            group.places.iter().map(|place| &points[*place]).filter(|it| it.standing == Standing::Done).collect();
+        let mut done: Vec<&PointResult> = Vec::new();
+        for run in group.places.iter().map(|place| &points[*place]).filter(|it| it.standing == Standing::Done) {
+            if done.iter().any(|other| other.measurements == run.measurements) {
+                group.repeats += 1;
+            } else {
+                done.push(run);
+            }
+        }
         let means = stages.iter().map(|stage| means_of(stage, &done, quantities));
         // Without runs there is no other way to see which stages a state point has.
         group.measurements = means.filter(|means| means.runs > 0 || done.is_empty()).collect();
@@ -357,45 +372,4 @@ fn mean_of_published<'p>(runs: impl Iterator<Item = &'p [PublishedValue]>) -> Ve
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_looked_for_comes_first() {
-        let mut names = ["pressure_xy", "temperature", "mean_free_path", "pressure", "compressibility_factor", "order"];
-        names.sort_by_key(|name| rank(name));
-        assert_eq!(
-            names,
-            ["compressibility_factor", "pressure", "mean_free_path", "order", "temperature", "pressure_xy"]
-        );
-    }
-
-    #[test]
-    fn published_values_are_means_over_runs() {
-        let value = |quantity: &str, value| PublishedValue {
-            quantity: quantity.into(),
-            value,
-            label: "mKLM".into(),
-            source: String::new(),
-        };
-        let runs = [vec![value("z", 1.0), value("p", 5.0)], vec![value("z", 2.0)], vec![value("z", 6.0)]];
-        let means = mean_of_published(runs.iter().map(Vec::as_slice));
-        assert_eq!(means, [value("z", 3.0), value("p", 5.0)]);
-    }
-
-    #[test]
-    fn runs_are_pooled_with_equal_weights() {
-        let value = |mean: f64, error: f64| Value { mean, error: Some(error) };
-        let three = pooled(&[value(1.0, 0.3), value(2.0, 0.0), value(6.0, 0.4)]).unwrap();
-        assert_eq!(three.mean, 3.0);
-        assert!((three.error.unwrap() - 0.5 / 3.0).abs() < 1e-15);
-        // Deviations -2, -1, 3: sqrt(14 / 6).
-        assert!((three.scatter.unwrap() - (14.0_f64 / 6.0).sqrt()).abs() < 1e-15);
-        let one = pooled(&[value(1.0, 0.3)]).unwrap();
-        assert_eq!((one.mean, one.error, one.scatter), (1.0, Some(0.3), None));
-        let unknown = pooled(&[value(1.0, 0.3), Value { mean: 2.0, error: None }]).unwrap();
-        assert_eq!((unknown.error, unknown.scatter.is_some()), (None, true));
-        assert_eq!([three.runs, one.runs, unknown.runs], [3, 1, 2]);
-        assert_eq!(pooled(&[]), None);
-    }
-}
+mod tests;

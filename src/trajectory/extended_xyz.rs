@@ -48,7 +48,7 @@ use std::path::Path;
 pub use error::{ReadError, WriteError};
 pub use places::{FramePlace, frame_at, frame_places};
 pub use read::FrameReader;
-pub(crate) use read::{Preamble, bounds};
+pub(crate) use read::{Beside, Preamble, bounds};
 pub(crate) use size::frame_bytes;
 pub use write::write_frame;
 pub(crate) use write::{FrameWriter, Heading};

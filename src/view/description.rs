@@ -5,7 +5,7 @@ use crate::Vector;
 use crate::analysis::observables::ApplicableObservables;
 use crate::base::text::{digits, plural};
 use crate::engine::EngineChoice;
-use crate::model::{Limit, Scene, Species};
+use crate::model::{InputFile, Limit, Scene, Species};
 use crate::run::{self, Burden};
 
 /// What will be simulated, a line for each part of the scene.
@@ -77,6 +77,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
             gap.species
         ));
     }
+    warnings.extend(unused_columns(scene));
     warnings.extend(few_digits(scene));
     let moving = scene.particles().iter().any(|particle| !scene.species()[particle.species.0 as usize].is_static());
     if !moving {
@@ -105,11 +106,29 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
+/// What the files of a scene say of their particles and the scene does not take from them.
+#[must_use]
+pub fn unused_columns(scene: &Scene) -> Vec<String> {
+    let unused = scene.inputs().iter().filter(|input| !input.unused.is_empty());
+    let line = |input: &InputFile| {
+        let names = input.unused.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+        format!("not used of {}: {names}", input.path)
+    };
+    unused.map(line).collect()
+}
+
 /// What makes the run far longer than its events, with the time that it takes.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
-    let line = |burden: Burden| format!("{}: some {} on the clock", burden.cause, on_the_clock(burden.seconds));
     run::burdens(scene).into_iter().map(line).collect()
+}
+
+fn line(Burden { cause, seconds }: Burden) -> String {
+    match seconds {
+        // Where the number of events is not known, nor is the time.
+        ..1.0 => cause,
+        _ => format!("{cause}: some {} on the clock", on_the_clock(seconds)),
+    }
 }
 
 /// A time on the clock, to the order of magnitude.
@@ -210,4 +229,16 @@ fn few_digits(scene: &Scene) -> Vec<String> {
         ));
     }
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_that_is_not_known_is_not_told() {
+        let of = |seconds| line(Burden { cause: "large cells".to_owned(), seconds });
+        assert_eq!([of(-0.0), of(0.0), of(0.25)], ["large cells"; 3]);
+        assert_eq!(of(90.4), "large cells: some 90 seconds on the clock");
+    }
 }

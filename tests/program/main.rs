@@ -19,3 +19,4 @@ mod run;
 mod stages;
 mod start;
 mod sweep;
+mod sweep_inputs;

@@ -6,6 +6,7 @@
 //! CAROM_FUZZ_SCENES=50000 cargo test --release --test random_scenes -- --nocapture
 //! ```
 
+mod degenerate;
 mod generator;
 mod metamorphic;
 

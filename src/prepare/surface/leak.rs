@@ -38,7 +38,7 @@ pub struct Leak {
     pub species: String,
     /// Circumradius of the largest hole `[length]`.
     pub hole: f64,
-    /// Contact distance of the species and the surface `[length]`; 0 if they do not collide at all.
+    /// Contact distance of the species and the surface `[length]`.
     pub contact: f64,
 }
 
@@ -57,7 +57,7 @@ pub struct Gap {
 }
 
 impl Scene {
-    /// The static surfaces that leak, and what they leak.
+    /// The static surfaces that leak, and what they leak of the species that collide with them.
     ///
     /// A species passes a hole of circumradius `R` if its contact distance `s` with the static spheres is less than `R`.
     #[must_use]
@@ -68,7 +68,8 @@ impl Scene {
             let Some(hole) = surface.hole else { continue };
             for (index, species) in self.species.iter().enumerate().filter(|(_, species)| !species.is_static()) {
                 let contact = contacts.get(index, surface.species.0 as usize);
-                if contact < hole {
+                // What does not collide with the surface at all is not meant to be held by it.
+                if contact > 0.0 && contact < hole {
                     leaks.push(Leak { surface: surface.name.clone(), species: species.name.clone(), hole, contact });
                 }
             }
@@ -199,6 +200,30 @@ mod tests {
         assert_eq!(leaks.len(), 1);
         assert_eq!((leaks[0].surface.as_str(), leaks[0].species.as_str()), ("lower", "ball"));
         assert!(leaks[0].hole > leaks[0].contact);
+    }
+
+    #[test]
+    fn what_does_not_collide_with_a_surface_does_not_leak_through_it() {
+        let text = r#"
+            space = { size = [30.0, 30.0, 30.0] }
+            species = [
+                { name = "grain", mass = 1.0, diameter = 1.0 },
+                { name = "mesh", diameter = 1.0, static = true },
+                { name = "plug", diameter = 1.0, static = true },
+            ]
+            interaction = [
+                { species = ["grain", "mesh"], potential = "hard-sphere" },
+                { species = ["grain", "plug"], potential = "none" },
+            ]
+            particle = [{ species = "grain", position = [5.0, 5.0, 5.0] }]
+            mesh = [
+                { name = "wall", species = "mesh", surface = "cylinder", base = [5.0, 5.0, 0.0], axis = [0.0, 0.0, 1.0], radius = 4.0, length = 9.0, spacing = 2.0 },
+                { name = "plug", species = "plug", surface = "cylinder", base = [15.0, 5.0, 0.0], axis = [0.0, 0.0, 1.0], radius = 4.0, length = 9.0, spacing = 2.0 },
+            ]
+            run = { until_time = 1.0 }
+            "#;
+        let leaks = Scene::from_toml(text, "plug.toml").unwrap().leaks();
+        assert_eq!(leaks.iter().map(|leak| leak.surface.as_str()).collect::<Vec<_>>(), ["wall"], "{leaks:?}");
     }
 
     #[test]

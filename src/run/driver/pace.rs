@@ -266,7 +266,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// How long a stage is taken to last whose rate of events is not known.
-    fn without_rate(&self, limit: Option<f64>) -> f64 {
+    pub(super) fn without_rate(&self, limit: Option<f64>) -> f64 {
         let crossing = self.state.crossing;
         limit.unwrap_or(if crossing.is_finite() { crossing } else { 1.0 })
     }

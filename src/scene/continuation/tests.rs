@@ -114,3 +114,25 @@ fn what_no_longer_fits_is_refused_by_its_name() {
     let refused = Scene::from_toml(format!("start.from = \"run\"\n{RUN}"), "next.toml").unwrap_err();
     assert!(matches!(refused.kind(), SceneErrorKind::NeedsRun { .. }), "{refused}");
 }
+
+#[test]
+fn the_name_of_a_distribution_is_that_of_all_of_its_classes() {
+    let grains = "species = [{ name = \"grain\", mass = 1.0, diameter = { distribution = \"uniform\", lower = 0.9, upper = 1.1, classes = 3 } }]\n";
+    let fill = "fill = [{ species = \"grain\", arrangement = \"random\", count = 60, packing_fraction = 0.1, temperature = 1.0 }]\n";
+    let hard = |restitution: f64| {
+        format!(
+            "interaction = [{{ species = [\"grain\", \"grain\"], potential = \"hard-sphere\", restitution = {restitution} }}]\n"
+        )
+    };
+    let first = Scene::from_toml(format!("{RUN}{grains}{}{fill}", hard(1.0)), "first.toml").unwrap();
+    let before = Simulation::without_plan(first);
+    let scene = next(&hard(0.5), &before).unwrap();
+    assert_eq!(scene.interactions().len(), 6);
+    assert!(scene.interactions().iter().all(|interaction| interaction.restitution == 0.5));
+    let radii = |scene: &Scene| scene.interactions().iter().map(|it| it.potential.radii().to_vec()).collect::<Vec<_>>();
+    assert_eq!(radii(&scene), radii(before.scene()));
+    // What is no family of classes is unknown as before.
+    let unknown = hard(0.5).replace("\"grain\", \"grain\"", "\"grain\", \"sand\"");
+    let error = next(&unknown, &before).unwrap_err().to_string();
+    assert!(error.contains("sand"), "{error}");
+}

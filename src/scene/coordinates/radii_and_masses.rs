@@ -1,12 +1,14 @@
 //! Radii and masses that a file has of its particles, which are those of the species of the scene.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 
 use super::Start;
+use crate::Vector;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::unvalidated::{Group, LocatedGroup};
 use crate::trajectory::frame::FrameSpecies;
 
 /// What single precision leaves of a number, relative to it, ten times over: many programs write that.
@@ -25,17 +27,43 @@ pub(in crate::scene) struct RadiiAndMasses {
     species: Vec<FrameSpecies>,
     /// Species, radius, and the first line that has both.
     radii: Vec<(u32, f64, usize)>,
+    /// The same of masses, where the file has a column of them.
+    masses: Vec<(u32, f64, usize)>,
+    /// Momenta, where the file has these in place of velocities, and the number of the group of its particles.
+    momenta: Vec<Vector>,
+    group: usize,
 }
 
 impl RadiiAndMasses {
-    pub(super) fn of(start: &Start, path: PathBuf, at: &ConfigPath) -> Self {
-        let mut seen = HashSet::new();
-        let lines = start.comment + 1..;
-        let radii = lines.zip(&start.frame.particles).filter(|_| start.has_radii);
-        let radii = radii.map(|(line, particle)| (particle.species.0, particle.radius, line));
-        let radii = radii.filter(|(species, radius, _)| seen.insert((*species, radius.to_bits()))).collect();
-        let species = start.frame.species.clone();
-        Self { path, at: at.clone(), comment: start.comment, species, radii }
+    pub(super) fn of(start: &Start, path: PathBuf, at: &ConfigPath, group: usize) -> Self {
+        let once = |values: &mut dyn Iterator<Item = (u32, f64, usize)>| {
+            let mut seen = HashSet::new();
+            values.filter(|(species, value, _)| seen.insert((*species, value.to_bits()))).collect()
+        };
+        let particles = || (start.comment + 1..).zip(&start.frame.particles);
+        let radii = particles().filter(|_| start.has_radii);
+        let masses = particles().zip(&start.beside.masses);
+        Self {
+            path,
+            at: at.clone(),
+            comment: start.comment,
+            species: start.frame.species.clone(),
+            radii: once(&mut radii.map(|(line, particle)| (particle.species.0, particle.radius, line))),
+            masses: once(&mut masses.map(|((line, particle), mass)| (particle.species.0, *mass, line))),
+            momenta: start.beside.momenta.clone(),
+            group,
+        }
+    }
+
+    /// Gives the particles of a file with momenta their velocities, by the masses of the scene, which are those of the file if it has any.
+    pub(in crate::scene) fn set_velocities(&self, scene: &mut SceneBuilder) {
+        let masses: HashMap<&str, f64> =
+            scene.species.iter().filter_map(|draft| Some((draft.name.as_str(), draft.mass?))).collect();
+        let Some(LocatedGroup { group: Group::Listed(listed), .. }) = scene.groups.get_mut(self.group) else { return };
+        for (particle, momentum) in listed.iter_mut().zip(&self.momenta) {
+            // Those of static particles are refused as such.
+            particle.velocity = momentum / masses.get(particle.species.as_str()).copied().unwrap_or(1.0);
+        }
     }
 
     /// Refuses a file whose particles have other radii or masses than the species of the scene, which would silently take their place.
@@ -55,6 +83,21 @@ impl RadiiAndMasses {
                         draft.name,
                         0.5 * draft.diameter,
                         2.0 * radius,
+                    ),
+                );
+            }
+        }
+        for &(species, mass, line) in &self.masses {
+            let draft = self.species.get(species as usize).and_then(|it| named(&it.name));
+            if let Some((draft, of_scene)) = draft.and_then(|draft| Some((draft, draft.mass?)))
+                && mass > 0.0
+                && !is_same(mass, of_scene)
+            {
+                let name = &draft.name;
+                return wrong(
+                    line,
+                    format!(
+                        "the particle has a mass of {mass}, but the species `{name}` of the scene one of {of_scene}: set its mass to {mass}"
                     ),
                 );
             }

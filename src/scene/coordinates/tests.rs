@@ -251,3 +251,50 @@ fn a_file_with_other_radii_or_masses_than_the_species_is_refused() {
     untold.species[0].mass = None;
     started(&untold, &format!("{BEADS}{file}")).unwrap();
 }
+
+/// The scene of one species of mass 2 that starts from a file with this text.
+fn of_text(text: &str) -> Result<Scene, SceneError> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("start.xyz"), text).unwrap();
+    let scene = "space = { size = [9.0, 9.0, 9.0] }\nspecies = [{ name = 'A', mass = 2.0, diameter = 1.0 }]\n\
+        interaction = [{ species = ['A', 'A'], potential = 'hard-sphere' }]\nfile = [{ path = 'start.xyz' }]\nrun = { until_time = 1.0 }\n";
+    Scene::from_toml(scene, folder.path().join("scene.toml"))
+}
+
+#[test]
+fn momenta_are_velocities_times_masses() {
+    let file = |columns: &str, more: &str| {
+        format!("2\nProperties=species:S:1:pos:R:3:{columns}\nA 1 1 1 {more} 3 0 -5\nA 4 4 4 {more} 0 1 0\n")
+    };
+    let velocities = |scene: Scene| scene.particles().iter().map(|it| it.velocity).collect::<Vec<_>>();
+    let expected = vec![Vector::new(1.5, 0.0, -2.5), Vector::new(0.0, 0.5, 0.0)];
+    assert_eq!(velocities(of_text(&file("momenta:R:3", "")).unwrap()), expected);
+    assert_eq!(velocities(of_text(&file("masses:R:1:momenta:R:3", "2.0")).unwrap()), expected);
+    // Both at once say the same.
+    let both = file("velo:R:3:momenta:R:3", "7 8 9");
+    assert_eq!(velocities(of_text(&both).unwrap()), [Vector::new(7.0, 8.0, 9.0); 2]);
+    let error = of_text(&file("masses:R:1:momenta:R:3", "1.0")).unwrap_err().to_string();
+    assert!(
+        error.contains("start.xyz, line 3: the particle has a mass of 1, but the species `A` of the scene one of 2"),
+        "{error}"
+    );
+    let error = of_text(&file("masses:R:1:momenta:R:3", "-1.0")).unwrap_err().to_string();
+    assert!(error.contains("line 3: mass is `-1.0`, expected a finite mass"), "{error}");
+}
+
+#[test]
+fn columns_that_would_be_lost_are_refused_or_named() {
+    let error = of_text("1\nProperties=species:S:1:pos:R:3:velo:R:2\nA 1 1 1 3 0\n").unwrap_err().to_string();
+    assert!(error.contains("line 2: ") && error.contains("`velo:R:3`"), "{error}");
+    let text = "1\nProperties=species:S:1:pos:R:3:forces:R:3:initial_charges:R:1:id:I:1\nA 1 1 1 0 0 0 0.5 0\n";
+    let scene = of_text(text).unwrap();
+    assert_eq!(scene.inputs()[0].unused, ["forces", "initial_charges"]);
+    #[cfg(feature = "view")]
+    {
+        let warnings = crate::view::description::warnings(&scene);
+        assert!(warnings.iter().any(|it| it.contains("start.xyz: `forces`, `initial_charges`")), "{warnings:?}");
+    }
+    assert!(
+        of_text("1\nProperties=species:S:1:pos:R:3:velo:R:3\nA 1 1 1 3 0 0\n").unwrap().inputs()[0].unused.is_empty()
+    );
+}

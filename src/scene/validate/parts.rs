@@ -11,6 +11,7 @@ use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{affordable, affordable_species, motion, on_flat_axes};
 use crate::scene::unvalidated::UnvalidatedSpecies;
+use crate::scene::validate::instruments::check_measurable;
 use crate::scene::validate::{plan, start};
 
 impl Scene {
@@ -73,6 +74,7 @@ impl Scene {
         scene.static_surfaces = groups.static_surfaces;
         plan::check_growth_fits(&scene)?;
         builder.check_equilibrium(&scene)?;
+        check_measurable(&scene)?;
         Ok(scene)
     }
 

@@ -20,9 +20,24 @@ pub(super) struct Columns {
     pub radius: Option<usize>,
     pub id: Option<usize>,
     pub image: Option<usize>,
+    /// Only where there are no velocities.
+    pub momentum: Option<usize>,
+    pub mass: Option<usize>,
+    /// Names of columns that mean nothing here.
+    pub unused: Vec<String>,
     /// Names of scalars, and where they are.
     pub scalars: Vec<(String, usize)>,
 }
+
+/// What columns are called.
+const POSITION: &[&str] = &["pos"];
+const SPECIES: &[&str] = &["species", "type", "element"];
+const VELOCITY: &[&str] = &["velo", "vel", "velocity", "velocities"];
+const MOMENTUM: &[&str] = &["momenta", "momentum"];
+const MASS: &[&str] = &["masses", "mass"];
+const RADIUS: &[&str] = &["radius"];
+const ID: &[&str] = &["id"];
+const IMAGE: &[&str] = &["map_shift", "images", "image"];
 
 /// The boxes that a frame can have.
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
@@ -80,10 +95,12 @@ impl Comment {
             Some(table) => table.kinds_of_bonds(value_of("bond_kind"), bonds.len())?,
             None => Default::default(),
         };
-        let columns = match value_of("Properties") {
+        let mut columns = match value_of("Properties") {
             Some(value) => value.columns()?,
             None => Columns { total: 4, position: 1, species: Some(0), ..Columns::default() },
         };
+        // A column of masses says the same once more, where there is a table of them.
+        columns.mass = columns.mass.filter(|_| species.iter().all(|species| species.mass.is_none()));
         Ok(Self { time, region, periodic, displacement, species, bonds, bond_names, bond_kinds, columns })
     }
 }
@@ -233,16 +250,29 @@ impl<'a> Value<'a> {
             let is_it = |(name, range): &&(&str, Range<usize>)| names.contains(name) && range.len() == width;
             groups.iter().find(is_it).map(|(_, range)| range.start)
         };
-        Ok(Columns {
+        let (velocity, momentum) = (find(VELOCITY, 3), find(MOMENTUM, 3));
+        let is_named = |names: &[&str]| groups.iter().any(|(name, _)| names.contains(name));
+        if velocity.is_none() && momentum.is_none() && (is_named(VELOCITY) || is_named(MOMENTUM)) {
+            return Err(self.expected("three columns of velocities, `velo:R:3`, or of momenta, `momenta:R:3`"));
+        }
+        let columns = Columns {
             total,
-            position: find(&["pos"], 3).ok_or_else(|| self.expected("positions, `pos:R:3`"))?,
-            species: find(&["species", "type", "element"], 1),
-            velocity: find(&["velo", "vel", "velocity", "velocities"], 3),
-            radius: find(&["radius"], 1),
-            id: find(&["id"], 1),
-            image: find(&["map_shift", "images", "image"], 3),
+            position: find(POSITION, 3).ok_or_else(|| self.expected("positions, `pos:R:3`"))?,
+            species: find(SPECIES, 1),
+            velocity,
+            radius: find(RADIUS, 1),
+            id: find(ID, 1),
+            image: find(IMAGE, 3),
+            momentum: momentum.filter(|_| velocity.is_none()),
+            mass: find(MASS, 1),
+            unused: Vec::new(),
             scalars,
-        })
+        };
+        let used = [Some(columns.position), columns.species, velocity, columns.radius, columns.id, columns.image];
+        // Of both, velocities are taken, and say the same as momenta.
+        let used = [&used[..], &[momentum, columns.mass]].concat();
+        let unused = groups.iter().filter(|(_, range)| !used.contains(&Some(range.start)));
+        Ok(Columns { unused: unused.map(|(name, _)| (*name).to_owned()).collect(), ..columns })
     }
 }
 

@@ -47,6 +47,18 @@ pub struct FrameReader<R> {
     has_radii: bool,
     has_box: bool,
     is_finished: bool,
+    beside: Beside,
+}
+
+/// What a frame has in columns that are not part of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Beside {
+    /// Momenta of the particles of a frame without velocities; else empty `[mass length / time]`.
+    pub momenta: Vec<Vector>,
+    /// The mass of each particle, if it has a column and no table of them; 0 for what never moves `[mass]`.
+    pub masses: Vec<f64>,
+    /// Names of columns that mean nothing here.
+    pub unused: Vec<String>,
 }
 
 impl<R: BufRead> FrameReader<R> {
@@ -67,6 +79,7 @@ impl<R: BufRead> FrameReader<R> {
             has_radii: false,
             has_box: false,
             is_finished: false,
+            beside: Beside::default(),
         }
     }
 
@@ -92,6 +105,11 @@ impl<R: BufRead> FrameReader<R> {
     #[must_use]
     pub fn has_box(&self) -> bool {
         self.has_box
+    }
+
+    /// What the frame read last has besides.
+    pub(crate) fn beside(&mut self) -> Beside {
+        std::mem::take(&mut self.beside)
     }
 
     /// The line on which the frame read last begins, from 1; its comment is on the next one.
@@ -199,6 +217,7 @@ impl<R: BufRead> FrameReader<R> {
         let mut table = SpeciesTable::new(comment.species);
         let mut particles = Vec::with_capacity(count.min(TRUSTED_COUNT));
         let mut images = Vec::new();
+        let mut beside = Beside { unused: comment.columns.unused.clone(), ..Beside::default() };
         let scalars = comment.columns.scalars.iter();
         let mut scalars: Vec<_> = scalars.map(|(name, _)| Scalar { name: name.clone(), values: Vec::new() }).collect();
         for (index, id) in (0..count).zip(0..) {
@@ -206,8 +225,9 @@ impl<R: BufRead> FrameReader<R> {
             let Some(text) = self.next_line()? else { return Err(truncated(index)) };
             let particle = parse_particle(text, line, id, &comment.columns, &mut table);
             let image = comment.columns.image.map(|first| parse_image(text, line, first)).transpose();
-            match particle.and_then(|particle| Ok((particle, image?))) {
-                Ok((particle, image)) => {
+            let read = beside.read(text, line, &comment.columns);
+            match particle.and_then(|particle| Ok((particle, image?, read?))) {
+                Ok((particle, image, ())) => {
                     particles.push(particle);
                     images.extend(image);
                     read_scalars(text, &comment.columns.scalars, &mut scalars);
@@ -217,6 +237,7 @@ impl<R: BufRead> FrameReader<R> {
                 Err(error) => return Err(error),
             }
         }
+        self.beside = beside;
         scalars.retain(|scalar| scalar.values.len() == count);
         self.has_velocities = comment.columns.velocity.is_some();
         self.has_species = comment.columns.species.is_some();
@@ -251,6 +272,25 @@ impl<R: BufRead> Iterator for FrameReader<R> {
         let frame = self.next_frame().transpose();
         self.is_finished = !matches!(frame, Some(Ok(_)));
         frame
+    }
+}
+
+impl Beside {
+    /// Reads the momentum and the mass of a particle, if there are such columns.
+    fn read(&mut self, text: &str, line: usize, columns: &Columns) -> Result<(), ReadError> {
+        let number = |at: usize, column: &'static str, is_good: fn(&f64) -> bool, expected: &'static str| {
+            let word = text.split_ascii_whitespace().nth(at).unwrap_or_default();
+            let wrong = || ReadError::Value { line, column, text: shorten(word), expected };
+            finite(word).filter(is_good).ok_or_else(wrong)
+        };
+        if let Some(first) = columns.momentum {
+            let component = |axis: usize| number(first + axis, "momentum", |_| true, "a finite number");
+            self.momenta.push(Vector::new(component(0)?, component(1)?, component(2)?));
+        }
+        if let Some(at) = columns.mass {
+            self.masses.push(number(at, "mass", |mass| *mass >= 0.0, "a finite mass, not negative")?);
+        }
+        Ok(())
     }
 }
 

@@ -1,0 +1,171 @@
+//! How often things happen in a run, as far as that can be told before it.
+
+use thiserror::Error;
+
+use super::rate::{MOST, expected_rate};
+use super::stage::{Settings, Stage};
+use crate::engine::{Reason, Simulation, Until};
+use crate::model::{Limit, Scene};
+
+/// Steps of the engine of a trial run of what has no steady rate, and of a part of it: in all some seconds at the most.
+const STEPS: u64 = 1_000_000;
+const STEPS_OF_PART: u64 = 10_000;
+
+/// Rates of two stretches of time are the same within this factor.
+const STEADY: f64 = 1.5;
+
+/// A trial run that has come so far, of the whole duration, tells of the rest.
+const FAR: f64 = 0.125;
+
+/// Fewest events of a stretch of time that have a rate.
+const FEWEST: f64 = 30.0;
+
+/// Why the events of a run cannot be estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum NoRate {
+    /// Gravity, and contacts that lose energy.
+    #[error("what falls and loses energy collects and comes to rest, in ever more contacts")]
+    Collects,
+    /// Open sides.
+    #[error("particles can leave")]
+    Leaves,
+    /// Gravity.
+    #[error("what falls becomes faster")]
+    Falls,
+    /// Contacts that lose energy, and nothing that supplies any.
+    #[error("contacts lose energy and nothing supplies any, so that there are ever fewer")]
+    Cools,
+    /// Hardly anything happens, or there are more particles than can be tried.
+    #[error("too little of it can be tried")]
+    Untried,
+}
+
+/// Events by simulated time, in the mean over a run `[1 / time]`: [`expected_rate`] where it is steady. Elsewhere it is that of a trial run that comes to the
+/// end of the run, or far enough to be steady.
+///
+/// # Errors
+/// [`NoRate`] if they cannot be estimated to a factor of three.
+pub fn foreseen_rate(scene: &Scene) -> Result<f64, NoRate> {
+    match unsteady(scene) {
+        None => expected_rate(scene).ok_or(NoRate::Untried),
+        Some(why) => tried(scene, why).ok_or(why),
+    }
+}
+
+/// Why a rate changes in the course of a run.
+fn unsteady(scene: &Scene) -> Option<NoRate> {
+    let is_falling = scene.accelerations().any(|acceleration| acceleration.norm() > 0.0);
+    match () {
+        () if is_falling && loses_energy(scene) => Some(NoRate::Collects),
+        () if !scene.space.is_closed() => Some(NoRate::Leaves),
+        () if is_falling => Some(NoRate::Falls),
+        () if scene.cools_for_ever() => Some(NoRate::Cools),
+        () => None,
+    }
+}
+
+fn loses_energy(scene: &Scene) -> bool {
+    use crate::model::space::{Boundary, Face};
+    let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
+    let is_soft_side =
+        |side: &Boundary| matches!(side, Boundary::Bounded { lower, upper } if is_soft(lower) || is_soft(upper));
+    scene.interactions.iter().any(|interaction| interaction.restitution < 1.0)
+        || scene.space.boundary.iter().any(is_soft_side)
+}
+
+/// How long a run lasts `[time]`; `None` where that is not given, or something else than the scene itself acts on a stage.
+fn duration(scene: &Scene) -> Option<f64> {
+    let plan = &scene.run;
+    let of_stage = |Settings { limit, thermostat, growth, .. }: Settings| match limit {
+        Limit { time: Some(time), events: None } if growth.is_none() && thermostat.is_none() => Some(time),
+        _ => None,
+    };
+    let stages = Stage::all(plan).map(|stage| stage.settings(plan));
+    // An equilibration that is not asked for has no limit.
+    stages.filter(|settings| settings.has_end()).map(of_stage).sum()
+}
+
+/// The mean rate of a trial run.
+fn tried(scene: &Scene, why: NoRate) -> Option<f64> {
+    let moving = scene.particles.iter().filter(|particle| !scene.species[particle.species.0 as usize].is_static());
+    let duration =
+        duration(scene).filter(|time| *time > 0.0 && moving.count() <= MOST && scene.particles.len() <= 100 * MOST)?;
+    let mut simulation = Simulation::without_plan(scene.clone());
+    let start = simulation.time();
+    let until = Until::time(start + duration);
+    let mut course = vec![(0.0, 0.0)];
+    for _ in 0..STEPS / STEPS_OF_PART {
+        let reason = simulation.advance_unobserved_for(STEPS_OF_PART, until).ok()?;
+        let events = simulation.event_counts().physical() as f64;
+        if matches!(reason, Some(Reason::Time | Reason::Idle)) {
+            return Some(events / duration);
+        }
+        course.push((simulation.time() - start, events));
+    }
+    let (passed, events) = *course.last()?;
+    // The number of events at a time, from the first part that has come to it.
+    let by = |time: f64| course.iter().find(|(now, _)| *now >= time).map(|(_, events)| *events);
+    let [quarter, half] = [by(0.25 * passed)?, by(0.5 * passed)?];
+    let [earlier, later] = [(half - quarter) / (0.25 * passed), (events - half) / (0.5 * passed)];
+    let is_steady = half - quarter >= FEWEST && later < STEADY * earlier && earlier < STEADY * later;
+    // What falls without loss soon has the energy that it will have.
+    let is_far = passed >= FAR * duration || why == NoRate::Falls;
+    (is_steady && is_far).then(|| (events + later * (duration - passed)) / duration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Scene with its run until a time.
+    fn scene(text: &str) -> Scene {
+        Scene::from_toml(text, "scene.toml").unwrap()
+    }
+
+    fn events(scene: &Scene) -> f64 {
+        let mut simulation = Simulation::without_plan(scene.clone());
+        simulation.advance(Until::time(scene.run.limit.time.unwrap())).unwrap();
+        simulation.event_counts().physical() as f64
+    }
+
+    const GRAINS: &str = "
+        dynamics = { gravity = [0.0, 0.0, -1.0], contact_time = 1e-3 }
+        species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]
+        interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.7 }]
+        ";
+
+    fn rain(count: u32, time: f64) -> Scene {
+        scene(&format!(
+            "{GRAINS}
+            space = {{ size = [8.0, 8.0, 60.0], z = {{ lower = 'wall', upper = 'open', restitution = 0.7 }} }}
+            fill = [{{ species = 'grain', arrangement = 'random', count = {count}, region = {{ lower = [0.0, 0.0, 5.0], upper = [8.0, 8.0, 60.0] }}, temperature = 0.01 }}]
+            run = {{ until_time = {time} }}"
+        ))
+    }
+
+    #[test]
+    fn what_is_estimated_is_right_within_a_factor_of_three_and_all_else_is_not() {
+        let ball = Scene::from_file("configs/bouncing_ball.toml").unwrap();
+        let pendulum = Scene::from_file("configs/pendulum.toml").unwrap();
+        for scene in [ball, pendulum, rain(5, 15.0)] {
+            let (told, truth) = (foreseen_rate(&scene).unwrap() * scene.run.limit.time.unwrap(), events(&scene));
+            assert!((told / truth - 1.0).abs() < 1e-9, "{told} {truth}");
+        }
+        assert_eq!(foreseen_rate(&rain(1000, 100.0)), Err(NoRate::Collects));
+        let hopper = Scene::from_file("configs/hopper.toml").unwrap();
+        // It has 1.45e6 events in its time of 80.
+        let told = 80.0 * foreseen_rate(&hopper).unwrap();
+        assert!((0.5e6..4.3e6).contains(&told), "{told}");
+    }
+
+    #[test]
+    fn what_is_driven_or_elastic_has_a_rate_as_before() {
+        for name in ["hard_sphere_fluid", "sheared_granular_gas", "square_well_fluid"] {
+            let scene = Scene::from_file(format!("configs/{name}.toml")).unwrap();
+            assert_eq!(foreseen_rate(&scene).ok(), expected_rate(&scene), "{name}");
+        }
+        let cooling = Scene::from_file_with("configs/granular_cooling.toml", &[("fill.0.count", "10976")]).unwrap();
+        assert_eq!(foreseen_rate(&cooling), Err(NoRate::Cools));
+    }
+}

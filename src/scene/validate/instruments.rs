@@ -1,0 +1,31 @@
+//! Instruments that would measure nothing in a scene, whatever happens in it.
+
+use crate::model::Scene;
+use crate::model::space::Boundary;
+use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+
+/// Refuses instruments whose numbers have no meaning in the scene.
+pub(in crate::scene) fn check_measurable(scene: &Scene) -> Result<(), SceneError> {
+    let plan = &scene.measure;
+    if plan.is_empty() {
+        return Ok(());
+    }
+    let refuse = |key: &'static str, value: &str, expected: &str| {
+        let at = ConfigPath::root().key("measure").key(key);
+        Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
+    };
+    if plan.pressure_tensor.is_some() && !scene.space.is_closed() {
+        let expected = "no pressure_tensor, or a box that is periodic or has walls: an open one has no volume to divide by. thermo.csv has the number of events \
+            in each row";
+        return refuse("pressure_tensor", "given in an open box", expected);
+    }
+    if plan.structure_factor.is_some() && !scene.space.boundary.contains(&Boundary::Periodic) {
+        let expected = "no structure_factor, or an axis that is periodic: its wave vectors are those of the periods";
+        return refuse("structure_factor", "given in a box without periods", expected);
+    }
+    if plan.chains.is_some() && scene.bonds.is_empty() {
+        return refuse("chains", "given without bonds", "no chains, or particles with bonds: a [[chain]] or [[bond]]");
+    }
+    Ok(())
+}

@@ -1,0 +1,38 @@
+//! The files that the scenes of a sweep read: what they hold when it begins is what all of its runs start from.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use super::plan::Sweep;
+use crate::io::inputs::present;
+use crate::model::{InputFile, Scene};
+use crate::scene::NamedInput;
+
+/// The tables of a scene that name files and runs.
+const NAMING: [&str; 2] = ["file", "start"];
+
+/// Checksums of files by their absolute paths.
+pub(super) type Inputs = BTreeMap<String, String>;
+
+impl Sweep {
+    /// The files that the scenes of all points name, and the last states of the runs, as far as they are there.
+    pub(super) fn inputs(&self) -> Inputs {
+        let is_naming = |key: &str| key.split('.').next().is_some_and(|table| NAMING.contains(&table.trim()));
+        // Points that differ in nothing else read the same files.
+        let differing = if self.keys().into_iter().any(is_naming) { self.points().len() } else { 1 };
+        let mut named: BTreeSet<(PathBuf, NamedInput)> = BTreeSet::new();
+        for point in self.points().iter().take(differing) {
+            named.extend(self.inputs_at(point).unwrap_or_default());
+        }
+        let inputs = named.into_iter().filter_map(|(path, kind)| present(&path, kind));
+        inputs.map(|InputFile { path, checksum, .. }| (path, checksum)).collect()
+    }
+}
+
+/// The first file of a scene that holds something else than when the sweep began: its path, what it holds, and what it held.
+pub(super) fn replaced(scene: &Scene, begun_with: &Inputs) -> Option<(String, String, String)> {
+    scene.inputs().iter().find_map(|input| {
+        let expected = begun_with.get(&input.path).filter(|expected| **expected != input.checksum)?;
+        Some((input.path.clone(), input.checksum.clone(), expected.clone()))
+    })
+}

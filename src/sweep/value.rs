@@ -1,0 +1,66 @@
+//! Values of a scene as they are typed, compared by what they mean.
+
+use toml::{Table, Value};
+
+/// Whole numbers up to here are numbers with a decimal point, too: `2^53`.
+const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// The value of a text as a scene takes it: as TOML, or else as a bare word.
+fn value_of(text: &str) -> Value {
+    let table = format!("v = {text}").parse::<Table>().ok().filter(|table| table.len() == 1);
+    table.and_then(|mut table| table.remove("v")).unwrap_or_else(|| Value::String(text.trim().to_owned()))
+}
+
+/// The meaning of a value: the same text for `1`, `+1`, `0x1` and `1.0`, and for a word with and without quotes.
+pub(super) fn meaning(text: &str) -> String {
+    spelled(&value_of(text))
+}
+
+/// A whole number in decimal digits, however it was typed, so that it has one folder; all else as it is.
+pub(super) fn plain(text: &str) -> String {
+    match value_of(text) {
+        Value::Integer(number) => number.to_string(),
+        _ => text.to_owned(),
+    }
+}
+
+fn spelled(value: &Value) -> String {
+    match value {
+        Value::Float(number) if number.fract() == 0.0 && number.abs() < MOST_EXACT => format!("{:.0}", number + 0.0),
+        Value::Float(number) => format!("{number:e}"),
+        Value::String(word) => format!("{word:?}"),
+        Value::Array(array) => format!("[{}]", array.iter().map(spelled).collect::<Vec<_>>().join(", ")),
+        Value::Table(table) => {
+            let entries = table.iter().map(|(key, value)| format!("{key} = {}", spelled(value)));
+            format!("{{{}}}", entries.collect::<Vec<_>>().join(", "))
+        }
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_the_same_however_they_are_typed() {
+        for (one, other) in [
+            ("1", "+1"),
+            ("1", "0x1"),
+            ("16", "0x1_0"),
+            ("100000", "1e5"),
+            ("0.5", "5e-1"),
+            ("-0.0", "0"),
+            ("fcc", "\"fcc\""),
+            ("'fcc'", "\"fcc\""),
+            ("[1,2.50]", "[1.0, 2.5]"),
+            ("{ a = 1, b = 2 }", "{b=2,a=1}"),
+        ] {
+            assert_eq!(meaning(one), meaning(other));
+        }
+        for (one, other) in [("1", "2"), ("0.1", "0.100000001"), ("fcc", "FCC"), ("1", "\"1\""), ("[1]", "1")] {
+            assert_ne!(meaning(one), meaning(other));
+        }
+        assert_eq!(["+1", "0x10", "1_000", "0.10", "1e5", "fcc"].map(plain), ["1", "16", "1000", "0.10", "1e5", "fcc"]);
+    }
+}
