@@ -130,7 +130,8 @@ def _text(key: str, value: Any) -> str:
     """A value of an axis as the program takes it."""
     if isinstance(value, str):
         plain = value.replace("-", "").replace("_", "").replace(".", "").isalnum() and ".." not in value
-        return value if plain else _carom.Scene.value_of(value, key)
+        # A text such as "1e5" stays a text: without quotes it would be a number.
+        return value if plain and isinstance(_value(value), str) else _carom.Scene.value_of(value, key)
     if isinstance(value, (float, np.floating)) and not isinstance(value, bool):
         number = float(value)
         if not np.isfinite(number):

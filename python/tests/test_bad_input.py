@@ -413,6 +413,8 @@ def test_a_run_that_fails(fluid: dict, tmp_path: Path) -> None:
         ({"fill.0.packing_fractoin": [0.1]}, "packing_fraction"),
         ({"fill.0.packing_fraction": ["dense"]}, "dense|number"),
         ({"fill.0.packing_fraction": [float("nan")]}, "finite"),
+        ({"fill.0.packing_fraction": ["0.1"]}, "string"),
+        ({"run.until_events": ["100", "200"]}, "string"),
         ({("seed", "run.until_events"): [(1, 2), (3,)]}, "every entry"),
     ],
 )
