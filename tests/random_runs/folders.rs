@@ -187,12 +187,15 @@ impl Place {
         let name = if choices.once_in(2) { choices.pick(&WRITTEN) } else { choices.pick(&NAMES) };
         let change = choices.pick(changes);
         let path = self.out().join(name);
-        let content = fs::read(&path).ok();
+        let parent = path.parent().unwrap_or(&path).to_owned();
+        if parent.is_symlink() {
+            // What is prepared there would be outside.
+            return (name, Change::Nothing);
+        }
+        let content = if path.is_symlink() { None } else { fs::read(&path).ok() };
         if change != Change::Nothing {
-            if let Some(parent) = path.parent() {
-                let _ = fs::create_dir_all(parent);
-            }
-            if change != Change::Folder || !path.is_dir() {
+            let _ = fs::create_dir_all(parent);
+            if change != Change::Folder || path.is_symlink() || !path.is_dir() {
                 let _ = fs::remove_file(&path).or_else(|_| fs::remove_dir_all(&path));
             }
         }
