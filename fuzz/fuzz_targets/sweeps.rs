@@ -12,7 +12,7 @@ use libfuzzer_sys::fuzz_target;
 fuzz_target!(|bytes: &[u8]| {
     let Some((first, rest)) = bytes.split_first() else { return };
     if first % 8 == 0 {
-        let _ = sweeps::calls(rest);
+        let _ = sweeps::calls(rest, true);
     } else {
         let _ = sweeps::plan(rest);
     }

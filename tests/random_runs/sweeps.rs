@@ -110,12 +110,12 @@ pub fn plan(bytes: &[u8]) -> Option<usize> {
     Some(sweep.points().len())
 }
 
-/// Two to four calls in one folder, one after the other or at once, with other axes and other texts, and with files that are gone or damaged in between;
+/// Two to four calls in one folder, one after the other or, where it `has_races`, at once, with other axes and other texts, and with files that are gone or damaged in between;
 /// what is called done is then the run of its point.
 ///
 /// # Panics
 /// Where it is not.
-pub fn calls(bytes: &[u8]) -> usize {
+pub fn calls(bytes: &[u8], has_races: bool) -> usize {
     let choices = &mut Choices::new(bytes);
     let place = temporary();
     let (file, folder) = (place.path().join("balls.toml"), place.path().join("sweep"));
@@ -130,7 +130,7 @@ pub fn calls(bytes: &[u8]) -> usize {
             Sweep::new(&file, &[], axes.parse::<Axis>().into_iter().collect()).expect("a sweep")
         };
         let (first, second) = (sweep(), sweep());
-        let is_race = choices.once_in(3);
+        let is_race = choices.once_in(3) && has_races;
         let ends = thread::scope(|scope| {
             let other = is_race.then(|| scope.spawn(|| execute(&second, &folder)));
             let one = execute(&first, &folder);
