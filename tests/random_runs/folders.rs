@@ -112,7 +112,6 @@ const OTHERS: [&str; 3] = ["thesis.tex", "data/rows.csv", "data/.carom"];
 
 /// How a file may have become another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code)]
 pub enum Change {
     Nothing,
     Remove,
@@ -125,7 +124,6 @@ pub enum Change {
     LinkToNothing,
 }
 
-#[allow(dead_code)]
 impl Change {
     pub const ALL: [Self; 9] = [
         Self::Nothing,
@@ -138,8 +136,6 @@ impl Change {
         Self::LinkToFolder,
         Self::LinkToNothing,
     ];
-    /// Those without links.
-    pub const PLAIN: [Self; 6] = [Self::Nothing, Self::Remove, Self::Cut, Self::Flip, Self::Foreign, Self::Folder];
 }
 
 /// A place with the folder `out` and what else a user has.

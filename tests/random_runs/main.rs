@@ -48,7 +48,7 @@ fn all<T>(cases: u64, show: impl Fn(&[u8]) -> String, judge: impl Fn(u64, &[u8])
 
 #[test]
 fn instruments_bear_scenes_in_which_nothing_happens() {
-    let ends = all(110, instruments::scene, |seed, bytes| instruments::judge(bytes, seed % 20 == 0));
+    let ends = all(400, instruments::scene, |seed, bytes| instruments::judge(bytes, seed % 20 == 0));
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for end in &ends {
         let word = match end {
@@ -79,10 +79,10 @@ fn a_folder_of_sweeps_holds_the_runs_of_its_points() {
 
 #[test]
 fn nothing_outside_of_a_prepared_folder_changes() {
-    let judge = |_, bytes: &[u8]| folders::judge(bytes, &folders::Change::PLAIN);
-    let over: usize = all(40, |bytes| format!("{bytes:?}"), judge).iter().sum();
+    let judge = |_, bytes: &[u8]| folders::judge(bytes, &folders::Change::ALL);
+    let over: usize = all(150, |bytes| format!("{bytes:?}"), judge).iter().sum();
     println!("{over} calls");
-    assert!(over > 20, "calls come to their end: {over}");
+    assert!(over > 60, "calls come to their end: {over}");
 }
 
 /// Prints the scene of `CAROM_FUZZ_SEED`.
