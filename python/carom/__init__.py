@@ -32,17 +32,18 @@ read what is there      :func:`open`, whichever program made it
 from __future__ import annotations
 
 import os
-from pathlib import Path
 
+from carom._arguments import path_of
 from carom._carom import __version__
 from carom._errors import CaromError, CaromWarning, FolderError, SceneError, SimulationError, SweepError
 from carom._exchange import Exchange, exchange
 from carom._frame import Frame
-from carom._run import EventLog, Run, Stage, Trajectory, path_of, resume, run
+from carom._run import Run, Stage, resume, run
 from carom._scene import Scene
 from carom._simulation import EVENT, EVENT_KINDS, Simulation
 from carom._sweep import Sweep, sweep
 from carom._tables import Curve, Observable, Table
+from carom._trajectory import EventLog, Trajectory
 
 __all__ = [
     "EVENT",

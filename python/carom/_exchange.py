@@ -13,10 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import _carom
+from carom._arguments import flag, path_of, real, whole
+from carom._arrays import fixed
 from carom._errors import FolderError, SceneError, SimulationError
-from carom._run import Progress, Trajectory, _json, framed, path_of
-from carom._scene import Scene, SceneLike, whole
+from carom._folder import InFolder, json_of
+from carom._progress import Progress
+from carom._run import framed
+from carom._scene import Scene, SceneLike
 from carom._tables import Observable, Table
+from carom._trajectory import Trajectory
 
 __all__ = ["Exchange", "exchange"]
 
@@ -77,13 +82,14 @@ def exchange(
         cure = "add the table exchange with temperatures, interval and rate; carom.run runs a scene without it"
         raise SceneError(f"the scene {made.name} has no [exchange]\n  help: {cure}", cure=cure)
     threads = (os.cpu_count() or 1) if jobs is None else whole("jobs", jobs, 1)
+    orders = (flag("force", force), real("checkpoint_every", checkpoint_every))
     folder = None if out is None else path_of("out", out)
     temporary = None
     if folder is None:
         temporary = tempfile.TemporaryDirectory(prefix="carom-")
         folder = Path(temporary.name) / f"{made.name}-exchange"
     with Progress(progress, made.name) as bar:
-        faults = _carom.exchange(made._core, folder, threads, (bool(force), float(checkpoint_every)), bar.callback)
+        faults = _carom.exchange(made._core, folder, threads, orders, bar.callback)
     result = Exchange(folder, _temporary=temporary)
     if faults:
         # A temporary folder goes with the exchange.
@@ -92,7 +98,7 @@ def exchange(
     return result
 
 
-class Exchange:
+class Exchange(InFolder):
     """A replica exchange that is complete, in its folder.
 
     Parameters
@@ -121,7 +127,7 @@ class Exchange:
         #: The folder.
         self.folder: Path = path_of("folder", folder)
         #: Content of ``summary.json``.
-        self.summary: Mapping[str, Any] = _json(self.folder / "summary.json")
+        self.summary: Mapping[str, Any] = json_of(self.folder / "summary.json")
         if "neighbours" not in self.summary:
             raise FolderError(f"{self.folder} is not the folder of a replica exchange")
 
@@ -134,7 +140,7 @@ class Exchange:
         >>> carom.exchange(pair).temperatures.shape
         (3,)
         """
-        return np.array([it["temperature"] for it in self.summary["temperatures"]])
+        return fixed(np.array([it["temperature"] for it in self.summary["temperatures"]]))
 
     def observable(self, name: str) -> list[Observable]:
         """The mean of a quantity at each temperature, with its standard error.
@@ -183,7 +189,7 @@ class Exchange:
         >>> carom.exchange(pair).round_trips.shape
         (3,)
         """
-        return np.array(self.summary["round_trips"], dtype=np.int64)
+        return fixed(np.array(self.summary["round_trips"], dtype=np.int64))
 
     @cached_property
     def populations(self) -> Table:
@@ -219,7 +225,7 @@ class Exchange:
         3
         """
         rows = self.attempts
-        return np.array([rows[f"potential_{at}"] for at in range(1, len(self.temperatures) + 1)], dtype=float)
+        return fixed(np.array([rows[f"potential_{at}"] for at in range(1, len(self.temperatures) + 1)], dtype=float))
 
     @cached_property
     def frames(self) -> list[Trajectory]:

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from carom._arrays import fixed
+
 __all__ = ["Frame"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame:
-    """All particles at one time, in the order of their ids, and the box.
+    """All particles at one time, in the order of their ids, and the box. Its arrays are for reading only; ``array.copy()`` can be written to.
 
     Attributes
     ----------
@@ -58,8 +60,8 @@ class Frame:
     positions: NDArray[np.float64]
     velocities: NDArray[np.float64]
     images: NDArray[np.int32] | None
-    ids: NDArray[np.uint32]
-    species: NDArray[np.uint32]
+    ids: NDArray[np.int64]
+    species: NDArray[np.int64]
     radii: NDArray[np.float64]
     species_names: list[str]
     species_masses: NDArray[np.float64]
@@ -67,12 +69,12 @@ class Frame:
     size: NDArray[np.float64]
     periodic: NDArray[np.bool_]
     displacement: float = 0.0
-    bonds: NDArray[np.uint32] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.uint32))
+    bonds: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
     scalars: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     @classmethod
     def _of(cls, parts: Mapping[str, Any]) -> Frame:
-        arrays = {name: np.array(parts[name]) for name in ("lower", "size", "periodic")}
+        arrays = {name: fixed(np.array(parts[name])) for name in ("lower", "size", "periodic")}
         return cls(**{**parts, **arrays})
 
     def __len__(self) -> int:
@@ -102,7 +104,7 @@ class Frame:
             raise ValueError("the file of the frame does not say how often particles have left the box")
         unwrapped = self.positions + self.images * self.size
         unwrapped[:, 0] += self.images[:, 1] * self.displacement
-        return unwrapped
+        return fixed(unwrapped)
 
     @property
     def masses(self) -> NDArray[np.float64]:
@@ -113,7 +115,7 @@ class Frame:
         >>> carom.Simulation(fluid).frame().masses[:3]
         array([1., 1., 1.])
         """
-        return self.species_masses[self.species]
+        return fixed(self.species_masses[self.species])
 
     @property
     def cell(self) -> NDArray[np.float64]:
@@ -127,12 +129,14 @@ class Frame:
         thick = 2.0 * float(self.radii.max(initial=0.5))
         cell = np.diag(np.where(self.size > 0.0, self.size, thick))
         cell[1, 0] = self.displacement
-        return cell
+        return fixed(cell)
 
     def to_ase(self) -> Any:
-        """The frame as ``ase.Atoms``: positions, velocities, masses, cell and periodicity, with ``species``, ``radii`` and ``ids`` as arrays.
+        """The frame as ``ase.Atoms``: positions, velocities, masses, cell and periodicity, with ``ids``, ``species`` and their names
+        ``species_names``, and ``radii`` as arrays.
 
-        The chemical symbol is ``X``; ASE has no species of other names. What is static has no mass.
+        The chemical symbol is ``X``; ASE has no species of other names. What is static is held by ``FixAtoms``. That, and what has no known mass, has the
+        mass 1 of an ``X``: ASE keeps momenta, and of no mass there would be no velocity. Files in extended XYZ have all of it but ``species``.
 
         Raises
         ------
@@ -146,8 +150,8 @@ class Frame:
         (108, np.True_)
         """
         from ase import Atoms
+        from ase.constraints import FixAtoms
 
-        masses = np.where(np.isfinite(self.masses), self.masses, 0.0)
         # The cell of ASE starts at the origin.
         atoms = Atoms(
             numbers=np.zeros(len(self), dtype=int),
@@ -156,16 +160,28 @@ class Frame:
             pbc=self.periodic,
         )
         # Before the velocities, which ASE keeps as momenta.
-        atoms.set_masses(masses)
+        atoms.set_masses(np.where(np.isfinite(self.masses), self.masses, 1.0))
         atoms.set_velocities(self.velocities)
-        for name in ("ids", "species", "radii"):
-            atoms.set_array(name, np.array(getattr(self, name)))
+        # No unsigned numbers, of which ASE writes none.
+        for name, kind in (("ids", np.int64), ("species", np.int64), ("radii", np.float64)):
+            atoms.set_array(name, np.array(getattr(self, name), dtype=kind))
+        atoms.set_array("species_names", np.array(self.species_names, dtype=str)[self.species])
+        is_static = np.isinf(self.masses)
+        if is_static.any():
+            atoms.set_constraint(FixAtoms(mask=is_static))
         atoms.info["time"] = self.time
-        atoms.info["origin"] = self.lower
+        atoms.info["origin"] = np.array(self.lower)
         return atoms
 
     def to_mdanalysis(self) -> Any:
         """The frame as an ``MDAnalysis.Universe`` of one frame, with types, masses, radii, ids, velocities and bonds.
+
+        A box of MDAnalysis is periodic along all axes: there is none where no axis is.
+
+        Warns
+        -----
+        CaromWarning
+            If some axes are periodic and others are not.
 
         Raises
         ------
@@ -178,6 +194,8 @@ class Frame:
         >>> universe.atoms.n_atoms, universe.atoms.types[0]  # doctest: +MDANALYSIS
         (108, 'sphere')
         """
+        from carom._mdanalysis import universe_of
+
         return universe_of([self])
 
     def to_freud(self) -> tuple[Any, NDArray[np.float64]]:
@@ -209,37 +227,3 @@ class Frame:
             points[:, 0] -= 0.5 * self.displacement
             points = box.wrap(points)
         return box, points
-
-
-def universe_of(frames: list[Frame]) -> Any:
-    """A universe of MDAnalysis with these frames."""
-    import MDAnalysis
-    from MDAnalysis.coordinates.memory import MemoryReader
-
-    first = frames[0]
-    if any(len(frame) != len(first) or (frame.ids != first.ids).any() for frame in frames):
-        raise ValueError("MDAnalysis needs the same particles in all frames")
-    universe = MDAnalysis.Universe.empty(len(first), trajectory=False, velocities=True)
-    names = np.array(first.species_names, dtype=object)[first.species]
-    universe.add_TopologyAttr("types", names)
-    universe.add_TopologyAttr("names", names)
-    universe.add_TopologyAttr("masses", np.where(np.isfinite(first.masses), first.masses, 0.0))
-    universe.add_TopologyAttr("radii", first.radii)
-    universe.add_TopologyAttr("ids", first.ids)
-    if len(first.bonds):
-        place = {int(id): at for at, id in enumerate(first.ids)}
-        universe.add_TopologyAttr("bonds", [(place[int(a)], place[int(b)]) for a, b in first.bonds])
-    universe.load_new(
-        np.array([frame.positions for frame in frames]),
-        format=MemoryReader,
-        velocities=np.array([frame.velocities for frame in frames]),
-        dimensions=np.array([_lengths_and_angles(frame.cell) for frame in frames], dtype=np.float32),
-    )
-    return universe
-
-
-def _lengths_and_angles(cell: NDArray[np.float64]) -> list[float]:
-    """Edges and angles in degrees of a box, as MDAnalysis has them."""
-    lengths = np.linalg.norm(cell, axis=1)
-    cosines = [cell[a] @ cell[b] / (lengths[a] * lengths[b]) for a, b in ((1, 2), (0, 2), (0, 1))]
-    return [*lengths.tolist(), *np.degrees(np.arccos(cosines)).tolist()]

@@ -3,95 +3,29 @@
 from __future__ import annotations
 
 import html
-import json
 import os
-import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from functools import cached_property
-from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
-from typing import Any, overload
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
 from carom import _carom
+from carom._arguments import flag, path_of, real, whole
 from carom._errors import FolderError, SimulationError
-from carom._frame import Frame, universe_of
-from carom._scene import Scene, SceneLike, whole
-from carom._simulation import EVENT_KINDS
+from carom._folder import InFolder, json_of
+from carom._progress import Progress
+from carom._scene import Scene, SceneLike
 from carom._tables import Curve, Observable, Table
+from carom._trajectory import EventLog, Trajectory
 
-__all__ = ["Run", "Stage", "Trajectory", "resume", "run"]
-
-PathLike = "str | os.PathLike[str]"
-
-
-class Progress:
-    """A bar of tqdm, where that is installed and wanted: on a terminal, and in notebooks with widgets. In files of output it would be a line for each state."""
-
-    #: What is counted, where that is not events.
-    COUNTED = {"sweeping": "runs done", "exchanging": "attempts"}
-
-    def __init__(self, wanted: bool, title: str) -> None:
-        self._bar: Any = None
-        self._stage = ""
-        kind = _kind_of_bar() if wanted else None
-        if kind is not None:
-            form = "{desc} {percentage:3.0f} %|{bar}|{postfix}, {remaining} left"
-            self._bar = kind(total=1.0, desc=title, bar_format=form, leave=False, delay=0.5)
-
-    @property
-    def callback(self) -> Callable[[str, float, float, int], None] | None:
-        """What the compiled part calls, if there is anything to show."""
-        return None if self._bar is None else self._see
-
-    def _see(self, stage: str, fraction: float, time: float, events: int) -> None:
-        bar = self._bar
-        if stage != self._stage:
-            self._stage = stage
-            bar.reset(total=1.0)
-        bar.n = min(fraction, 1.0)
-        words = f"{stage}, {events} {self.COUNTED.get(stage, 'events')}"
-        bar.set_postfix_str(words if not time else f"{words}, t = {time:.4g}", refresh=False)
-        bar.refresh()
-
-    def __enter__(self) -> Progress:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
-
-
-def _kind_of_bar() -> Any:
-    is_notebook = "ipykernel" in sys.modules and find_spec("ipywidgets") is not None
-    if find_spec("tqdm") is None or not (is_notebook or sys.stderr.isatty()):
-        return None
-    if is_notebook:
-        from tqdm.notebook import tqdm
-    else:
-        from tqdm.std import tqdm
-    return tqdm
-
-
-def path_of(name: str, path: Any) -> Path:
-    """A path of an argument."""
-    if not isinstance(path, (str, os.PathLike)):
-        raise TypeError(f"{name}: expected a path, found {type(path).__name__}")
-    if "\0" in os.fspath(path):
-        raise ValueError(f"{name}: a path has no character of the number 0")
-    return Path(path)
+__all__ = ["Run", "Stage", "resume", "run"]
 
 
 def _limits(until_time: Any, until_events: Any) -> tuple[float | None, int | None]:
-    if until_time is not None:
-        if isinstance(until_time, bool) or not isinstance(until_time, (int, float, np.number)):
-            raise TypeError(f"until_time: expected a number, found {until_time!r}")
-        until_time = float(until_time)
-    return until_time, None if until_events is None else whole("until_events", until_events, 1)
+    time = None if until_time is None else real("until_time", until_time)
+    return time, None if until_events is None else whole("until_events", until_events, 1)
 
 
 def run(
@@ -148,13 +82,14 @@ def run(
     """
     made = Scene(scene, seed=seed, set=set)
     limits = _limits(until_time, until_events)
+    is_forced, interval = flag("force", force), real("checkpoint_every", checkpoint_every)
     folder = None if out is None else path_of("out", out)
     temporary = None
     if folder is None:
         temporary = tempfile.TemporaryDirectory(prefix="carom-")
         folder = Path(temporary.name) / made.name
     with Progress(progress, made.name) as bar:
-        trouble = _carom.run(made._core, folder, bool(force), float(checkpoint_every), *limits, bar.callback)
+        trouble = _carom.run(made._core, folder, is_forced, interval, *limits, bar.callback)
     return _ended(Run(folder, _temporary=temporary), trouble)
 
 
@@ -193,8 +128,9 @@ def resume(
     """
     path = path_of("folder", folder)
     limits = _limits(until_time, until_events)
+    interval = real("checkpoint_every", checkpoint_every)
     with Progress(progress, path.name) as bar:
-        trouble = _carom.resume(path, float(checkpoint_every), *limits, bar.callback)
+        trouble = _carom.resume(path, interval, *limits, bar.callback)
     return _ended(Run(path), trouble)
 
 
@@ -280,10 +216,11 @@ class Stage(Results):
         return f"<Stage {self.name}: {', '.join(self.observables)}>"
 
 
-class Run(Results):
+class Run(InFolder, Results):
     """A run in its folder: parameters, results, trajectory and events. What is large is read when it is asked for.
 
-    It can be used in a ``with`` statement, which removes a temporary folder at its end; otherwise that goes with the object.
+    It can be used in a ``with`` statement, which removes a temporary folder at its end; otherwise that goes with the object. A run is pickled as its folder,
+    with its observables and curves; a temporary folder stays with the object that made it.
 
     Parameters
     ----------
@@ -311,19 +248,29 @@ class Run(Results):
         self._temporary = _temporary
         self._is_closed = False
         self._folder = path_of("folder", folder)
-        self._summary = _json(self._folder / "summary.json")
+        self._summary = json_of(self._folder / "summary.json")
         system = self._summary.get("system") or {}
         self._dimensions = system.get("dimensions", 3)
 
     def _open(self) -> Path:
         if self._is_closed:
             raise ValueError("the run is closed, and its temporary folder is gone: give carom.run an out to keep the files")
+        if not self._folder.is_dir():
+            cure = "give carom.run an out: a temporary folder goes with the run that made it"
+            raise FolderError(f"the folder {self._folder} of the run is gone\n  help: {cure}", cure=cure)
         return self._folder
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = super().__getstate__()
+        if self._temporary is not None and not self._is_closed:
+            # What the folder may take with it.
+            state["_measured"] = self._measured
+        return state
 
     @cached_property
     def _measured(self) -> Mapping[str, Any]:  # type: ignore[override]
         path = self._open() / "measurements.json"
-        return _json(path) if path.exists() else {}
+        return json_of(path) if path.exists() else {}
 
     @property
     def folder(self) -> Path:
@@ -475,7 +422,7 @@ class Run(Results):
         return _carom.page(self._open())
 
     def to_mdanalysis(self) -> Any:
-        """All frames as an ``MDAnalysis.Universe``, in memory.
+        """All frames as an ``MDAnalysis.Universe``, in memory, at their own times; see :meth:`Trajectory.to_mdanalysis`.
 
         Raises
         ------
@@ -522,200 +469,3 @@ def framed(page: str, height: int = 700) -> str:
     """A page in a cell of a notebook."""
     style = f"width:100%;height:{height}px;border:0"
     return f'<iframe srcdoc="{html.escape(page)}" style="{style}" sandbox="allow-scripts"></iframe>'
-
-
-class Trajectory(Sequence[Frame]):
-    """The frames of a trajectory file, each read when it is asked for. The file is passed over once, for where they are.
-
-    Parameters
-    ----------
-    path : path
-        A file in extended XYZ, such as the ``trajectory.xyz`` of a run. A last frame that is cut off, as by a kill, is left out.
-
-    Raises
-    ------
-    FolderError
-        If the file cannot be read, or is no trajectory.
-
-    Examples
-    --------
-    >>> run = carom.run(fluid, set={"output.frame_interval": 0.1})
-    >>> [round(frame.time, 1) for frame in run.frames[-3:]] == [round(t, 1) for t in run.frames.times[-3:]]
-    True
-    """
-
-    def __init__(self, path: str | os.PathLike[str], *, _owner: Any = None) -> None:
-        self._path = path_of("path", path)
-        # Keeps a temporary folder.
-        self._owner = _owner
-        self._core = _carom.Trajectory(self._path)
-
-    def __len__(self) -> int:
-        return len(self._core)
-
-    @overload
-    def __getitem__(self, at: int) -> Frame: ...
-    @overload
-    def __getitem__(self, at: slice) -> list[Frame]: ...
-    def __getitem__(self, at: int | slice) -> Frame | list[Frame]:
-        if isinstance(at, slice):
-            return [self[place] for place in range(*at.indices(len(self)))]
-        place = at.__index__()
-        if not -len(self) <= place < len(self):
-            raise IndexError(f"frame {place} of {len(self)}")
-        return Frame._of(self._core.frame(place % len(self)))
-
-    @cached_property
-    def times(self) -> NDArray[np.float64]:
-        """Simulated time of each frame `[time]`, of the shape ``(frames,)``; reads them all once.
-
-        Examples
-        --------
-        >>> carom.run(fluid).frames.times.shape
-        (6,)
-        """
-        return np.array([frame.time for frame in self])
-
-    def positions(self, *, unwrapped: bool = True) -> NDArray[np.float64]:
-        """Positions in all frames `[length]`, of the shape ``(frames, n, 3)``.
-
-        Parameters
-        ----------
-        unwrapped : bool
-            Whether particles go on beyond the sides of a periodic box, as for displacements; otherwise they are within it.
-
-        Raises
-        ------
-        ValueError
-            If frames have different particles, or images are asked for and not known.
-
-        Examples
-        --------
-        The mean squared displacement between the first and the last frame:
-
-        >>> r = carom.run(fluid).frames.positions()
-        >>> float(((r[-1] - r[0]) ** 2).sum(axis=1).mean()) > 1.0
-        True
-        """
-        return self._stacked("unwrapped" if unwrapped else "positions")
-
-    def velocities(self) -> NDArray[np.float64]:
-        """Velocities in all frames `[length / time]`, of the shape ``(frames, n, 3)``.
-
-        Raises
-        ------
-        ValueError
-            If frames have different particles.
-
-        Examples
-        --------
-        >>> carom.run(fluid).frames.velocities().shape
-        (6, 108, 3)
-        """
-        return self._stacked("velocities")
-
-    def _stacked(self, name: str) -> NDArray[np.float64]:
-        stacked: NDArray[np.float64] | None = None
-        ids: NDArray[np.uint32] | None = None
-        for at, frame in enumerate(self):
-            values = getattr(frame, name)
-            if stacked is None or ids is None:
-                stacked, ids = np.empty((len(self), *values.shape)), frame.ids
-            if len(frame.ids) != len(ids) or (frame.ids != ids).any():
-                raise ValueError(f"frame {at} has other particles than the first one: go through the frames one by one")
-            stacked[at] = values
-        return np.empty((0, 0, 3)) if stacked is None else stacked
-
-    def to_mdanalysis(self) -> Any:
-        """All frames as an ``MDAnalysis.Universe``, in memory.
-
-        Raises
-        ------
-        ImportError
-            If MDAnalysis is not installed.
-        ValueError
-            If frames have different particles, or there are none.
-
-        Examples
-        --------
-        >>> carom.run(fluid).frames.to_mdanalysis().trajectory.n_frames  # doctest: +MDANALYSIS
-        6
-        """
-        if not len(self):
-            raise ValueError(f"{self._path} has no frames")
-        return universe_of(list(self))
-
-    def __iter__(self) -> Iterator[Frame]:
-        return (self[at] for at in range(len(self)))
-
-    def __repr__(self) -> str:
-        return f"<Trajectory of {len(self)} frames>"
-
-
-class EventLog(Mapping[str, NDArray[Any]]):
-    """All events of a run, by column: memory maps of the files in the folder ``events``, one entry per event in the order of time.
-
-    The columns are those of :meth:`Simulation.events`, with the same units, but for ``impulse``, ``distance`` and ``normal``.
-
-    Raises
-    ------
-    FolderError
-        If a file cannot be read.
-
-    Examples
-    --------
-    >>> run = carom.run(fluid, set={"output.events": True})
-    >>> run.events["positions"].shape, carom.EVENT_KINDS[run.events["kind"][0]]
-    ((20000, 2, 3), 'core')
-    """
-
-    COLUMNS = (
-        "time",
-        "kind",
-        "particle",
-        "partner",
-        "positions",
-        "velocities_before",
-        "velocities_after",
-        "energy_step",
-        "dissipated",
-    )
-    #: Kinds by number.
-    KINDS = EVENT_KINDS
-
-    def __init__(self, folder: Path, owner: Any = None) -> None:
-        self._folder = folder
-        self._owner = owner
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        if name not in self.COLUMNS:
-            raise KeyError(f"no column {name!r}; there are {', '.join(self.COLUMNS)}")
-        path = self._folder / f"{name}.npy"
-        try:
-            column: NDArray[Any] = np.load(path, mmap_mode="r")
-        except ValueError:
-            # There is nothing to map where there are no events.
-            column = np.load(path)
-        except OSError as error:
-            raise FolderError(f"cannot read {path}: {error}") from error
-        return column
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.COLUMNS)
-
-    def __len__(self) -> int:
-        return len(self.COLUMNS)
-
-    def __repr__(self) -> str:
-        return f"<EventLog of {len(self['time'])} events: {', '.join(self.COLUMNS)}>"
-
-
-def _json(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        cure = "go on with carom.resume where a run was killed"
-        raise FolderError(f"cannot read {path}: {error}\n  help: {cure}", cure=cure) from error
-    if not isinstance(content, dict):
-        raise FolderError(f"{path} is no file of Carom")
-    return content

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import _carom
+from carom._arguments import whole
+from carom._arrays import fixed
 
 __all__ = ["Scene"]
 
@@ -27,18 +29,6 @@ def overrides(seed: int | None, set: Mapping[str, Any] | None) -> list[tuple[str
     if seed is not None:
         pairs.append(("seed", str(whole("seed", seed))))
     return pairs
-
-
-def whole(name: str, value: Any, least: int = 0) -> int:
-    """A whole number, also one of NumPy."""
-    if isinstance(value, bool) or not hasattr(value, "__index__"):
-        if not (isinstance(value, float) and value.is_integer()):
-            raise TypeError(f"{name}: expected a whole number, found {value!r}")
-        value = int(value)
-    number = int(value)
-    if not least <= number < 2**63:
-        raise ValueError(f"{name}: expected a whole number from {least} to 2^63 - 1, found {number}")
-    return number
 
 
 class Scene:
@@ -228,7 +218,7 @@ class Scene:
         >>> carom.Scene(fluid).size.round(3)
         array([5.734, 5.734, 5.734])
         """
-        return np.array(self._core.space()[1])
+        return fixed(np.array(self._core.space()[1]))
 
     @property
     def lower(self) -> NDArray[np.float64]:
@@ -239,7 +229,7 @@ class Scene:
         >>> carom.Scene(fluid).lower
         array([0., 0., 0.])
         """
-        return np.array(self._core.space()[0])
+        return fixed(np.array(self._core.space()[0]))
 
     @property
     def periodic(self) -> NDArray[np.bool_]:
@@ -250,7 +240,7 @@ class Scene:
         >>> carom.Scene(fluid).periodic
         array([ True,  True,  True])
         """
-        return np.array(self._core.space()[2])
+        return fixed(np.array(self._core.space()[2]))
 
     @property
     def species_names(self) -> list[str]:
@@ -272,7 +262,7 @@ class Scene:
         >>> carom.Scene(fluid).masses
         array([1.])
         """
-        return np.array([mass for _, mass, _ in self._core.species_table()])
+        return fixed(np.array([mass for _, mass, _ in self._core.species_table()]))
 
     @property
     def diameters(self) -> NDArray[np.float64]:
@@ -283,10 +273,10 @@ class Scene:
         >>> carom.Scene(fluid).diameters
         array([1.])
         """
-        return np.array([diameter for _, _, diameter in self._core.species_table()])
+        return fixed(np.array([diameter for _, _, diameter in self._core.species_table()]))
 
     @property
-    def species(self) -> NDArray[np.uint32]:
+    def species(self) -> NDArray[np.int64]:
         """Species of each particle, of the shape ``(n,)``.
 
         Examples
@@ -320,7 +310,7 @@ class Scene:
         return self._core.velocities()
 
     @property
-    def bonds(self) -> NDArray[np.uint32]:
+    def bonds(self) -> NDArray[np.int64]:
         """Ids of the two ends of each bond, of the shape ``(bonds, 2)``.
 
         Examples

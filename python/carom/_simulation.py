@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from carom import _carom
+from carom._arguments import finite, flag, vectors, whole
+from carom._arrays import fixed
 from carom._frame import Frame
-from carom._scene import Scene, SceneLike, whole
+from carom._scene import Scene, SceneLike
 
 __all__ = ["EVENT", "EVENT_KINDS", "Simulation"]
 
@@ -35,7 +37,7 @@ EVENT: np.dtype[np.void] = np.dtype(
     [
         ("time", "=f8"),
         ("kind", "u1"),
-        ("particle", "=u4"),
+        ("particle", "=i8"),
         ("partner", "=i8"),
         ("positions", "=f8", (2, 3)),
         ("velocities_before", "=f8", (2, 3)),
@@ -65,23 +67,8 @@ def _bits(kinds: str | Iterable[str] | None) -> int:
     return bits
 
 
-def _finite(name: str, value: Any) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise TypeError(f"{name}: expected a number, found {value!r}") from None
-    if not math.isfinite(number):
-        raise ValueError(f"{name}: expected a finite number, found {number}")
-    return number
-
-
-def _vectors(name: str, value: ArrayLike, count: int) -> bytes:
-    array = np.asarray(value)
-    if array.dtype.kind not in "fiu":
-        raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
-    if array.shape != (count, 3):
-        raise ValueError(f"{name}: expected an array of the shape ({count}, 3), found {array.shape}")
-    return array.astype(np.float64).tobytes()
+def _events_of(found: bytearray) -> NDArray[np.void]:
+    return fixed(np.frombuffer(found, EVENT))
 
 
 class Simulation:
@@ -114,30 +101,40 @@ class Simulation:
     20000
     """
 
-    __slots__ = ("_core", "_scene")
+    __slots__ = ("_core", "_is_asking", "_scene")
 
     _core: _carom.Simulation
+    #: Whether it is within a call that asks a `stop` function.
+    _is_asking: bool
     _scene: Scene
 
     def __init__(
         self, scene: SceneLike, *, plan: bool = True, seed: int | None = None, set: dict[str, Any] | None = None
     ) -> None:
         self._scene = Scene(scene, seed=seed, set=set)
-        self._core = _carom.Simulation(self._scene._core, bool(plan))
+        self._core = _carom.Simulation(self._scene._core, flag("plan", plan))
+        self._is_asking = False
 
     # Going on
 
+    def _refuse_while_asking(self) -> None:
+        if self._is_asking:
+            raise RuntimeError(
+                "the simulation is advancing, and asks its `stop` function: return True there and go on after the call, or advance a copy"
+            )
+
     def _until(self, duration: Any, events: Any, until: Any) -> tuple[float, int]:
+        self._refuse_while_asking()
         if duration is None and events is None and until is None:
             raise ValueError("expected a duration, a number of events, or until=TIME; the first of them ends the call")
         time = math.inf
         if duration is not None:
-            length = _finite("duration", duration)
+            length = finite("duration", duration)
             if length < 0.0:
                 raise ValueError(f"duration: expected a time of at least 0, found {length}")
             time = self._core.time + length
         if until is not None:
-            goal = _finite("until", until)
+            goal = finite("until", until)
             if goal < self._core.time:
                 raise ValueError(f"until: expected a time from {self._core.time} on, which is now, found {goal}")
             time = min(time, goal)
@@ -167,7 +164,8 @@ class Simulation:
             Simulated time since the start of the scene `[time]`.
         stop : callable
             Is asked after each event of ``kinds``, with the event as an entry of type :data:`EVENT`; the call ends there if the answer is true. The
-            simulation is at that event when it is asked, so that it can be looked at, too. Some 3 microseconds for each event.
+            simulation is at that event when it is asked: it can be looked at and copied there, and be given other positions and velocities, with
+            which it goes on as between two calls. It cannot be advanced there. Some 3 microseconds for each event.
         kinds : str or list of str
             Some of :data:`EVENT_KINDS`, or ``"wall"``; all if not given.
 
@@ -182,6 +180,8 @@ class Simulation:
             If the dynamics come to rest in a way that needs infinitely many events.
         ValueError, TypeError
             If nothing says where to end, or a number is negative, not finite or none.
+        RuntimeError
+            If ``stop`` advances the simulation that asks it, or another thread does.
         KeyboardInterrupt
             At Ctrl-C; the simulation can go on.
 
@@ -201,12 +201,16 @@ class Simulation:
         if not callable(stop):
             raise TypeError(f"stop: expected a function of an event, found {stop!r}")
         bits = _bits(kinds)
-        while True:
-            found, reason = self._core.events(1, time, count, bits)
-            if found and stop(np.frombuffer(found, EVENT)[0]):
-                return "stop"
-            if reason is not None:
-                return reason
+        self._is_asking = True
+        try:
+            while True:
+                found, reason = self._core.events(1, time, count, bits)
+                if found and stop(_events_of(found)[0]):
+                    return "stop"
+                if reason is not None:
+                    return reason
+        finally:
+            self._is_asking = False
 
     def events(
         self,
@@ -219,7 +223,8 @@ class Simulation:
     ) -> Iterator[NDArray[np.void]]:
         """Goes on as :meth:`advance` does, and hands out all events, a batch at a time.
 
-        The simulation is at the last event of a batch when that is handed out; a loop that is left early leaves it there.
+        The simulation is at the last event of a batch when that is handed out; a loop that is left early leaves it there. Events of calls that advance
+        it within the loop are not handed out.
 
         Parameters
         ----------
@@ -228,7 +233,7 @@ class Simulation:
         kinds : str or list of str
             Only events of these kinds; all if not given.
         batch : int
-            Most events at a time; each takes 221 bytes.
+            Most events at a time; each takes 225 bytes.
 
         Yields
         ------
@@ -262,9 +267,10 @@ class Simulation:
 
     def _batches(self, time: float, count: int, bits: int, batch: int) -> Iterator[NDArray[np.void]]:
         while True:
+            self._refuse_while_asking()
             found, reason = self._core.events(batch, time, count, bits)
             if found:
-                yield np.frombuffer(found, EVENT)
+                yield _events_of(found)
             if reason is not None:
                 return
 
@@ -283,6 +289,7 @@ class Simulation:
         copied = Simulation.__new__(Simulation)
         copied._scene = self._scene
         copied._core = self._core.copy()
+        copied._is_asking = False
         return copied
 
     def __copy__(self) -> Simulation:
@@ -363,7 +370,7 @@ class Simulation:
         >>> bool(abs(carom.Simulation(fluid).momentum).max() < 1e-12)
         True
         """
-        return np.array(self._core.momentum())
+        return fixed(np.array(self._core.momentum()))
 
     @property
     def deepest_overlap(self) -> float:
@@ -380,7 +387,7 @@ class Simulation:
     def positions(self) -> NDArray[np.float64]:
         """Positions now `[length]`, of the shape ``(n, 3)``, in the order of the ids; within the box along periodic axes but for round-off.
 
-        What is read is a new array, made in one pass. What is assigned is checked as the positions of a scene are, and the states of pairs follow from
+        What is read is a new array, made in one pass, for reading only. What is assigned is checked as the positions of a scene are, and the states of pairs follow from
         the distances; the energy that this supplies is counted.
 
         Raises
@@ -426,11 +433,12 @@ class Simulation:
         ...     print(str(error).split(" by ")[0])
         positions: particle 106 overlaps with particle 107
         """
-        self._core.set_positions(_vectors("positions", positions, len(self._scene)), bool(keep_states))
+        self._core.set_positions(vectors("positions", positions, len(self._scene)), flag("keep_states", keep_states))
 
     @property
     def velocities(self) -> NDArray[np.float64]:
-        """Velocities now `[length / time]`, of the shape ``(n, 3)``, in the order of the ids. Assigning is :meth:`set_velocities`.
+        """Velocities now `[length / time]`, of the shape ``(n, 3)``, in the order of the ids, a new array for reading only. Assigning is
+        :meth:`set_velocities`.
 
         Examples
         --------
@@ -463,7 +471,7 @@ class Simulation:
         >>> simulation = carom.Simulation(fluid)
         >>> simulation.set_velocities(-simulation.velocities)
         """
-        self._core.set_velocities(_vectors("velocities", velocities, len(self._scene)))
+        self._core.set_velocities(vectors("velocities", velocities, len(self._scene)))
 
     @property
     def images(self) -> NDArray[np.int32]:
@@ -477,18 +485,18 @@ class Simulation:
         return self._core.images()
 
     @property
-    def species(self) -> NDArray[np.uint32]:
+    def species(self) -> NDArray[np.int64]:
         """Species of each particle, of the shape ``(n,)``: indices into ``scene.species_names``.
 
         Examples
         --------
         >>> carom.Simulation(fluid).species[:3]
-        array([0, 0, 0], dtype=uint32)
+        array([0, 0, 0])
         """
         return self._core.species()
 
     @property
-    def captured_pairs(self) -> NDArray[np.uint32]:
+    def captured_pairs(self) -> NDArray[np.int64]:
         """Pairs within a well or beyond another step, each once, of the shape ``(pairs, 3)``: lower id, higher id, and how many steps they are inside.
 
         Examples
@@ -515,9 +523,9 @@ class Simulation:
             positions=core.positions(),
             velocities=core.velocities(),
             images=core.images(),
-            ids=np.arange(len(species), dtype=np.uint32),
+            ids=fixed(np.arange(len(species), dtype=np.int64)),
             species=species,
-            radii=0.5 * scene.diameters[species],
+            radii=fixed(0.5 * scene.diameters[species]),
             species_names=scene.species_names,
             species_masses=scene.masses,
             lower=scene.lower,

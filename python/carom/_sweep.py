@@ -13,9 +13,11 @@ from typing import Any
 import numpy as np
 
 from carom import _carom
+from carom._arguments import flag, path_of, real, whole
 from carom._errors import CaromWarning, FolderError
-from carom._run import Progress, Run, framed, path_of
-from carom._scene import Scene, SceneLike, overrides, whole
+from carom._progress import Progress
+from carom._run import Run, framed
+from carom._scene import Scene, SceneLike, overrides
 from carom._tables import Table
 
 __all__ = ["Sweep", "sweep"]
@@ -88,6 +90,7 @@ def sweep(
     >>> bool(abs(z[1] - 2.4) < 0.1)
     True
     """
+    orders = (flag("force", force), real("checkpoint_every", checkpoint_every))
     axes = [_axis(key, values) for key, values in (vary or {}).items()]
     if seeds is not None:
         if isinstance(seeds, Iterable):
@@ -105,8 +108,7 @@ def sweep(
         name = made.name
     folder = Path("runs") / f"{name}-sweep" if out is None else path_of("out", out)
     folder = Path(os.path.abspath(folder))
-    core.check(folder, bool(force))
-    orders = (bool(force), float(checkpoint_every))
+    core.check(folder, orders[0])
     core.begin(folder)
     if executor is None:
         threads = (os.cpu_count() or 1) if jobs is None else whole("jobs", jobs, 1)
@@ -128,7 +130,8 @@ def _text(key: str, value: Any) -> str:
     """A value of an axis as the program takes it."""
     if isinstance(value, str):
         plain = value.replace("-", "").replace("_", "").replace(".", "").isalnum() and ".." not in value
-        return value if plain else _carom.Scene.value_of(value, key)
+        # A text such as "1e5" stays a text: without quotes it would be a number.
+        return value if plain and isinstance(_value(value), str) else _carom.Scene.value_of(value, key)
     if isinstance(value, (float, np.floating)) and not isinstance(value, bool):
         number = float(value)
         if not np.isfinite(number):
@@ -234,6 +237,9 @@ class Sweep:
             raise FolderError(f"{self.folder} is not the folder of a sweep: it has no sweep.toml")
         self._core = _core or _carom.Sweep.open(self.folder)
         self._standing = self._core.standing(self.folder)
+
+    def __reduce__(self) -> Any:
+        return Sweep, (Path(os.path.abspath(self.folder)),)
 
     @cached_property
     def points(self) -> list[dict[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Curve", "Observable", "Table"]
+from carom._arrays import fixed
+from carom._errors import FolderError
+
+__all__ = ["Columns", "Curve", "Observable", "Table"]
 
 
 @dataclass(frozen=True)
@@ -50,8 +53,34 @@ class Observable:
         return f"{self.mean:.{digits}f} +- {self.error:.{digits}f} [{self.unit}]"
 
 
-class Table(Mapping[str, NDArray[Any]]):
-    """Columns by name: arrays of the same length, with their units. What is not known is not a number.
+class _Absent:
+    """A method of a dictionary that columns do not have."""
+
+    def __get__(self, instance: object, owner: type | None = None) -> Any:
+        raise AttributeError("columns cannot be replaced; those of dict(table) can")
+
+
+class Columns(dict[str, NDArray[Any]]):
+    """Arrays by name that cannot be replaced. It is a dictionary, because pandas and others take other mappings as a list of their keys."""
+
+    clear = pop = popitem = setdefault = update = _Absent()
+
+    def __missing__(self, name: object) -> NDArray[Any]:
+        raise KeyError(f"no column {name!r}; there are {', '.join(self)}")
+
+    def __setitem__(self, name: str, column: NDArray[Any]) -> None:
+        raise TypeError(f"{name}: columns cannot be replaced; those of dict(table) can")
+
+    def __delitem__(self, name: str) -> None:
+        raise TypeError(f"{name}: columns cannot be removed; those of dict(table) can")
+
+    def __ior__(self, columns: object) -> Any:  # type: ignore[misc]
+        raise TypeError("columns cannot be replaced; those of dict(table) can")
+
+
+class Table(Columns):
+    """Columns by name: arrays of the same length, for reading only, with their units. What is not known is not a number. It is a dictionary, which
+    ``pandas.DataFrame`` and others take.
 
     Examples
     --------
@@ -61,7 +90,7 @@ class Table(Mapping[str, NDArray[Any]]):
     """
 
     def __init__(self, columns: Mapping[str, NDArray[Any]], units: Mapping[str, str] | None = None) -> None:
-        self._columns = dict(columns)
+        super().__init__(columns)
         #: Unit of each column, where it is known.
         self.units = dict(units or {})
 
@@ -69,17 +98,27 @@ class Table(Mapping[str, NDArray[Any]]):
     def read(cls, path: Path, units: Mapping[str, str] | None = None) -> Table:
         """Reads a table of Carom, with a line of headings and commas between the cells.
 
+        Raises
+        ------
+        FolderError
+            If it cannot be read, or a row has not as many cells as there are headings.
+
         Examples
         --------
         >>> run = carom.run(fluid)
         >>> len(carom.Table.read(run.folder / "thermo.csv")) == len(run.thermo)
         True
         """
-        with open(path, newline="", encoding="utf-8") as file:
-            rows = csv.reader(file)
-            heads = next(rows, [])
-            cells = list(zip(*rows)) or [() for _ in heads]
-        return cls({head: _column(values) for head, values in zip(heads, cells)}, units)
+        try:
+            with open(path, newline="", encoding="utf-8") as file:
+                heads, *rows = list(csv.reader(file)) or [[]]
+        except (OSError, UnicodeDecodeError) as error:
+            raise FolderError(f"cannot read {path}: {error}") from error
+        for line, row in enumerate(rows, 2):
+            if len(row) != len(heads):
+                raise FolderError(f"{path}: line {line} has {len(row)} cells, and there are {len(heads)} columns: the file is damaged")
+        cells = list(zip(*rows)) or [() for _ in heads]
+        return cls({head: fixed(_column(values)) for head, values in zip(heads, cells)}, units)
 
     def to_pandas(self) -> Any:
         """The table as a ``pandas.DataFrame``.
@@ -96,23 +135,14 @@ class Table(Mapping[str, NDArray[Any]]):
         """
         from pandas import DataFrame
 
-        return DataFrame(self._columns)
+        return DataFrame(dict(self))
 
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        try:
-            return self._columns[name]
-        except KeyError:
-            raise KeyError(f"no column {name!r}; there are {', '.join(self._columns)}") from None
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
+    def __reduce__(self) -> Any:
+        return Table, (dict(self), self.units)
 
     def __repr__(self) -> str:
-        rows = len(next(iter(self._columns.values()), ()))
-        return f"<Table of {rows} rows: {', '.join(self._columns)}>"
+        rows = len(next(iter(self.values()), ()))
+        return f"<Table of {rows} rows: {', '.join(self)}>"
 
 
 def _column(cells: tuple[str, ...]) -> NDArray[Any]:
@@ -168,7 +198,7 @@ class Curve:
     @classmethod
     def _of(cls, json: Mapping[str, Any]) -> Curve:
         def numbers(values: list[float | None]) -> NDArray[np.float64]:
-            return np.array([np.nan if it is None else it for it in values], dtype=float)
+            return fixed(np.array([np.nan if it is None else it for it in values], dtype=float))
 
         variables, series = json["variables"], json["series"]
         return cls(

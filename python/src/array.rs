@@ -1,7 +1,7 @@
 //! Arrays of NumPy around memory that was written once, here, and is not copied.
 //!
 //! NumPy is not linked: an object with the [array interface](https://numpy.org/doc/stable/reference/arrays.interface.html) owns the memory, and
-//! `numpy.asarray` makes an array of it that keeps the object alive and can be written to.
+//! `numpy.asarray` makes an array of it that keeps the object alive. It is for reading only: what is written to a copy of a state is lost.
 
 use std::any::Any;
 
@@ -25,9 +25,9 @@ macro_rules! number {
 
 number!(f64, "f8");
 number!(i32, "i4");
-number!(u32, "u4");
+number!(i64, "i8");
 
-/// Owner of the memory of an array, which nothing but that array reads or writes from then on.
+/// Owner of the memory of an array, which nothing writes to from then on.
 #[pyclass(frozen, module = "carom._carom")]
 struct Memory {
     _numbers: Box<dyn Any + Send + Sync>,
@@ -45,19 +45,19 @@ impl Memory {
         all.set_item("typestr", self.kind)?;
         all.set_item("shape", PyTuple::new(py, &self.shape)?)?;
         // The second one says whether it is for reading only.
-        all.set_item("data", (self.address, false))?;
+        all.set_item("data", (self.address, true))?;
         Ok(all)
     }
 }
 
 /// An array of one axis, or of rows of `columns` numbers where that is given.
-pub fn array<T: Number>(py: Python<'_>, mut numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'_, PyAny>> {
+pub fn array<T: Number>(py: Python<'_>, numbers: Vec<T>, columns: Option<usize>) -> PyResult<Bound<'_, PyAny>> {
     let shape = match columns {
         Some(columns) => vec![numbers.len() / columns, columns],
         None => vec![numbers.len()],
     };
     // The memory of a vector stays where it is when the vector moves.
-    let address = numbers.as_mut_ptr() as usize;
+    let address = numbers.as_ptr() as usize;
     let memory = Memory { _numbers: Box::new(numbers), address, kind: T::KIND, shape };
     py.import("numpy")?.call_method1("asarray", (memory,))
 }

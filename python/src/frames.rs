@@ -57,15 +57,15 @@ fn dictionary_of<'py>(py: Python<'py>, frame: &Frame) -> PyResult<Bound<'py, PyD
     all.set_item("species_names", names(py, frame.species.iter().map(|species| species.name.clone()))?)?;
     let masses = frame.species.iter().map(|it| if it.is_static { f64::INFINITY } else { it.mass.unwrap_or(f64::NAN) });
     all.set_item("species_masses", array(py, masses.collect::<Vec<f64>>(), None)?)?;
-    all.set_item("ids", array(py, particles().map(|it| it.id.0).collect::<Vec<u32>>(), None)?)?;
-    all.set_item("species", array(py, particles().map(|it| it.species.0).collect::<Vec<u32>>(), None)?)?;
+    all.set_item("ids", array(py, particles().map(|it| it.id.0.into()).collect::<Vec<i64>>(), None)?)?;
+    all.set_item("species", array(py, particles().map(|it| it.species.0.into()).collect::<Vec<i64>>(), None)?)?;
     all.set_item("positions", array(py, flat(particles().map(|it| it.position)), Some(3))?)?;
     all.set_item("velocities", array(py, flat(particles().map(|it| it.velocity)), Some(3))?)?;
     all.set_item("radii", array(py, particles().map(|it| it.radius).collect::<Vec<f64>>(), None)?)?;
     let has_images = frame.images.len() == frame.particles.len();
     let images: Option<Vec<i32>> = has_images.then(|| order.iter().flat_map(|at| frame.images[*at]).collect());
     all.set_item("images", images.map(|images| array(py, images, Some(3))).transpose()?)?;
-    let ends: Vec<u32> = frame.bonds.iter().flat_map(|pair| pair.map(|id| id.0)).collect();
+    let ends: Vec<i64> = frame.bonds.iter().flat_map(|pair| pair.map(|id| id.0.into())).collect();
     all.set_item("bonds", array(py, ends, Some(2))?)?;
     let scalars = PyDict::new(py);
     for scalar in &frame.scalars {

@@ -7,7 +7,9 @@ use carom::model::{ParticleId, Scene as Model};
 use carom::view::description;
 use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString};
+use pyo3::types::{
+    PyBool, PyByteArray, PyBytes, PyDict, PyFloat, PyFrozenSet, PyInt, PyList, PyMapping, PySet, PyString,
+};
 use toml::{Table, Value};
 
 use crate::array::array;
@@ -117,7 +119,7 @@ impl Scene {
     }
 
     fn species<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let species: Vec<u32> = self.model.particles().iter().map(|particle| particle.species.0).collect();
+        let species: Vec<i64> = self.model.particles().iter().map(|particle| particle.species.0.into()).collect();
         array(py, species, None)
     }
 
@@ -132,7 +134,8 @@ impl Scene {
     }
 
     fn bonds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let ends: Vec<u32> = self.model.bonds().iter().flat_map(|bond| bond.pair.map(|ParticleId(id)| id)).collect();
+        let ends: Vec<i64> =
+            self.model.bonds().iter().flat_map(|bond| bond.pair.map(|ParticleId(id)| id.into())).collect();
         array(py, ends, Some(2))
     }
 }
@@ -171,9 +174,13 @@ fn value_of(value: &Bound<'_, PyAny>, place: &str) -> PyResult<Value> {
     if value.hasattr("__fspath__")? {
         return Ok(Value::String(value.extract::<PathBuf>()?.to_string_lossy().into_owned()));
     }
-    if value.is_none() || value.is_instance_of::<pyo3::types::PyBytes>() {
+    let is_bytes = value.is_instance_of::<PyBytes>() || value.is_instance_of::<PyByteArray>();
+    // Sets have no order: what is listed in one would not be the same the next time.
+    let is_set = value.is_instance_of::<PySet>() || value.is_instance_of::<PyFrozenSet>();
+    if value.is_none() || is_bytes || is_set {
         let kind = value.get_type().name()?.to_string();
-        let message = format!("{place}: {kind} is no value of a scene file; leave the key out where it has none");
+        let cure = if is_set { "give a list, which has an order" } else { "leave the key out where it has none" };
+        let message = format!("{place}: {kind} is no value of a scene file; {cure}");
         return Err(PyTypeError::new_err(message));
     }
     let Ok(items) = value.try_iter() else {

@@ -16,7 +16,7 @@ use crate::scene::{Scene, dictionary};
 use crate::signals::Signals;
 
 /// Bytes of an event, in the order of `carom.EVENT`.
-const EVENT: usize = 221;
+const EVENT: usize = 225;
 
 /// A simulation, and events that were asked for and not handed out because a signal came.
 struct State {
@@ -217,14 +217,15 @@ impl Simulation {
     }
 
     fn species<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.numbers(py, |particle| [particle.species.0])
+        self.numbers(py, |particle| [i64::from(particle.species.0)])
     }
 
     /// Pairs that are captured: lower id, higher id, state.
     fn captured_pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let state = self.state()?;
         let pairs = py.detach(|| state.engine.captured_pairs());
-        let flat: Vec<u32> = pairs.iter().flat_map(|([a, b], state)| [a.0, b.0, u32::from(*state)]).collect();
+        let flat: Vec<i64> =
+            pairs.iter().flat_map(|([a, b], state)| [a.0.into(), b.0.into(), i64::from(*state)]).collect();
         array(py, flat, Some(3))
     }
 
@@ -253,7 +254,7 @@ fn vectors_of(bytes: &[u8]) -> Vec<Vector> {
 fn write(event: &Event, bytes: &mut Vec<u8>) {
     bytes.extend_from_slice(&event.time.to_ne_bytes());
     bytes.push(event.kind.code());
-    bytes.extend_from_slice(&event.particle.0.to_ne_bytes());
+    bytes.extend_from_slice(&i64::from(event.particle.0).to_ne_bytes());
     bytes.extend_from_slice(&event.partner.map_or(-1, |partner| i64::from(partner.0)).to_ne_bytes());
     for vector in event.positions.iter().chain(&event.before).chain(&event.after) {
         for component in vector.iter() {

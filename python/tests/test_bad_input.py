@@ -38,6 +38,8 @@ def changed(scene: dict, key: str, value: Any) -> dict:
         ("species.0.mass", None, TypeError, "leave the key out"),
         ("species.0.mass", 1j, TypeError, "species.0.mass: expected a number"),
         ("species.0.mass", b"1", TypeError, "bytes is no value"),
+        ("species.0.name", bytearray(b"A"), TypeError, "bytearray is no value"),
+        ("interaction.0.species", {"sphere"}, TypeError, "set is no value of a scene file; give a list"),
         ("seed", 2**70, OverflowError, "from -2^63"),
         ("fill.0.count", 1.5, carom.SceneError, "count"),
         ("fill.0.packing_fraction", 0.9, carom.SceneError, "0.7"),
@@ -95,6 +97,7 @@ def test_errors_of_scenes_carry_the_place(fluid: dict) -> None:
         (np.where(np.arange(3 * N).reshape(N, 3) == 7, np.inf, 0.0), ValueError, "particle 2 is not a number"),
         (5.0, ValueError, r"found \(\)"),
         (None, TypeError, "real numbers"),
+        (np.ma.masked_less(np.arange(3.0 * N).reshape(N, 3), 1.0), ValueError, "masked"),
     ],
 )
 def test_arrays_that_are_wrong(fluid: dict, value: Any, kind: type, words: str) -> None:
@@ -135,6 +138,19 @@ def test_overlaps_are_refused(fluid: dict) -> None:
         ({"duration": float("inf")}, ValueError, "finite"),
         ({"duration": "long"}, TypeError, "expected a number"),
         ({"duration": 1j}, TypeError, "expected a number"),
+        ({"duration": "1"}, TypeError, "duration: expected a number, found '1'"),
+        ({"duration": b"1"}, TypeError, "duration: expected a number"),
+        ({"duration": True}, TypeError, "duration: expected a number, found True"),
+        ({"duration": np.True_}, TypeError, "duration: expected a number"),
+        ({"duration": np.str_("1")}, TypeError, "duration: expected a number"),
+        ({"duration": np.complex128(1)}, TypeError, "duration: expected a number"),
+        ({"duration": np.array([1.0])}, TypeError, "duration: expected a number"),
+        ({"duration": 10**400}, ValueError, "duration: expected a finite number"),
+        ({"until": "1"}, TypeError, "until: expected a number"),
+        ({"until": True}, TypeError, "until: expected a number"),
+        ({"events": True}, TypeError, "whole number"),
+        ({"events": np.True_}, TypeError, "whole number"),
+        ({"events": np.array(2.7)}, TypeError, "whole number"),
         ({"events": -1}, ValueError, "from 0"),
         ({"events": 1.5}, TypeError, "whole number"),
         ({"events": "many"}, TypeError, "whole number"),
@@ -147,6 +163,49 @@ def test_overlaps_are_refused(fluid: dict) -> None:
 def test_ends_that_are_wrong(fluid: dict, keywords: dict, kind: type, words: str) -> None:
     with pytest.raises(kind, match=words):
         carom.Simulation(fluid).advance(**keywords)
+
+
+def test_numbers_of_any_kind_are_taken(fluid: dict) -> None:
+    from decimal import Decimal
+    from fractions import Fraction
+
+    simulation = carom.Simulation(fluid)
+    for duration in (1, 1.0, np.float32(1.0), np.int8(1), np.array(1.0), Fraction(2, 2), Decimal(1)):
+        simulation.advance(duration)
+    assert simulation.time == 7.0
+    before = simulation.event_counts["core"]
+    for events in (2, 2.0, np.float32(2.0), np.uint8(2), np.array(2)):
+        simulation.advance(events=events)
+    assert simulation.event_counts["core"] == before + 10
+
+
+def test_what_is_neither_a_number_nor_a_truth_value(fluid: dict, tmp_path: Path) -> None:
+    carom.run(fluid, tmp_path / "run")
+    calls = [
+        ("checkpoint_every", lambda: carom.run(fluid, tmp_path / "new", checkpoint_every="300")),
+        ("checkpoint_every", lambda: carom.run(fluid, tmp_path / "new", checkpoint_every=True)),
+        ("checkpoint_every", lambda: carom.resume(tmp_path / "run", checkpoint_every="300")),
+        ("checkpoint_every", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", checkpoint_every=True)),
+        ("until_time", lambda: carom.run(fluid, tmp_path / "new", until_time=np.True_)),
+        # A run that is there is lost with it.
+        ("force", lambda: carom.run(fluid, tmp_path / "run", seed=2, force="no")),
+        ("force", lambda: carom.sweep(fluid, seeds=1, out=tmp_path / "new", force="no")),
+        ("plan", lambda: carom.Simulation(fluid, plan="no")),
+        ("keep_states", lambda: carom.Simulation(fluid).set_positions(carom.Scene(fluid).positions, keep_states="no")),
+        ("frame", lambda: carom.open(tmp_path / "run").frames["0"]),
+    ]
+    for name, call in calls:
+        with pytest.raises(TypeError, match=name if name != "frame" else "integer"):
+            call()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
+    assert carom.open(tmp_path / "run").summary["seed"] == 1
+
+
+def test_an_empty_path_is_not_the_folder_where_one_is(fluid: dict, tmp_path: Path) -> None:
+    for call in (lambda: carom.run(fluid, ""), lambda: carom.sweep(fluid, seeds=1, out=""), lambda: carom.open("")):
+        with pytest.raises(ValueError, match="empty string"):
+            call()
+    assert not list(tmp_path.iterdir())
 
 
 def test_events_that_are_wrong(fluid: dict) -> None:
@@ -354,6 +413,8 @@ def test_a_run_that_fails(fluid: dict, tmp_path: Path) -> None:
         ({"fill.0.packing_fractoin": [0.1]}, "packing_fraction"),
         ({"fill.0.packing_fraction": ["dense"]}, "dense|number"),
         ({"fill.0.packing_fraction": [float("nan")]}, "finite"),
+        ({"fill.0.packing_fraction": ["0.1"]}, "string"),
+        ({"run.until_events": ["100", "200"]}, "string"),
         ({("seed", "run.until_events"): [(1, 2), (3,)]}, "every entry"),
     ],
 )

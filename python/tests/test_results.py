@@ -105,68 +105,6 @@ def test_unwrapped_positions_are_flights(fluid: dict, tmp_path: Path) -> None:
     assert (within >= -1e-12).all() and (within <= np.array([5.0, 6.0, 7.0]) + 1e-12).all()
 
 
-SHEARED = {
-    "species": [{"name": "A", "mass": 2.0, "diameter": 1.0}],
-    "interaction": [{"species": ["A", "A"], "potential": "hard-sphere"}],
-    "space": {"shear_rate": 0.7},
-    "fill": [{"species": "A", "arrangement": "fcc", "count": 32, "packing_fraction": 0.1, "temperature": 1.0}],
-    "run": {"until_time": 10.0},
-}
-
-
-@pytest.mark.parametrize("kind", ["mixture", "sheared"])
-def test_ase_has_the_same_distances(kind: str, mixture: dict) -> None:
-    pytest.importorskip("ase")
-    simulation = carom.Simulation(mixture if kind == "mixture" else SHEARED)
-    simulation.advance(1.3)
-    frame = simulation.frame()
-    atoms = frame.to_ase()
-    assert np.allclose(atoms.get_velocities(), frame.velocities, atol=1e-14)
-    assert np.isclose(atoms.get_kinetic_energy(), simulation.energy["kinetic"], rtol=1e-12)
-    assert np.allclose(atoms.get_all_distances(mic=True)[0], distances(frame)[0], atol=1e-9)
-
-
-def distances(frame: carom.Frame) -> np.ndarray:
-    """Distances of nearest images, by trying them all."""
-    separation = frame.positions[:, None] - frame.positions[None]
-    steps = [(-1, 0, 1) if periodic else (0,) for periodic in frame.periodic]
-    shifts = [np.array([i, j, k]) @ frame.cell for i in (*steps[0], -2, 2) for j in steps[1] for k in steps[2]]
-    return np.min([np.linalg.norm(separation + shift, axis=2) for shift in shifts], axis=0)
-
-
-@pytest.mark.parametrize("kind", ["fluid", "sheared"])
-def test_freud_has_the_same_distances(kind: str, fluid: dict) -> None:
-    pytest.importorskip("freud")
-    simulation = carom.Simulation(fluid if kind == "fluid" else SHEARED)
-    simulation.advance(1.3)
-    box, points = simulation.to_freud()
-    expected = distances(simulation.frame())
-    found = box.compute_all_distances(points, points)
-    # Beyond half of a tilted box freud does not look for the nearest image.
-    near = expected < 0.48 * simulation.scene.size.min()
-    assert np.allclose(found[near], expected[near], atol=1e-4) and near.sum() > 100
-    assert np.isclose(box.volume, np.prod(simulation.scene.size))
-
-
-def test_mdanalysis_has_all_frames(mixture: dict, tmp_path: Path) -> None:
-    pytest.importorskip("MDAnalysis")
-    from MDAnalysis.lib.distances import distance_array
-
-    run = carom.run(mixture, tmp_path / "run", until_events=2000)
-    universe = run.to_mdanalysis()
-    assert universe.trajectory.n_frames == len(run.frames) > 3
-    assert set(universe.atoms.types) == {"A", "B"} and np.isclose(universe.atoms.masses[0], 1.3)
-    for step, frame in zip(universe.trajectory, run.frames):
-        assert np.allclose(step.positions, frame.positions, atol=1e-5)
-        assert np.allclose(step.velocities, frame.velocities, atol=1e-5)
-    periodic_in_all = carom.Simulation(SHEARED)
-    periodic_in_all.advance(1.0)
-    frame = periodic_in_all.frame()
-    universe = frame.to_mdanalysis()
-    found = distance_array(universe.atoms, universe.atoms, box=universe.dimensions)
-    assert np.allclose(found, distances(frame), atol=1e-4)
-
-
 def test_pages_are_in_cells(fluid: dict, tmp_path: Path) -> None:
     run = carom.run(fluid)
     html = run._repr_html_()

@@ -1,0 +1,14 @@
+//! Runs, sweeps and exchanges over prepared folders, as `tests/random_runs` has them.
+#![no_main]
+#![allow(dead_code)]
+
+#[path = "../../tests/random_runs/choices.rs"]
+mod choices;
+#[path = "../../tests/random_runs/folders.rs"]
+mod folders;
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let _ = folders::judge(bytes, &folders::Change::ALL);
+});

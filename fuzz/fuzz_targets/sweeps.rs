@@ -1,0 +1,19 @@
+//! Axes of sweeps, and calls of several sweeps in one folder, as `tests/random_runs` has them.
+#![no_main]
+#![allow(dead_code)]
+
+#[path = "../../tests/random_runs/choices.rs"]
+mod choices;
+#[path = "../../tests/random_runs/sweeps.rs"]
+mod sweeps;
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    let Some((first, rest)) = bytes.split_first() else { return };
+    if first % 8 == 0 {
+        let _ = sweeps::calls(rest, true);
+    } else {
+        let _ = sweeps::plan(rest);
+    }
+});

@@ -1,0 +1,87 @@
+"""What users pass, checked: text and truth values are no numbers, and numbers are no truth values."""
+
+from __future__ import annotations
+
+import math
+import operator
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+__all__ = ["finite", "flag", "path_of", "real", "vectors", "whole"]
+
+
+def _is_number(value: Any) -> bool:
+    """Whether it is one real number, also one of NumPy: strings of NumPy have ``__float__``, too."""
+    if isinstance(value, bool) or not (hasattr(value, "__float__") or hasattr(value, "__index__")):
+        return False
+    kind = getattr(getattr(value, "dtype", None), "kind", "f")
+    return kind in "fiu" and getattr(value, "ndim", 0) == 0
+
+
+def real(name: str, value: Any) -> float:
+    """A real number."""
+    if not _is_number(value):
+        raise TypeError(f"{name}: expected a number, found {value!r}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError(f"{name}: expected a finite number, found {value!r}") from None
+
+
+def finite(name: str, value: Any) -> float:
+    """A real number that is finite."""
+    number = real(name, value)
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: expected a finite number, found {number}")
+    return number
+
+
+def whole(name: str, value: Any, least: int = 0) -> int:
+    """A whole number, also as a float such as ``1e6``."""
+    wrong = TypeError(f"{name}: expected a whole number, found {value!r}")
+    if not _is_number(value):
+        raise wrong
+    try:
+        number = operator.index(value)
+    except TypeError:
+        if not float(value).is_integer():
+            raise wrong from None
+        number = int(value)
+    if not least <= number < 2**63:
+        raise ValueError(f"{name}: expected a whole number from {least} to 2^63 - 1, found {number}")
+    return number
+
+
+def flag(name: str, value: Any) -> bool:
+    """A truth value. Text is none: ``"no"`` is true for Python."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name}: expected True or False, found {value!r}")
+    return bool(value)
+
+
+def path_of(name: str, path: Any) -> Path:
+    """A path. An empty one would be the folder where the program runs."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise TypeError(f"{name}: expected a path, found {type(path).__name__}")
+    text = os.fspath(path)
+    if not text:
+        raise ValueError(f"{name}: expected a path, found an empty string; '.' is the folder where the program runs")
+    if "\0" in text:
+        raise ValueError(f"{name}: a path has no character of the number 0")
+    return Path(path)
+
+
+def vectors(name: str, value: ArrayLike, count: int) -> bytes:
+    """Three real numbers for each particle."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "fiu":
+        raise TypeError(f"{name}: expected real numbers, found an array of {array.dtype}")
+    if array.shape != (count, 3):
+        raise ValueError(f"{name}: expected an array of the shape ({count}, 3), found {array.shape}")
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name}: expected real numbers, found a masked array with numbers that are masked")
+    return array.astype(np.float64).tobytes()

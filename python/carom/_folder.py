@@ -1,0 +1,49 @@
+"""The folder of a run or an exchange, which may be a temporary one."""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+import tempfile
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from carom._errors import FolderError
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+__all__ = ["InFolder", "json_of"]
+
+
+class InFolder:
+    """What is in a folder. It is pickled as that folder, whose path is absolute then; a temporary one stays with the object that made it and its copies."""
+
+    _temporary: tempfile.TemporaryDirectory[str] | None
+
+    def __getstate__(self) -> dict[str, Any]:
+        read = {name for kind in type(self).__mro__ for name, it in vars(kind).items() if isinstance(it, cached_property)}
+        state = {name: value for name, value in self.__dict__.items() if name not in read}
+        absolute = {name: Path(os.path.abspath(value)) for name, value in state.items() if isinstance(value, Path)}
+        return {**state, **absolute, "_temporary": None}
+
+    def __copy__(self) -> Self:
+        copied = type(self).__new__(type(self))
+        copied.__dict__.update(self.__dict__)
+        return copied
+
+    def __deepcopy__(self, _memo: Any) -> Self:
+        return copy.copy(self)
+
+
+def json_of(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        cure = "go on with carom.resume where a run was killed"
+        raise FolderError(f"cannot read {path}: {error}\n  help: {cure}", cure=cure) from error
+    if not isinstance(content, dict):
+        raise FolderError(f"{path} is no file of Carom")
+    return content

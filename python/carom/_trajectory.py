@@ -1,0 +1,224 @@
+"""What runs leave in large files: frames and events, each read when it is asked for."""
+
+from __future__ import annotations
+
+import operator
+import os
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom import _carom
+from carom._arguments import path_of
+from carom._arrays import fixed
+from carom._errors import FolderError
+from carom._frame import Frame
+from carom._simulation import EVENT_KINDS
+from carom._tables import Columns
+
+__all__ = ["EventLog", "Trajectory"]
+
+
+class Trajectory(Sequence[Frame]):
+    """The frames of a trajectory file, each read when it is asked for. The file is passed over once, for where they are.
+
+    Parameters
+    ----------
+    path : path
+        A file in extended XYZ, such as the ``trajectory.xyz`` of a run. A last frame that is cut off, as by a kill, is left out.
+
+    Raises
+    ------
+    FolderError
+        If the file cannot be read, or is no trajectory.
+
+    Examples
+    --------
+    >>> run = carom.run(fluid, set={"output.frame_interval": 0.1})
+    >>> [round(frame.time, 1) for frame in run.frames[-3:]] == [round(t, 1) for t in run.frames.times[-3:]]
+    True
+    """
+
+    def __init__(self, path: str | os.PathLike[str], *, _owner: Any = None) -> None:
+        self._path = path_of("path", path)
+        # Keeps a temporary folder.
+        self._owner = _owner
+        # What is wrong with the file is said here, not at the first frame.
+        self._core  # noqa: B018
+
+    @cached_property
+    def _core(self) -> _carom.Trajectory:
+        return _carom.Trajectory(self._path)
+
+    def __reduce__(self) -> Any:
+        return _again, (Path(os.path.abspath(self._path)), self._owner)
+
+    def __len__(self) -> int:
+        return len(self._core)
+
+    @overload
+    def __getitem__(self, at: int) -> Frame: ...
+    @overload
+    def __getitem__(self, at: slice) -> list[Frame]: ...
+    def __getitem__(self, at: int | slice) -> Frame | list[Frame]:
+        if isinstance(at, slice):
+            return [self[place] for place in range(*at.indices(len(self)))]
+        place = operator.index(at)
+        if not -len(self) <= place < len(self):
+            raise IndexError(f"frame {place} of {len(self)}")
+        return Frame._of(self._core.frame(place % len(self)))
+
+    @cached_property
+    def times(self) -> NDArray[np.float64]:
+        """Simulated time of each frame `[time]`, of the shape ``(frames,)``; reads them all once.
+
+        Examples
+        --------
+        >>> carom.run(fluid).frames.times.shape
+        (6,)
+        """
+        return fixed(np.array([frame.time for frame in self]))
+
+    def positions(self, *, unwrapped: bool = True) -> NDArray[np.float64]:
+        """Positions in all frames `[length]`, of the shape ``(frames, n, 3)``, in an array of the caller's own.
+
+        Parameters
+        ----------
+        unwrapped : bool
+            Whether particles go on beyond the sides of a periodic box, as for displacements; otherwise they are within it.
+
+        Raises
+        ------
+        ValueError
+            If frames have different particles, or images are asked for and not known.
+
+        Examples
+        --------
+        The mean squared displacement between the first and the last frame:
+
+        >>> r = carom.run(fluid).frames.positions()
+        >>> float(((r[-1] - r[0]) ** 2).sum(axis=1).mean()) > 1.0
+        True
+        """
+        return self._stacked("unwrapped" if unwrapped else "positions")
+
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities in all frames `[length / time]`, of the shape ``(frames, n, 3)``, in an array of the caller's own.
+
+        Raises
+        ------
+        ValueError
+            If frames have different particles.
+
+        Examples
+        --------
+        >>> carom.run(fluid).frames.velocities().shape
+        (6, 108, 3)
+        """
+        return self._stacked("velocities")
+
+    def _stacked(self, name: str) -> NDArray[np.float64]:
+        stacked: NDArray[np.float64] | None = None
+        ids: NDArray[np.int64] | None = None
+        for at, frame in enumerate(self):
+            values = getattr(frame, name)
+            if stacked is None or ids is None:
+                stacked, ids = np.empty((len(self), *values.shape)), frame.ids
+            if len(frame.ids) != len(ids) or (frame.ids != ids).any():
+                raise ValueError(f"frame {at} has other particles than the first one: go through the frames one by one")
+            stacked[at] = values
+        return np.empty((0, 0, 3)) if stacked is None else stacked
+
+    def to_mdanalysis(self) -> Any:
+        """All frames as an ``MDAnalysis.Universe``, in memory, at their own times; see :meth:`Frame.to_mdanalysis`. ``trajectory.dt`` is the median of their
+        intervals: the last frame is where the run ended.
+
+        Raises
+        ------
+        ImportError
+            If MDAnalysis is not installed.
+        ValueError
+            If frames have different particles, or there are none.
+
+        Examples
+        --------
+        >>> carom.run(fluid).frames.to_mdanalysis().trajectory.n_frames  # doctest: +MDANALYSIS
+        6
+        """
+        if not len(self):
+            raise ValueError(f"{self._path} has no frames")
+        from carom._mdanalysis import universe_of
+
+        return universe_of(list(self))
+
+    def __iter__(self) -> Iterator[Frame]:
+        return (self[at] for at in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"<Trajectory of {len(self)} frames>"
+
+
+def _again(path: Path, owner: Any) -> Trajectory:
+    """A trajectory that was pickled: its file is passed over when a frame is asked for."""
+    again = Trajectory.__new__(Trajectory)
+    again._path, again._owner = path, owner
+    return again
+
+
+class EventLog(Columns):
+    """All events of a run, by column: memory maps of the files in the folder ``events``, one entry per event in the order of time.
+
+    The columns are those of :meth:`Simulation.events`, with the same units, but for ``impulse``, ``distance`` and ``normal``.
+
+    Raises
+    ------
+    FolderError
+        If a file cannot be read.
+
+    Examples
+    --------
+    >>> run = carom.run(fluid, set={"output.events": True})
+    >>> run.events["positions"].shape, carom.EVENT_KINDS[run.events["kind"][0]]
+    ((20000, 2, 3), 'core')
+    """
+
+    COLUMNS = (
+        "time",
+        "kind",
+        "particle",
+        "partner",
+        "positions",
+        "velocities_before",
+        "velocities_after",
+        "energy_step",
+        "dissipated",
+    )
+    #: Kinds by number.
+    KINDS = EVENT_KINDS
+
+    def __init__(self, folder: Path, owner: Any = None) -> None:
+        self._folder = folder
+        # Keeps a temporary folder.
+        self._owner = owner
+        super().__init__({name: _column(folder / f"{name}.npy") for name in self.COLUMNS})
+
+    def __reduce__(self) -> Any:
+        return EventLog, (Path(os.path.abspath(self._folder)), self._owner)
+
+    def __repr__(self) -> str:
+        return f"<EventLog of {len(self['time'])} events: {', '.join(self.COLUMNS)}>"
+
+
+def _column(path: Path) -> NDArray[Any]:
+    try:
+        column: NDArray[Any] = np.load(path, mmap_mode="r")
+    except ValueError:
+        # There is nothing to map where there are no events.
+        column = np.load(path)
+    except OSError as error:
+        raise FolderError(f"cannot read {path}: {error}") from error
+    return column

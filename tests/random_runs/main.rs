@@ -1,0 +1,93 @@
+//! Whole runs, sweeps and folders out of bytes at random: what a user may give to the program is refused with a message or comes to a good end.
+//!
+//! The targets of `fuzz/` have the same functions. `CAROM_FUZZ_RUNS` is the number of cases of each kind, `CAROM_FUZZ_SEED` the first of their
+//! seeds (1):
+//!
+//! ```text
+//! CAROM_FUZZ_RUNS=100000 cargo test --release --test random_runs -- --nocapture
+//! ```
+
+mod choices;
+mod folders;
+mod instruments;
+mod sweeps;
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use choices::bytes;
+use instruments::End;
+
+/// Bytes of a case.
+const BYTES: usize = 160;
+
+fn setting(name: &str, usual: u64) -> u64 {
+    std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
+}
+
+/// Judges as many cases, and panics with the first that panics, as `show` shows it; the others are named.
+fn all<T>(cases: u64, show: impl Fn(&[u8]) -> String, judge: impl Fn(u64, &[u8]) -> T) -> Vec<T> {
+    let first = setting("CAROM_FUZZ_SEED", 1);
+    let mut objections = Vec::new();
+    let mut found = Vec::new();
+    for seed in first..first + setting("CAROM_FUZZ_RUNS", cases) {
+        let bytes = bytes(seed, BYTES);
+        if std::env::var_os("CAROM_FUZZ_TELL").is_some() {
+            eprintln!("{seed}");
+        }
+        match catch_unwind(AssertUnwindSafe(|| judge(seed, &bytes))) {
+            Ok(one) => found.push(one),
+            Err(_) => objections.push(seed),
+        }
+    }
+    if let Some(seed) = objections.first() {
+        panic!("seeds {objections:?}; the first is\n{}", show(&bytes(*seed, BYTES)));
+    }
+    found
+}
+
+#[test]
+fn instruments_bear_scenes_in_which_nothing_happens() {
+    let ends = all(400, instruments::scene, |seed, bytes| instruments::judge(bytes, seed % 20 == 0));
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for end in &ends {
+        let word = match end {
+            End::Refused(why) => format!("refused: {why}"),
+            End::Over(word) => (*word).to_owned(),
+        };
+        *counts.entry(word).or_default() += 1;
+    }
+    println!("{counts:#?}");
+    let ran = ends.iter().filter(|end| matches!(end, End::Over(_))).count();
+    assert!(4 * ran > ends.len(), "many scenes are there to run: {counts:?}");
+}
+
+#[test]
+fn axes_make_points_that_are_different_runs() {
+    let show = |bytes: &[u8]| format!("{:?}", sweeps::axes(&mut choices::Choices::new(bytes)));
+    let points = all(200, show, |_, bytes| sweeps::plan(bytes));
+    let plans = points.iter().flatten().count();
+    println!("{plans} of {}", points.len());
+    assert!(20 * plans > points.len(), "many axes make a plan");
+}
+
+#[test]
+fn a_folder_of_sweeps_holds_the_runs_of_its_points() {
+    let over: usize = all(9, |bytes| format!("{bytes:?}"), |_, bytes| sweeps::calls(bytes, false)).iter().sum();
+    assert!(over >= 9, "sweeps come to their end: {over}");
+}
+
+#[test]
+fn nothing_outside_of_a_prepared_folder_changes() {
+    let judge = |_, bytes: &[u8]| folders::judge(bytes, &folders::Change::ALL);
+    let over: usize = all(150, |bytes| format!("{bytes:?}"), judge).iter().sum();
+    println!("{over} calls");
+    assert!(over > 60, "calls come to their end: {over}");
+}
+
+/// Prints the scene of `CAROM_FUZZ_SEED`.
+#[test]
+#[ignore = "to look at a scene"]
+fn show() {
+    print!("{}", instruments::scene(&bytes(setting("CAROM_FUZZ_SEED", 1), BYTES)));
+}
