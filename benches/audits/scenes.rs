@@ -204,7 +204,11 @@ fn particles(
 ) -> [usize; 2] {
     let is_chain = kind == Kind::Chains;
     let is_channel = kind == Kind::Channel;
-    let wanted = if is_channel { (space.size[0] / 1.7).min(400.0) as usize } else { 3 + dice.below(22) };
+    let wanted = if is_channel {
+        (1..=400).take_while(|n| 1.7 * f64::from(*n) <= space.size[0]).count()
+    } else {
+        3 + dice.below(22)
+    };
     let is_at_corner = dice.chance(0.7);
     let half_width = 0.8 * (wanted as f64).powf(1.0 / space.dimensions as f64) + 0.6;
     let centre: [f64; 3] = std::array::from_fn(|k| match () {

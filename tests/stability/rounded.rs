@@ -4,7 +4,6 @@
 //! with one of the two at the other side of the box.
 
 use carom::Vector;
-use carom::engine::event::Event;
 use carom::engine::{Simulation, Until};
 use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
@@ -118,30 +117,23 @@ fn balls_that_fall_far_and_come_to_rest_pass() {
     }
 }
 
-/// The state of such a run can be the start of another one: of the pairs that are next to coordinate 0, some have come there across the side.
+/// The state of such a run can be the start of another one: of two that are next to coordinate 0, one may have come there across the side, and
+/// overlap by a unit in the last place of the box.
 #[test]
 fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
-    let space = periodic(2, 0.0, 1e6);
-    let mut deep = Vec::new();
-    let until = Until::events(200_000);
-    let note = |event: &Event| {
-        let [one, other] = event.positions;
-        let apart = (one - other).norm();
-        if one.amax() < 10.0 && event.distance == 0.9 && apart < event.distance - 1e-12 {
-            deep.push([one, other]);
-        }
-    };
-    Simulation::without_plan(chain(space.clone(), 6, 1)).advance_with(until, note).unwrap();
-    assert!(deep.len() > 2, "{}", deep.len());
-    for [one, other] in deep {
-        let scene = SceneBuilder::new("again").space(space.clone()).species("A", 1.0, 0.9).interaction(
+    let build = |length: f64, depth: f64| {
+        let scene = SceneBuilder::new("again").space(periodic(1, 0.0, length)).species("A", 1.0, 1.0).interaction(
             "A",
             "A",
-            Potential::hard_sphere(0.9).unwrap(),
+            Potential::hard_sphere(1.0).unwrap(),
             1.0,
         );
-        scene.particle("A", one, Vector::zeros()).particle("A", other, Vector::zeros()).build().unwrap();
-    }
+        let at = |x: f64| Vector::new(x, 0.0, 0.0);
+        scene.particle("A", at(0.5), Vector::zeros()).particle("A", at(1.5 - depth), Vector::zeros()).build()
+    };
+    assert!(build(1e6, 1e6 * f64::EPSILON).is_ok());
+    assert!(build(10.0, 1e6 * f64::EPSILON).is_err());
+    assert!(build(1e6, 1e-6).is_err());
 }
 
 /// Spheres that grow much faster than they move are heated, and cooled again when they have grown: what their momenta lost is as large as
@@ -163,5 +155,28 @@ fn growth_much_faster_than_the_thermal_speed_passes() {
         let finished = finished(scene.build().unwrap());
         assert_eq!(finished.audit.faults(), [], "rate {rate}");
         assert!(finished.audit.momentum_drift.is_some());
+    }
+}
+
+/// What costs time in a box of any length are the neighbours that come near, not the way.
+#[test]
+fn few_particles_in_a_long_box_are_looked_at_seldom() {
+    for boundary in [Boundary::Periodic, Boundary::walls(1.0)] {
+        let space = Space { boundary: [boundary; 3], ..Space::periodic_cube(1e9) };
+        let at = |x: f64| Vector::new(x, 5e8, 5e8);
+        let scene = SceneBuilder::new("long")
+            .space(space)
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .particle("A", at(3e8), Vector::new(1.0, 0.0, 0.0))
+            .particle("A", at(3e8 + 1e6), Vector::new(-1.0, 0.0, 0.0))
+            .build()
+            .unwrap();
+        let mut simulation = Simulation::without_plan(scene);
+        simulation.advance(Until::time(1e6)).unwrap();
+        let counts = simulation.event_counts();
+        assert_eq!((counts.core, counts.in_invalid_state), (1, 0));
+        assert!(counts.deepest_overlap < 1e-6, "{}", counts.deepest_overlap);
+        assert!(counts.transition < 30_000, "{}", counts.transition);
     }
 }
