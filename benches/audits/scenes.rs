@@ -222,7 +222,6 @@ fn particles(
     let mut last: Option<usize> = None;
     for number in 0..wanted {
         let species = if is_chain { 0 } else { dice.below(2) };
-        let margin = 0.5 * diameters[species];
         let position = (0..40).find_map(|_| {
             let place: [f64; 3] = std::array::from_fn(|k| match (k, last) {
                 _ if k >= space.dimensions => 0.0,
@@ -236,18 +235,7 @@ fn particles(
                 std::array::from_fn(
                     |k| if space.is_periodic[k] { place[k].rem_euclid(space.size[k]) } else { place[k] },
                 );
-            let is_inside = (0..space.dimensions).all(|k| {
-                space.is_periodic[k] || (place[k] >= 1.001 * margin && place[k] <= space.size[k] - 1.001 * margin)
-            });
-            let is_clear = placed.iter().all(|(other, of)| {
-                let apart = |k: usize| {
-                    let apart = (place[k] - other[k]).abs();
-                    if space.is_periodic[k] { apart.min(space.size[k] - apart) } else { apart }
-                };
-                let squared: f64 = (0..space.dimensions).map(|k| apart(k).powi(2)).sum();
-                squared.sqrt() > 0.5001 * (diameters[species] + diameters[*of])
-            });
-            (is_inside && is_clear).then_some(place)
+            fits(space, diameters, (&place, species), &placed).then_some(place)
         });
         let Some(position) = position else {
             last = None;
@@ -257,7 +245,7 @@ fn particles(
             let _ = write!(bonds, "[[bond]]\nparticles = [{last}, {}]\ninteraction = \"link\"\n", placed.len());
         }
         placed.push((position, species));
-        last = (is_chain && placed.len() % 6 != 0).then_some(placed.len() - 1);
+        last = (is_chain && !placed.len().is_multiple_of(6)).then_some(placed.len() - 1);
     }
     let velocities = velocities(dice, &placed, masses, drift);
     for ((position, species), velocity) in placed.iter().zip(velocities) {
@@ -267,6 +255,22 @@ fn particles(
     }
     *text += &bonds;
     [0, 1].map(|species| placed.iter().filter(|(_, of)| *of == species).count())
+}
+
+/// Whether a particle at a place reaches through no wall and overlaps with none that is there.
+fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), placed: &[([f64; 3], usize)]) -> bool {
+    let margin = 0.5 * diameters[species];
+    let is_inside = (0..space.dimensions)
+        .all(|k| space.is_periodic[k] || (place[k] >= 1.001 * margin && place[k] <= space.size[k] - 1.001 * margin));
+    is_inside
+        && placed.iter().all(|(other, of)| {
+            let apart = |k: usize| {
+                let apart = (place[k] - other[k]).abs();
+                if space.is_periodic[k] { apart.min(space.size[k] - apart) } else { apart }
+            };
+            let squared: f64 = (0..space.dimensions).map(|k| apart(k).powi(2)).sum();
+            squared.sqrt() > 0.5001 * (diameters[species] + diameters[*of])
+        })
 }
 
 /// Velocities of temperature 1, whose centre of mass has the drift: without one, a cluster stays where it is.
