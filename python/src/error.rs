@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use carom::base::text::{printable, with_causes};
-use carom::engine::{Arrest, EngineError, InvariantBroken, NeedsRun};
+use carom::engine::{EngineError, InvariantBroken, NeedsRun};
 use carom::exchange::{ExchangeError, ExchangeFolderError, StartError};
 use carom::io::OutputError;
 use carom::run::RunError;
@@ -65,7 +65,7 @@ pub fn output(error: &OutputError) -> PyErr {
 
 pub fn engine(error: &EngineError) -> PyErr {
     let cure = match error {
-        EngineError::Arrest(_) => Some(Arrest::CURE),
+        EngineError::Arrest(arrest) => Some(arrest.cure()),
         EngineError::InvariantBroken(_) => Some(InvariantBroken::CURE),
         _ => None,
     };

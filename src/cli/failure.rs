@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use carom::base::text::{printable, with_causes};
-use carom::engine::{Arrest, EngineError, InvariantBroken};
+use carom::engine::{EngineError, InvariantBroken};
 use carom::exchange::{ExchangeError, ExchangeFolderError};
 use carom::io::OutputError;
 use carom::io::convert::ConvertError;
@@ -148,7 +148,7 @@ impl From<ExchangeError<OutputError>> for Failure {
             ExchangeError::Recorder(error) => error.into(),
             ExchangeError::Engine { ref source, .. } => {
                 let cure = match source {
-                    EngineError::Arrest(_) => Some(Arrest::CURE),
+                    EngineError::Arrest(arrest) => Some(arrest.cure()),
                     EngineError::InvariantBroken(_) => Some(InvariantBroken::CURE),
                     _ => None,
                 };

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use carom::base::text::with_causes;
-use carom::engine::{Arrest, InvariantBroken};
+use carom::engine::InvariantBroken;
 use carom::exchange::ExchangeFolder;
 use carom::io::estimate::{SizeEstimate, allowance, allowed, free_disk};
 use carom::io::{Completed, Folder, OutputError, refuse_input};
@@ -227,7 +227,7 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
     let faults = finished.audit.faults();
     match finished.ending {
         Ending::Jammed(jam) => Err(Failure::failed(jam.to_string(), None, Some(Jam::CURE))),
-        Ending::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(Arrest::CURE))),
+        Ending::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(arrest.cure()))),
         Ending::Broken(broken) => Err(Failure::failed(broken.to_string(), None, Some(InvariantBroken::CURE))),
         _ if !faults.is_empty() => {
             let faults: Vec<String> = faults.iter().map(ToString::to_string).collect();

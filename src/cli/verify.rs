@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use carom::base::text::{self, digits, short, tiny};
 use carom::check::verify::{self, Certificate, Counts, End, EventRange, Fault, RunEnd, Violation};
-use carom::engine::{Arrest, InvariantBroken};
+use carom::engine::InvariantBroken;
 use carom::io::{Folder, Summary};
 use carom::model::Scene;
 use carom::view::describe;
@@ -257,7 +257,7 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> Result<(),
             let help = "carom should not do this: please report the scene and the command";
             Err(Failure::failed(violation.to_string(), None, Some(help)))
         }
-        End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(Arrest::CURE))),
+        End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(arrest.cure()))),
         End::Broken(broken) => Err(Failure::failed(broken.to_string(), None, Some(InvariantBroken::CURE))),
         End::Driven => {
             Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None, None))

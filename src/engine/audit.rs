@@ -3,7 +3,10 @@
 use super::parts::Engine;
 use crate::Vector;
 use crate::engine::neighbours::candidates::Candidates;
+use crate::engine::sources::lees_edwards::FLOW;
 use crate::model::ParticleId;
+use crate::model::space::Boundary;
+use crate::physics::motion::RelativeState;
 use crate::physics::overlap::Side;
 
 /// A pair, or a particle and a wall, in an invalid state.
@@ -31,45 +34,121 @@ impl Overlap {
 /// explains it.
 pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 
-/// How many roundings the position of a pair at its event carries: of its six coordinates in two streamings, the minimum image,
-/// the three terms of each coefficient of the overlap function, the discriminant and the quotient that give the time, and the
-/// sum that makes it a time of the queue, all below one unit in the last place of what they round.
+/// How many roundings, each of at most one unit in the last place of its scale, a position at an event carries.
+///
+/// Half a unit is what one operation can be off. A coordinate at a time is a product and a sum, of a difference of times, made once for the
+/// prediction and once for the event; in between it may be wrapped, or brought into a new epoch, which is one more sum each; the separation
+/// of two and their image are two more differences. With three axes that is `sqrt(3) (2 (3 + 1) + 2 + 2) / 2 = 11` units of the coordinates of
+/// either particle. The three terms of each coefficient of the overlap function, its discriminant, and the quotient that gives the time are
+/// some 16 of the squared distance, and the sum that makes it a time of the queue, with the shifts of that time to later epochs, three of the
+/// time.
 const ROUNDINGS: f64 = 32.0;
+
+/// What no scale of a discontinuity at `distance` is below: an overlap less deep needs no further look.
+#[inline]
+pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
+    depth <= ROUNDINGS * f64::EPSILON * distance
+}
 
 /// What depths at a wall are compared with: a point particle has no length of its own.
 pub(super) fn unit_of_wall(radius: f64) -> f64 {
     if radius > 0.0 { radius } else { 1.0 }
 }
 
+/// A pair at a discontinuity, as round-off sees it.
+pub(super) struct Meeting {
+    pub pair: [u32; 2],
+    /// Of the images that meet `[length / time]`.
+    pub velocity: Vector,
+    /// How long ago the state of each was last written `[time]`.
+    pub flown: [f64; 2],
+    /// Of the discontinuity, and how fast it moves outwards `[length, length / time]`.
+    pub distance: f64,
+    pub surface: f64,
+}
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// How far rounding can put two particles beyond a discontinuity of theirs, that they were predicted to meet after moving
-    /// by `path` relative to each other `[length]`, `flown` ago `[time]`.
+    /// How far rounding can put two particles beyond a discontinuity of theirs.
     ///
-    /// Three sources: the coordinates; the queue's time, at the relative speed; and the overlap function, whose terms are as
-    /// large as the squared distance from which the pair came, over its slope in space, `2 s`.
-    pub(super) fn round_off_of_pair(&self, i: u32, j: u32, distance: f64, path: f64, flown: f64) -> f64 {
-        let (a, b) = (&self.state.bodies[i as usize], &self.state.bodies[j as usize]);
-        let speed = (a.velocity - b.velocity).norm();
-        let from = distance + path;
-        let scale = a.position.amax() + b.position.amax() + speed * self.clock(flown) + from * from / distance;
-        ROUNDINGS * f64::EPSILON * scale
+    /// The event comes at the time that was predicted for it, from coordinates as they were then. Their distance at the event is wrong by
+    ///
+    /// - units in the last place of the largest coordinates that were rounded on the way, see [`Self::largest_coordinate`]: not of those at the
+    ///   event, as a pair close to coordinate 0 may have been predicted across the side of the box, one of the two at coordinate `L`. The
+    ///   nearest image of a separation is rounded at no more than the separation itself, and one of several images that are equally far, or
+    ///   of a small box, is farther by some periods;
+    /// - in a sheared box also those of the displacement of the image above, which grows by its speed up to a time of the queue before whole
+    ///   periods are dropped;
+    /// - units of a time of the queue, see [`Self::clock`], at the relative speed of the two images and of a diameter that grows;
+    /// - units of the overlap function. Its terms are as large as the squared distance from which the pair came, which is the discontinuity's
+    ///   and what the two, and the discontinuity, moved in between, though no longer than the box is wide. Its slope in space is `2 s`.
+    ///
+    /// Overlaps that an earlier event has left are part of it: an inelastic pair that hardly moves is as deep as it was then.
+    #[cold]
+    pub(super) fn round_off_of_pair(&self, meeting: &Meeting) -> f64 {
+        let &Meeting { pair: [i, j], ref velocity, flown, distance, surface } = meeting;
+        let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
+        // A prediction is as old as the last event of the two. Where a state was written without an event, at the end of an epoch or
+        // through a side that slides, that of its partner holds.
+        let is_written = older >= self.clock.now || self.sources.lees_edwards.is_some();
+        let since = if is_written { older } else { younger };
+        let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
+        let speed = velocity.norm() + acceleration * since + surface.abs();
+        let clock = self.clock(older);
+        let from = distance + (speed * since).min(self.farthest_image());
+        let slid = self
+            .sources
+            .lees_edwards
+            .map_or(0.0, |shear| self.state.periods[FLOW] + shear.speed.abs() * (clock + older));
+        let coordinates = self.largest_coordinate(i, flown[0]) + self.largest_coordinate(j, flown[1]) + slid;
+        ROUNDINGS * f64::EPSILON * (coordinates + speed * clock + from * from / distance) + self.counts.accepted_overlap
     }
 
-    /// The same for a wall at coordinate `at`, whose overlap function is a length.
-    pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, path: f64, flown: f64) -> f64 {
+    /// The same for a wall, whose overlap function is a length: of a coordinate that is never wrapped.
+    pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, flown: f64) -> f64 {
         let body = &self.state.bodies[i as usize];
-        let scale = body.position[axis].abs() + at.abs() + body.velocity[axis].abs() * self.clock(flown) + path;
-        ROUNDINGS * f64::EPSILON * scale
+        let speed = body.velocity[axis].abs() + self.acceleration(i)[axis].abs() * flown;
+        let scale = body.position[axis].abs() + at.abs() + speed * (flown + self.clock(flown));
+        ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
-    /// The size of a time of the queue that was predicted `flown` ago: since the epoch, or since the one before if that was when.
+    /// The largest coordinate of a particle since its state was written, `flown` ago: where it is, what it flew, and on a periodic axis
+    /// the far side of the box, however far from there it is now.
+    ///
+    /// It is rounded at every wrap, more often than is counted if it goes round and round.
+    fn largest_coordinate(&self, i: u32, flown: f64) -> f64 {
+        let body = &self.state.bodies[i as usize];
+        let path = (body.velocity.norm() + self.acceleration(i).norm() * flown) * flown;
+        let wraps = path / self.state.periods.min();
+        (body.position.amax() + path + self.state.space.farthest_side()) * (1.0 + wraps / ROUNDINGS)
+    }
+
+    /// No two images that may meet are farther apart: those of the box beside the nearest one. Infinite where particles can fly off.
+    fn farthest_image(&self) -> f64 {
+        let space = &self.state.space;
+        let is_open = (0..3).any(|axis| match space.boundary[axis] {
+            Boundary::Periodic | Boundary::Flat => false,
+            Boundary::Bounded { .. } => space.walls(axis) < 2,
+        });
+        if is_open { f64::INFINITY } else { 1.5 * space.size.norm() }
+    }
+
+    /// The size of a time of the queue that was predicted `flown` ago: since the epoch, or since an earlier one if that was when.
     fn clock(&self, flown: f64) -> f64 {
-        if flown > self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
+        if flown >= self.clock.now { flown + self.clock.last_reached } else { self.clock.now }
     }
 
-    /// How long ago the state of a particle was last rounded.
+    /// How long ago the state of a particle was last written.
     fn flown(&self, particle: u32) -> f64 {
         self.clock.now - self.state.bodies[particle as usize].time
+    }
+
+    /// Takes note of an overlap at an event: `depth` and what `round_off` allows are lengths, `unit` is the one that depths are compared with.
+    pub(super) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
+        if depth > round_off.min(MOST_ROUND_OFF * unit) {
+            self.counts.totals.in_invalid_state += 1;
+        } else if depth > self.counts.accepted_overlap && depth <= round_off - self.counts.accepted_overlap {
+            self.counts.accepted_overlap = depth;
+        }
     }
 
     /// All overlaps of captured pairs and of neighbours, and of particles and walls; pairs of moving particles twice.
@@ -104,9 +183,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         real
     }
 
-    fn distance(&self, i: u32, j: u32) -> f64 {
-        let apart = self.state_at(i, self.clock.now).0 - self.state_at(j, self.clock.now).0;
-        self.nearest(apart, Vector::zeros(), self.clock.now).0.position.norm()
+    /// A pair as it is now.
+    fn apart(&self, i: u32, j: u32) -> RelativeState {
+        let [(ri, vi), (rj, vj)] = [i, j].map(|particle| self.state_at(particle, self.clock.now));
+        self.nearest(ri - rj, vi - vj, self.clock.now).0
     }
 
     fn overlaps_of_captured(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
@@ -114,12 +194,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return;
         }
         for captured in self.pairs.states.of(particle) {
-            let distance = self.distance(particle, captured.partner);
+            let apart = self.apart(particle, captured.partner);
+            let distance = apart.position.norm();
             for side in [Side::Positive, Side::Negative] {
                 let steps = &self.pairs.rules.steps[usize::from(captured.interaction)];
                 if let Some(seen) = steps.seen_from(captured.state, side) {
                     let depth = side.sign() * (seen.distance - distance);
-                    self.offer_pair(particle, captured.partner, depth, seen.distance, found);
+                    self.offer_pair([particle, captured.partner], &apart, depth, seen.distance, found);
                 }
             }
         }
@@ -140,17 +221,28 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let meeting = self.pairs.rules.meeting(species(particle), species(other));
             if other != particle && meeting.exists && !(TABLE && self.pairs.states.get(particle, other).is_some()) {
                 let range = meeting.squared.sqrt() * self.scale();
-                self.offer_pair(particle, other, range - self.distance(particle, other), range, found);
+                let apart = self.apart(particle, other);
+                self.offer_pair([particle, other], &apart, range - apart.position.norm(), range, found);
             }
         }
     }
 
-    fn offer_pair(&self, i: u32, j: u32, depth: f64, distance: f64, found: &mut impl FnMut(Overlap)) {
+    fn offer_pair(
+        &self,
+        pair: [u32; 2],
+        apart: &RelativeState,
+        depth: f64,
+        distance: f64,
+        found: &mut impl FnMut(Overlap),
+    ) {
         if depth > 0.0 {
-            // What has overlapped since the last event came from no further than the discontinuity itself.
-            let round_off = self.round_off_of_pair(i, j, distance, distance, self.flown(i).min(self.flown(j)));
-            let (particle, partner) = (self.name(i), Some(self.name(j)));
-            found(Overlap { particle, partner, depth: depth / distance, round_off: round_off / distance });
+            let surface = self.growth_of(distance / self.scale());
+            let flown = pair.map(|particle| self.flown(particle));
+            let round_off =
+                self.round_off_of_pair(&Meeting { pair, velocity: apart.velocity, flown, distance, surface });
+            let [particle, partner] = pair.map(|particle| self.name(particle));
+            let (depth, round_off) = (depth / distance, round_off / distance);
+            found(Overlap { particle, partner: Some(partner), depth, round_off });
         }
     }
 
@@ -163,13 +255,16 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let inwards = wall.face.inwards();
             let depth = radius - inwards * (position[axis] - wall.at);
             if depth > 0.0 {
-                let round_off = self.round_off_of_wall(particle, axis, wall.at, radius, self.flown(particle));
+                let round_off = self.round_off_of_wall(particle, axis, wall.at, self.flown(particle));
                 let particle = self.name(particle);
                 found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
             }
         }
     }
 }
+
+#[cfg(test)]
+mod drops;
 
 #[cfg(test)]
 mod tests {

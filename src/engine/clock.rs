@@ -19,7 +19,7 @@ pub(super) struct Clock {
     pub now: f64,
     /// Number of epochs that have ended.
     pub epochs: u64,
-    /// How long the epoch before this one was.
+    /// How long the epoch before this one was, or half as long as the one before that, if this is more: predictions are up to three epochs old.
     pub last_reached: f64,
     pub standstill: StandstillWatch,
 }
@@ -68,6 +68,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             partner: is_pair.then(|| self.name(prediction.partner)),
             time: self.time(),
             standstill,
+            has_contact_time: self.pairs.contact_times.is_some(),
         })
     }
 
@@ -105,7 +106,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             return false;
         }
         let reached = self.schedule.queue.reached();
-        self.clock.last_reached = reached;
+        self.clock.last_reached = reached.max(0.5 * self.clock.last_reached);
         let shift = reached * (next / reached).floor().max(1.0);
         self.clock.epoch += shift;
         self.clock.now -= shift;

@@ -76,12 +76,28 @@ pub struct Arrest {
     pub time: f64,
     /// What stands still.
     pub standstill: Standstill,
+    /// Whether the scene has a contact time: the TC model is no cure then.
+    pub has_contact_time: bool,
 }
 
 impl Arrest {
     /// What the user can do about it.
-    pub const CURE: &'static str = "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the \
-        restitution to 1, or start without particles at rest in contact or overlapping";
+    #[must_use]
+    pub fn cure(&self) -> &'static str {
+        match (self.has_contact_time, self.standstill) {
+            (false, Standstill::Speed { .. }) => {
+                "set dynamics.contact_time (the TC model) to make frequent contacts elastic, or raise the restitution to 1"
+            }
+            (false, Standstill::Time { .. }) => {
+                "set dynamics.contact_time (the TC model) to make frequent contacts elastic, raise the restitution to 1, or start \
+                 without particles at rest in contact or overlapping"
+            }
+            (true, _) => {
+                "start without particles at rest in contact or overlapping: put them a little apart, or give them a velocity; \
+                 dynamics.contact_time, which is set, moves nothing that rests"
+            }
+        }
+    }
 }
 
 /// The state of the engine is impossible: a defect of the program or of the machine, never of the scene.

@@ -130,6 +130,12 @@ const DIFFERENT: f64 = 0.3;
 /// So few particles are cheap to have in a list, wherever they are.
 const FEW: usize = 32;
 
+/// Half a skin of few particles in a box that is longer than [`LONG`] ranges along all of its axes, in ranges: they fly for long before they
+/// meet. A contact is predicted from three of them away at the most, where the overlap function has lost the square of that, some `1e5` units
+/// in the last place.
+const WIDE: f64 = 100.0;
+const LONG: f64 = 1e4;
+
 /// Part of what fits that a skin takes at most.
 const WITHIN: f64 = 0.95;
 
@@ -166,7 +172,8 @@ impl Search {
     ) -> Self {
         let widest = VerletLists::widest_half_skin(space, range);
         if positions().count() <= FEW && range > 0.0 && range < widest {
-            return Self::Lists { half_skin: range };
+            let is_long = (0..3).all(|k| space.boundary[k] == Boundary::Flat || space.size[k] >= LONG * range);
+            return Self::Lists { half_skin: if is_long { WIDE * range } else { range } };
         }
         let reach = reach_of_lists(space, range, local_density(space, range, &positions));
         // A small box has room for a thin skin only, which is still better than a look at all images of all others.
@@ -282,6 +289,18 @@ mod tests {
         assert_eq!(choose(12, 1.5), Search::Cells);
         assert_eq!(choose(2, 1.2), Search::Cells);
         assert_eq!(Search::choose(&Space::periodic_cube(9.0), 1.0, &[], None), Search::Cells);
+    }
+
+    #[test]
+    fn few_particles_have_lists_that_last_longer_in_a_long_box() {
+        let at = [Vector::repeat(1.0), Vector::repeat(3.0)];
+        for (size, half_skin) in [(20.0, 1.0), (9e3, 1.0), (1e4, WIDE), (1e9, WIDE)] {
+            let mut space = Space::periodic_cube(size);
+            assert_eq!(Search::choose(&space, 1.0, &at, None), Search::Lists { half_skin });
+            // A pipe is left as it is.
+            space.size.x = 1e9;
+            assert_eq!(Search::choose(&space, 1.0, &at, None), Search::Lists { half_skin });
+        }
     }
 
     #[test]

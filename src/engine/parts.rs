@@ -29,6 +29,8 @@ pub(super) struct Counts {
     pub transitions_at_event: u64,
     /// Transitions when particles were last put in order.
     pub transitions_at_order: u64,
+    /// The deepest overlap at an event that the rounding since the one before explains `[length]`: what an inelastic pair takes along.
+    pub accepted_overlap: f64,
 }
 
 impl Counts {
@@ -39,6 +41,7 @@ impl Counts {
             executed: 0,
             transitions_at_event: 0,
             transitions_at_order: 0,
+            accepted_overlap: 0.0,
         }
     }
 
@@ -48,6 +51,7 @@ impl Counts {
         *self = Self {
             transitions_at_event: self.transitions_at_event.wrapping_sub(done),
             transitions_at_order: self.transitions_at_order.wrapping_sub(done),
+            accepted_overlap: self.accepted_overlap,
             ..Self::new(species)
         };
     }

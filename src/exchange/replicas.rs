@@ -224,7 +224,7 @@ impl Exchange {
         for place in 0..self.places.len() {
             let replica = &mut self.replicas[self.places[place]];
             let energy = replica.simulation.energy();
-            replica.ledger.note(&energy);
+            replica.ledger.note(&replica.simulation, &energy);
             self.energies[place] = energy.potential;
             if was_measured {
                 self.averages.temperatures[place].end(&replica.simulation);
@@ -268,7 +268,7 @@ impl Exchange {
             let factor = (self.plan.temperatures[place] / self.plan.temperatures[before]).sqrt();
             let replica = &mut self.replicas[number];
             replica.simulation.scale_velocities(factor, &Vector::zeros());
-            replica.ledger.note(&replica.simulation.energy());
+            replica.ledger.note(&replica.simulation, &replica.simulation.energy());
             self.heat(number, place);
         }
     }
@@ -323,7 +323,7 @@ impl Replica {
         let mut simulation = Simulation::begin(own, keeps_start);
         let mut ledger = Ledger::open(&simulation, false);
         simulation.set_velocities(&velocities)?;
-        ledger.note(&simulation.energy());
+        ledger.note(&simulation, &simulation.energy());
         Ok(Self { simulation, ledger })
     }
 

@@ -157,6 +157,15 @@ impl Space {
         self.boundary.iter().all(|b| matches!(b, Boundary::Periodic | Boundary::Flat))
     }
 
+    /// The largest coordinate of a side that particles are wrapped at, 0 if there is none: what a coordinate has lost to rounding is a unit in the
+    /// last place of it, however small the coordinate is since `[length]`.
+    #[must_use]
+    pub(crate) fn farthest_side(&self) -> f64 {
+        let upper = self.upper();
+        let periodic = (0..3).filter(|&axis| self.boundary[axis] == Boundary::Periodic);
+        periodic.map(|axis| self.lower[axis].abs().max(upper[axis].abs())).fold(0.0, f64::max)
+    }
+
     /// The image of a position that lies in the box along periodic axes, and on the plane or line along flat ones.
     #[must_use]
     pub(crate) fn wrapped(&self, mut position: Vector) -> Vector {

@@ -71,7 +71,7 @@ pub struct Audit {
     pub dissipated: f64,
     /// `|E + dissipated - E_initial|`, relative to the largest of `|E|`, kinetic and dissipated energy along the run.
     pub ledger_error: f64,
-    /// Change of the total momentum relative to the sum of all `m |v|`; `None` where walls, gravity or static particles
+    /// Change of the total momentum relative to the largest sum of all `m |v|` along the run, or of one growth in it; `None` where walls, gravity or static particles
     /// change it.
     pub momentum_drift: Option<f64>,
     /// Everything that happened.
@@ -172,10 +172,12 @@ impl Audit {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct Ledger {
     initial_energy: f64,
-    /// The total momentum at the start, if it is conserved.
+    /// The total momentum at the start, or after the last growth, if it is conserved.
     initial_momentum: Option<Vector>,
-    /// `sum m |v|` at the start, or after the last growth, if it is conserved.
-    initial_momenta: f64,
+    /// The largest `sum m |v|` since then: what is rounded are momenta as large as they were when they were rounded.
+    largest_momenta: f64,
+    /// The relative drift until then.
+    earlier_drift: f64,
     scale: f64,
     initial: Initial,
 }
@@ -190,17 +192,31 @@ impl Ledger {
         Self {
             initial_energy,
             initial_momentum: conserves_momentum.then_some(energy.momentum),
-            initial_momenta: if conserves_momentum { sum_of_momenta(simulation) } else { 0.0 },
+            largest_momenta: if conserves_momentum { sum_of_momenta(simulation) } else { 0.0 },
+            earlier_drift: 0.0,
             scale: initial_energy.abs().max(energy.kinetic),
             initial: Initial { overlaps, resolved_after: None },
         }
     }
 
-    /// Takes note of the size of momenta after a growth, from which the simulation starts again.
+    /// Begins the books of the momentum anew after a growth, from which the simulation starts again: what it has heated, and a scaling has cooled,
+    /// says nothing about later roundings.
     pub fn start_again(&mut self, simulation: &Simulation) {
         if self.initial_momentum.is_some() {
-            self.initial_momenta = sum_of_momenta(simulation);
+            let momentum = simulation.energy().momentum;
+            self.earlier_drift = self.momentum_drift(&momentum, simulation).unwrap_or(0.0);
+            self.initial_momentum = Some(momentum);
+            self.largest_momenta = sum_of_momenta(simulation);
         }
+    }
+
+    /// The change of the total momentum, relative to the largest `sum m |v|`; the largest since the start.
+    fn momentum_drift(&self, momentum: &Vector, simulation: &Simulation) -> Option<f64> {
+        self.initial_momentum.map(|initial| {
+            let drift = relative((momentum - initial).norm(), self.largest_momenta.max(sum_of_momenta(simulation)));
+            // Of two where one is no number, that one.
+            if drift >= self.earlier_drift || drift.is_nan() { drift } else { self.earlier_drift }
+        })
     }
 
     /// Whether overlaps of the start may be left.
@@ -215,9 +231,12 @@ impl Ledger {
         }
     }
 
-    /// Takes note of the size of energies that no row has.
-    pub fn note(&mut self, energy: &Energy) {
+    /// Takes note of the size of energies and momenta that no row has: before velocities are scaled.
+    pub fn note(&mut self, simulation: &Simulation, energy: &Energy) {
         self.scale = self.scale.max((energy.kinetic + energy.potential).abs()).max(energy.kinetic);
+        if self.initial_momentum.is_some() {
+            self.largest_momenta = self.largest_momenta.max(sum_of_momenta(simulation));
+        }
     }
 
     /// Takes note of the size of the energies.
@@ -233,15 +252,12 @@ impl Ledger {
         let (total, dissipated) = (energy.kinetic + energy.potential, event_counts.dissipated.total());
         let supplied = event_counts.supplied.total();
         self.scale = self.scale.max(total.abs()).max(energy.kinetic).max(dissipated).max(supplied.abs());
-        let relative = |error: f64, scale: f64| if error == 0.0 { 0.0 } else { error / scale };
         Audit {
             initial_energy: self.initial_energy,
             energy,
             dissipated,
             ledger_error: relative((total + dissipated - supplied - self.initial_energy).abs(), self.scale),
-            momentum_drift: self.initial_momentum.map(|initial| {
-                relative((energy.momentum - initial).norm(), self.initial_momenta.max(sum_of_momenta(simulation)))
-            }),
+            momentum_drift: self.momentum_drift(&energy.momentum, simulation),
             event_counts,
             deepest_final: simulation.deepest_overlap(),
             final_overlaps: simulation.real_overlaps().len(),
@@ -249,6 +265,10 @@ impl Ledger {
             limits: Limits::new(&simulation.scene().audit, event_counts.physical() + event_counts.transition),
         }
     }
+}
+
+fn relative(error: f64, scale: f64) -> f64 {
+    if error == 0.0 { 0.0 } else { error / scale }
 }
 
 /// `sum m |v|`.

@@ -18,6 +18,28 @@ fn an_arrest_is_an_error_with_complete_files_and_a_cure() {
     assert!(place.read("runs/scene/report.txt").contains("FAILED"));
 }
 
+/// A ball that rests on a wall: the contact time that it has is no cure.
+#[test]
+fn the_cure_of_an_arrest_is_one_that_the_scene_does_not_have() {
+    let ball = "name = \"ball\"\n[space]\nsize = [4.0, 4.0, 40.0]\n\
+        z = { lower = \"wall\", upper = \"open\", restitution = 0.5 }\n\
+        [dynamics]\ngravity = [0.0, 0.0, -1.0]\n[[species]]\nname = \"A\"\nmass = 1.0\ndiameter = 1.0\n\
+        [[particle]]\nspecies = \"A\"\nposition = [1.0, 1.0, 0.5]\n[run]\nuntil_time = 10.0\n";
+    for (text, is_set) in
+        [(ball.to_owned(), false), (ball.replace("[[species]]", "contact_time = 1e-3\n[[species]]"), true)]
+    {
+        let place = Place::with(&text);
+        for command in ["run", "verify"] {
+            let output = place.carom(&[command, "scene.toml"]);
+            assert_eq!(code(&output), 1, "{}", words(&output));
+            let help = errors(&output).split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(help.contains("dynamical arrest at time 0"), "{help}");
+            assert_eq!(help.contains("set dynamics.contact_time"), !is_set, "{help}");
+            assert!(help.contains("particles at rest in contact"), "{help}");
+        }
+    }
+}
+
 #[test]
 fn a_run_over_a_limit_of_the_scene_says_which_one_failed() {
     let place = Place::with(FLUID);

@@ -16,5 +16,6 @@ mod listed;
 mod masses;
 mod overhang;
 mod reversal;
+mod rounded;
 mod ties;
 mod watched;

@@ -97,9 +97,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let vn = inwards * body.velocity[axis];
         let depth = species.radius - inwards * (body.position[axis] - at);
         if depth > 0.0 {
-            let path = (vn.abs() + 0.5 * flown * species.acceleration[axis].abs()) * flown;
-            let round_off = self.round_off_of_wall(i, axis, at, path, flown);
-            self.note_overlap(depth, unit_of_wall(species.radius), round_off);
+            let unit = unit_of_wall(species.radius);
+            self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / unit);
+            self.note_overlap(depth, unit, self.round_off_of_wall(i, axis, at, flown));
         }
         if vn >= 0.0 {
             self.counts.totals.turning_point += 1;

@@ -70,6 +70,7 @@ pub(in crate::engine) struct Carried {
     event_counts: EventCounts,
     counts: EventCountsBySpecies,
     executed: u64,
+    accepted_overlap: f64,
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -96,6 +97,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             event_counts: self.counts.totals,
             counts: self.counts.by_species.clone(),
             executed: self.counts.executed,
+            accepted_overlap: self.counts.accepted_overlap,
         }
     }
 
@@ -105,6 +107,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         debug_assert_eq!(wrapped.physical(), 0, "it has just been made");
         (self.counts.totals, self.counts.by_species, self.counts.executed) =
             (carried.event_counts, carried.counts, carried.executed);
+        self.counts.accepted_overlap = carried.accepted_overlap;
         self.counts.transitions_at_event = self.counts.totals.transition;
         self.counts.transitions_at_order = self.counts.totals.transition;
         let bodies = &self.state.bodies;

@@ -5,7 +5,7 @@ mod restitution;
 pub(in crate::engine) use restitution::Arrival;
 
 use crate::Vector;
-use crate::engine::audit::MOST_ROUND_OFF;
+use crate::engine::audit::{Meeting, is_surely_round_off};
 use crate::engine::event::{CountedKind, Event, EventKind};
 use crate::engine::observe::{Observe, show};
 use crate::engine::pairs::rules::Discontinuity;
@@ -73,7 +73,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         time: f64,
         observe: &mut Observe<'_>,
     ) -> Result<ControlFlow<()>, InvariantBroken> {
-        let flown = time - self.state.bodies[i as usize].time.max(self.state.bodies[j as usize].time);
+        let flown = [i, j].map(|particle| time - self.state.bodies[particle as usize].time);
         self.stream(i, time);
         self.stream(j, time);
         let (state, interaction) = self.pair_state(i, j);
@@ -202,17 +202,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// Takes note of an overlap or a turning point, of a pair that has flown freely for at least the time `flown`.
+    /// Takes note of an overlap or a turning point, of a pair whose states were written so long ago.
     #[inline]
-    fn note_state(&mut self, pair: &Encounter, seen: &Discontinuity, flown: f64) {
+    fn note_state(&mut self, pair: &Encounter, seen: &Discontinuity, flown: [f64; 2]) {
         let sign = pair.side.sign();
         let squared = pair.apart.norm_squared();
         if (squared - seen.squared) * sign < 0.0 {
             let depth = sign * (seen.distance - squared.sqrt());
-            let acceleration = self.acceleration(pair.i) - self.acceleration(pair.j);
-            let path = (pair.velocity.norm() + 0.5 * flown * acceleration.norm()) * flown;
-            let round_off = self.round_off_of_pair(pair.i, pair.j, seen.distance, path, flown);
-            self.note_overlap(depth, seen.distance, round_off);
+            self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / seen.distance);
+            if !is_surely_round_off(depth, seen.distance) {
+                let &Encounter { i, j, velocity, surface, .. } = pair;
+                let meeting = Meeting { pair: [i, j], velocity, flown, distance: seen.distance, surface };
+                self.note_overlap(depth, seen.distance, self.round_off_of_pair(&meeting));
+            }
         }
         if (pair.velocity.dot(&pair.apart) - opening(pair.surface, squared)) * sign >= 0.0 {
             self.counts.totals.turning_point += 1;
@@ -337,14 +339,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(in crate::engine) fn inverse_mass(&self, particle: u32) -> f64 {
         let species = self.row(particle);
         self.pairs.rules.species[usize::from(species)].inverse_mass
-    }
-
-    /// `depth` and `round_off` are lengths, `unit` is the one that depths are compared with.
-    pub(in crate::engine) fn note_overlap(&mut self, depth: f64, unit: f64, round_off: f64) {
-        self.counts.totals.deepest_overlap = self.counts.totals.deepest_overlap.max(depth / unit);
-        if depth > round_off.min(MOST_ROUND_OFF * unit) {
-            self.counts.totals.in_invalid_state += 1;
-        }
     }
 }
 

@@ -35,10 +35,13 @@ pub(crate) struct Occupancy<'a> {
     grid_of: Vec<Option<usize>>,
     grids: Vec<Grid<'a>>,
     taken: Vec<Taken>,
+    /// The farthest side of the box `[length]`.
+    side: f64,
 }
 
 /// Particles in contact may be closer than their core by the rounding of their coordinates: a few units in the last
-/// place of the coordinate, of which each separation has two per axis.
+/// place of the coordinate, of which each separation has two per axis. It is that of the far side of the box, too: of two next to coordinate 0
+/// one may have been wrapped since they met.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 impl<'a> Occupancy<'a> {
@@ -77,7 +80,13 @@ impl<'a> Occupancy<'a> {
             let cell = Some(own.fold(0.0, f64::max)).filter(|cell| *cell > 0.0).unwrap_or(largest);
             Grid::new(space, cell, ranges, capacity)
         });
-        Self { contacts, grids: grids.collect(), grid_of, taken: Vec::with_capacity(capacity) }
+        Self {
+            contacts,
+            grids: grids.collect(),
+            grid_of,
+            taken: Vec::with_capacity(capacity),
+            side: space.farthest_side(),
+        }
     }
 
     /// Takes a place. The particle's number is how many were taken before it.
@@ -97,7 +106,7 @@ impl<'a> Occupancy<'a> {
             let separation = minimum_image(position - there, periods);
             if separation.norm_squared() < contact * contact {
                 let distance = separation.norm();
-                let rounding = ROUNDING * (position.amax() + there.amax() + contact);
+                let rounding = ROUNDING * (position.amax() + there.amax() + 2.0 * self.side + contact);
                 if distance < contact - rounding && counts(other) {
                     return Some(Overlapping { other, distance, contact });
                 }

@@ -45,7 +45,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// Ends the present stage.
     pub(super) fn leave(&mut self, next: Stage) {
-        self.state.ledger.note(&self.simulation.energy());
+        self.state.ledger.note(&self.simulation, &self.simulation.energy());
         if self.growth().is_some() {
             // What growth has heated since the last scaling.
             self.rescale(self.simulation.time());
@@ -70,7 +70,7 @@ impl<R: Recorder> Driver<'_, R> {
             && now > 0.0
         {
             let drift = applicable.drift(&energy.peculiar_momentum);
-            self.state.ledger.note(&energy);
+            self.state.ledger.note(&self.simulation, &energy);
             let is_watched = self.state.measurement.as_ref().is_some_and(|it| !it.instruments.is_empty());
             let before = is_watched.then(|| self.simulation.snapshot());
             self.simulation.scale_velocities((temperature / now).sqrt(), &drift);

@@ -70,11 +70,12 @@ pub(crate) fn check_bonds(
     interactions: &Interactions<'_>,
 ) -> Result<(), SceneError> {
     let periods = space.periods();
+    let side = space.farthest_side();
     for (bond, at) in &groups.bonds {
         let [first, second] = bond.pair.map(|id| groups.particles[id.0 as usize].position);
         let distance = nearest_image(first - second, &periods, displacement).norm();
         let potential = &interactions.get(bond.interaction).potential;
-        let rounding = ROUNDING * (first.amax() + second.amax() + potential.range());
+        let rounding = ROUNDING * (first.amax() + second.amax() + 2.0 * side + potential.range());
         if potential.violation_at(distance) * potential.range() > rounding {
             let longest = if potential.is_bond() { potential.range() } else { f64::INFINITY };
             let kind = SceneErrorKind::BondLength {

@@ -1,0 +1,40 @@
+//! Judges the audits of random scenes: a valid run must pass.
+
+use std::ops::ControlFlow;
+
+use carom::model::Scene;
+use carom::run::{Ending, run};
+
+/// A run is given up after so many looks at it, some ten thousand steps each.
+const PATIENCE: u32 = 2_000;
+
+/// What became of a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Verdict {
+    /// The scene is not valid, for this reason.
+    Refused(String),
+    /// Its audit passed, after so many events.
+    Sound(u64),
+    /// Its audit failed.
+    Condemned(String),
+}
+
+/// Runs a scene and looks at its audit.
+pub fn judge(text: &str) -> Verdict {
+    let scene = match Scene::from_toml(text, "random.toml") {
+        Ok(scene) => scene,
+        Err(refused) => return Verdict::Refused(refused.to_string()),
+    };
+    let mut asked = 0;
+    let finished = run(scene, &mut (), &mut |_| {
+        asked += 1;
+        if asked > PATIENCE { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let Ok(finished) = finished;
+    let faults: Vec<String> = finished.audit.faults().iter().map(ToString::to_string).collect();
+    match finished.ending {
+        Ending::Broken(broken) => Verdict::Condemned(broken.to_string()),
+        _ if faults.is_empty() => Verdict::Sound(finished.simulation.event_counts().physical()),
+        _ => Verdict::Condemned(faults.join("; ")),
+    }
+}

@@ -1,0 +1,308 @@
+//! Valid scenes at random, as text, whose coordinates have few digits left: long and far boxes, clusters across their corners, narrow channels,
+//! rings, walls, shear, wells, chains, mixtures of masses, diameters that grow.
+
+use std::fmt::Write;
+
+/// Random numbers that depend on a seed alone (SplitMix64).
+#[derive(Debug, Clone)]
+pub struct Dice(u64);
+
+impl Dice {
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Evenly from 0 to 1.
+    pub fn uniform(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.uniform()
+    }
+
+    pub fn below(&mut self, count: usize) -> usize {
+        usize::try_from(self.bits() % count as u64).unwrap_or(0)
+    }
+
+    pub fn chance(&mut self, probability: f64) -> bool {
+        self.uniform() < probability
+    }
+
+    pub fn pick<T: Copy>(&mut self, choices: &[T]) -> T {
+        choices[self.below(choices.len())]
+    }
+
+    /// Spread over powers of ten.
+    pub fn power(&mut self, low: f64, high: f64) -> f64 {
+        10_f64.powf(self.between(low, high))
+    }
+
+    /// About normal: the sum of four even ones.
+    fn normal(&mut self) -> f64 {
+        (0..4).map(|_| self.uniform() - 0.5).sum::<f64>() * 3_f64.sqrt()
+    }
+}
+
+/// What a scene is there for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Hard spheres, disks or rods in a cluster.
+    Cluster,
+    Wells,
+    /// Chains that hold together, across a corner of the box.
+    Chains,
+    Walls,
+    Shear,
+    /// Restitutions down to 0.
+    Inelastic,
+    /// Balls that fall onto a floor.
+    Falling,
+    Growth,
+    /// Particles all along a narrow channel or a ring.
+    Channel,
+}
+
+const KINDS: [Kind; 9] = [
+    Kind::Cluster,
+    Kind::Wells,
+    Kind::Chains,
+    Kind::Walls,
+    Kind::Shear,
+    Kind::Inelastic,
+    Kind::Falling,
+    Kind::Growth,
+    Kind::Channel,
+];
+
+/// A scene, what it is there for, and the longest edge of its box.
+pub struct RandomScene {
+    pub kind: Kind,
+    pub longest: f64,
+    pub text: String,
+}
+
+struct Box {
+    dimensions: usize,
+    lower: [f64; 3],
+    size: [f64; 3],
+    is_periodic: [bool; 3],
+}
+
+/// The longest distance at which two interact, and the largest diameter.
+const RANGE: f64 = 1.3;
+const LARGEST: f64 = 1.0;
+
+/// The scene of a seed.
+pub fn scene(seed: u64) -> RandomScene {
+    let mut dice = Dice::new(seed);
+    let dice = &mut dice;
+    let kind = KINDS[usize::try_from(seed % KINDS.len() as u64).unwrap_or(0)];
+    let space = space(dice, kind);
+    let longest = space.size.iter().copied().fold(0.0, f64::max);
+    let mut text =
+        format!("name = \"rounded\"\nseed = {seed}\n[space]\nlower = {:?}\nsize = {:?}\n", space.lower, space.size);
+    sides(&mut text, dice, kind, &space);
+    let restitution =
+        if kind == Kind::Inelastic || kind == Kind::Falling { dice.pick(&[0.0, 0.01, 0.5, 0.99]) } else { 1.0 };
+    if restitution < 1.0 || kind == Kind::Falling {
+        let gravity: [f64; 3] = std::array::from_fn(|k| {
+            if kind == Kind::Falling && k + 1 == space.dimensions { -dice.power(-2.0, 1.0) } else { 0.0 }
+        });
+        let _ = write!(text, "[dynamics]\ncontact_time = {:?}\ngravity = {gravity:?}\n", dice.power(-4.0, -1.0));
+    }
+    let masses = [1.0, if dice.chance(0.5) { dice.power(-6.0, 6.0) } else { 1.0 }];
+    let diameters = [LARGEST, dice.pick(&[1.0, 0.7, 0.31])];
+    for k in 0..2 {
+        let _ = write!(text, "[[species]]\nname = \"S{k}\"\nmass = {:?}\ndiameter = {:?}\n", masses[k], diameters[k]);
+    }
+    for (a, b) in [(0, 0), (0, 1), (1, 1)] {
+        let potential = if kind == Kind::Wells {
+            format!("square-well\"\nlambda = {RANGE}\nwell_depth = {:?}", dice.pick(&[1.0, 0.3, 4.0]))
+        } else {
+            "hard-sphere\"".to_owned()
+        };
+        let _ = write!(
+            text,
+            "[[interaction]]\nspecies = [\"S{a}\", \"S{b}\"]\npotential = \"{potential}\nrestitution = {restitution}\n"
+        );
+    }
+    if kind == Kind::Chains {
+        let _ = write!(text, "[[interaction]]\nname = \"link\"\npotential = \"bond\"\nshortest = 0.9\nlongest = 1.2\n");
+    }
+    let count = particles(&mut text, dice, kind, &space, masses, diameters);
+    if kind == Kind::Growth {
+        growth(&mut text, dice, &space, count, diameters);
+    }
+    let _ = write!(text, "[run]\nuntil_time = 200.0\nuntil_events = 3000\n");
+    RandomScene { kind, longest, text }
+}
+
+fn space(dice: &mut Dice, kind: Kind) -> Box {
+    let dimensions = match kind {
+        Kind::Shear => dice.pick(&[2, 3]),
+        _ => dice.pick(&[1, 2, 3]),
+    };
+    let long = dice.power(0.42, 6.0);
+    let is_channel = dice.chance(0.3) || kind == Kind::Channel;
+    let size = std::array::from_fn(|k| match k {
+        0 if kind == Kind::Channel => long.clamp(50.0, 2000.0),
+        _ if k >= dimensions => 0.0,
+        1.. if is_channel => dice.between(if kind == Kind::Shear { 4.1 } else { 2.0 } * RANGE, 6.0),
+        _ if kind == Kind::Shear => long.max(6.0),
+        _ => long,
+    });
+    let origin = dice.below(4);
+    let sign = dice.pick(&[1.0, -1.0]);
+    let far = sign * dice.power(0.0, 8.0);
+    let lower = std::array::from_fn(|k| match origin {
+        _ if k >= dimensions => 0.0,
+        0 | 1 => 0.0,
+        2 => -0.5 * size[k],
+        _ => far,
+    });
+    let has_walls = matches!(kind, Kind::Walls | Kind::Falling);
+    let is_periodic =
+        std::array::from_fn(|k| k < dimensions && !(has_walls && (k + 1 == dimensions || dice.chance(0.4))));
+    Box { dimensions, lower, size, is_periodic }
+}
+
+fn sides(text: &mut String, dice: &mut Dice, kind: Kind, space: &Box) {
+    for (k, axis) in ["x", "y", "z"].into_iter().enumerate() {
+        let sides = if k >= space.dimensions {
+            "\"flat\"".to_owned()
+        } else if space.is_periodic[k] {
+            "\"periodic\"".to_owned()
+        } else if dice.chance(0.2) && kind == Kind::Falling {
+            "{ lower = \"wall\", upper = \"open\", restitution = 0.0 }".to_owned()
+        } else {
+            let restitution = if kind == Kind::Falling { dice.pick(&[0.9, 0.2]) } else { 1.0 };
+            format!("{{ lower = \"wall\", upper = \"wall\", restitution = {restitution} }}")
+        };
+        let _ = writeln!(text, "{axis} = {sides}");
+    }
+    if kind == Kind::Shear {
+        let _ = writeln!(text, "shear_rate = {:?}", dice.pick(&[1.0, -1.0]) * dice.power(-3.0, 1.0) / space.size[1]);
+    }
+}
+
+/// Puts particles into a cluster, across a corner of the box or elsewhere, or along the box; says how many of each species.
+fn particles(
+    text: &mut String,
+    dice: &mut Dice,
+    kind: Kind,
+    space: &Box,
+    masses: [f64; 2],
+    diameters: [f64; 2],
+) -> [usize; 2] {
+    let is_chain = kind == Kind::Chains;
+    let is_channel = kind == Kind::Channel;
+    let wanted = if is_channel {
+        (1..=400).take_while(|n| 1.7 * f64::from(*n) <= space.size[0]).count()
+    } else {
+        3 + dice.below(22)
+    };
+    let is_at_corner = dice.chance(0.7);
+    let half_width = 0.8 * (wanted as f64).powf(1.0 / space.dimensions as f64) + 0.6;
+    let centre: [f64; 3] = std::array::from_fn(|k| match () {
+        () if is_at_corner && space.is_periodic[k] => 0.0,
+        () if kind == Kind::Falling && k + 1 == space.dimensions => half_width.min(0.5 * space.size[k]),
+        () => dice.uniform() * space.size[k],
+    });
+    let drift: [f64; 3] = if dice.chance(0.3) { std::array::from_fn(|_| dice.power(-1.0, 2.0)) } else { [0.0; 3] };
+    let mut placed: Vec<([f64; 3], usize)> = Vec::new();
+    let mut bonds = String::new();
+    let mut last: Option<usize> = None;
+    for number in 0..wanted {
+        let species = if is_chain { 0 } else { dice.below(2) };
+        let position = (0..40).find_map(|_| {
+            let place: [f64; 3] = std::array::from_fn(|k| match (k, last) {
+                _ if k >= space.dimensions => 0.0,
+                (0, _) if is_channel => (number as f64 + 0.5) * space.size[0] / wanted as f64,
+                (0, Some(last)) => placed[last].0[0] + dice.between(1.05, 1.15),
+                (_, Some(last)) => placed[last].0[k],
+                _ if is_channel => dice.uniform() * space.size[k],
+                _ => centre[k] + dice.between(-half_width, half_width),
+            });
+            let place =
+                std::array::from_fn(
+                    |k| if space.is_periodic[k] { place[k].rem_euclid(space.size[k]) } else { place[k] },
+                );
+            fits(space, diameters, (&place, species), &placed).then_some(place)
+        });
+        let Some(position) = position else {
+            last = None;
+            continue;
+        };
+        if let Some(last) = last {
+            let _ = write!(bonds, "[[bond]]\nparticles = [{last}, {}]\ninteraction = \"link\"\n", placed.len());
+        }
+        placed.push((position, species));
+        last = (is_chain && !placed.len().is_multiple_of(6)).then_some(placed.len() - 1);
+    }
+    let velocities = velocities(dice, &placed, masses, drift);
+    for ((position, species), velocity) in placed.iter().zip(velocities) {
+        let at: [f64; 3] = std::array::from_fn(|k| space.lower[k] + position[k]);
+        let velocity: [f64; 3] = std::array::from_fn(|k| if k < space.dimensions { velocity[k] } else { 0.0 });
+        let _ = write!(text, "[[particle]]\nspecies = \"S{species}\"\nposition = {at:?}\nvelocity = {velocity:?}\n");
+    }
+    *text += &bonds;
+    [0, 1].map(|species| placed.iter().filter(|(_, of)| *of == species).count())
+}
+
+/// Whether a particle at a place reaches through no wall and overlaps with none that is there.
+fn fits(space: &Box, diameters: [f64; 2], (place, species): (&[f64; 3], usize), placed: &[([f64; 3], usize)]) -> bool {
+    let margin = 0.5 * diameters[species];
+    let is_inside = (0..space.dimensions)
+        .all(|k| space.is_periodic[k] || (place[k] >= 1.001 * margin && place[k] <= space.size[k] - 1.001 * margin));
+    is_inside
+        && placed.iter().all(|(other, of)| {
+            let apart = |k: usize| {
+                let apart = (place[k] - other[k]).abs();
+                if space.is_periodic[k] { apart.min(space.size[k] - apart) } else { apart }
+            };
+            let squared: f64 = (0..space.dimensions).map(|k| apart(k).powi(2)).sum();
+            squared.sqrt() > 0.5001 * (diameters[species] + diameters[*of])
+        })
+}
+
+/// Velocities of temperature 1, whose centre of mass has the drift: without one, a cluster stays where it is.
+fn velocities(dice: &mut Dice, placed: &[([f64; 3], usize)], masses: [f64; 2], drift: [f64; 3]) -> Vec<[f64; 3]> {
+    let thermal: Vec<[f64; 3]> =
+        placed.iter().map(|(_, species)| [(); 3].map(|()| dice.normal() * masses[*species].powf(-0.5))).collect();
+    let mass: f64 = placed.iter().map(|(_, species)| masses[*species]).sum();
+    let momentum = |k: usize| placed.iter().zip(&thermal).map(|((_, species), v)| masses[*species] * v[k]).sum::<f64>();
+    let centre: [f64; 3] = std::array::from_fn(|k| momentum(k) / mass);
+    thermal.iter().map(|v| std::array::from_fn(|k| v[k] - centre[k] + drift[k])).collect()
+}
+
+/// Diameters that grow by some percent, slowly or much faster than the particles move.
+fn growth(text: &mut String, dice: &mut Dice, space: &Box, count: [usize; 2], diameters: [f64; 2]) {
+    let volume = |diameter: f64| match space.dimensions {
+        1 => diameter,
+        2 => std::f64::consts::FRAC_PI_4 * diameter * diameter,
+        _ => std::f64::consts::FRAC_PI_6 * diameter.powi(3),
+    };
+    let whole: f64 = space.size[..space.dimensions].iter().product();
+    let fraction = (0..2).map(|k| count[k] as f64 * volume(diameters[k])).sum::<f64>() / whole;
+    let wanted = fraction * dice.between(1.02, 1.1);
+    let thermostat = if dice.chance(0.5) {
+        "thermostat = { kind = \"rescaling\", temperature = 1.0, interval = 0.1 }\n"
+    } else {
+        ""
+    };
+    if count.iter().sum::<usize>() > 1 && wanted < 0.4 {
+        let _ = write!(
+            text,
+            "[[stage]]\nname = \"grow\"\ngrow = {{ rate = {:?}, packing_fraction = {wanted:?} }}\n{thermostat}",
+            dice.power(-2.0, 9.0)
+        );
+    }
+}
