@@ -120,14 +120,13 @@ impl SweepFolder {
     /// one of its files is a link, [`SweepError::Write`] if it cannot be written.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
-        let path = &folder.path;
-        fs::create_dir_all(path).map_err(|source| OutputError::Folder { path: path.clone(), source })?;
-        remove_abandoned(path);
-        refuse_others(path, SWEEP)?;
-        refuse(&path.join(FAILURES), true)?;
+        fs::create_dir_all(&folder.path).map_err(|source| OutputError::Folder { path: folder.path.clone(), source })?;
+        remove_abandoned(&folder.path);
+        refuse_others(&folder.path, SWEEP)?;
+        refuse(&folder.path.join(FAILURES), true)?;
         folder.claim(sweep)?;
         if let Some(text) = sweep.text_alone() {
-            refuse_others(path, SCENE)?;
+            refuse_others(&folder.path, SCENE)?;
             let scene = folder.path.join(SCENE);
             write_atomically(&scene, Existing::Replace, |file| file.write_all(text.as_bytes()))
                 .map_err(wrong(&scene))?;
