@@ -172,7 +172,7 @@ fn a_page_about_a_run_is_one_file_and_names_what_is_missing() {
     let output = place.carom(&["report", "runs/scene", "--out", "page.html"]);
     assert_eq!(code(&output), 0);
     assert!(errors(&output).contains("thermo.csv") && place.read("page.html").contains("thermo.csv: "));
-    assert_eq!(code(&place.carom(&["report", "runs/scene", "--out", "nowhere/page.html"])), 1);
+    assert_eq!(code(&place.carom(&["report", "runs/scene", "--out", "nowhere/page.html"])), 2);
 }
 
 #[test]
