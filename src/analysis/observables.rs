@@ -89,8 +89,8 @@ pub const OBSERVABLES: [(&str, &str); 17] = [
 /// `<sum m v_x^2>` is `N_s T`; what is driven or dissipates has as many temperatures as axes and species. It is constant between events, and its mean is exact.
 ///
 /// `N` counts the particles that move, `D` is the number of axes that are not flat. Means of `T` and of the potential energy over an interval are
-/// those of straight lines between samples: at its ends, before and after velocities are scaled, and some times in between where a thermostat
-/// scales them. What contacts dissipate is missing from `T` from the time of each contact on, so that the mean of a system that only dissipates is exact.
+/// exact: both change at events only, and each change counts from its own time on. In a sheared box particles heat up and cool between events; there the mean of `T`
+/// is that of straight lines between samples, with what contacts dissipate from the time of each contact on.
 ///
 /// The pressure is exact for any number of particles. The volume of the phase space below an energy `E` at a given momentum is, with
 /// `f = D N - c` free components of the velocities, proportional to the integral of `(E - U)^(f / 2)` over all positions; that of
@@ -122,10 +122,12 @@ struct Reading {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Piece {
     time: f64,
-    /// Since the start of the simulation, and what was dissipated since then.
+    /// Since the start of the simulation.
     elapsed: f64,
-    dissipated: f64,
-    dissipated_moment: f64,
+    /// What has heated the particles since then, and the sum of its parts, each times its time `[energy]`, `[energy time]`.
+    heated: [f64; 2],
+    /// The sum of all changes of the energy of pairs, each times its time `[energy time]`.
+    pair_energy_moment: f64,
     temperature: Option<f64>,
     pair_energy: f64,
     /// `[energy time]`
@@ -245,32 +247,35 @@ impl Observer {
         self.averages.clear();
     }
 
-    /// Samples temperature and potential energy and integrates both by the trapezoidal rule since the last sample. Returns the temperature.
+    /// Samples temperature and potential energy and integrates both since the last sample: exactly, because they change at events only, but for the
+    /// temperature of a sheared box, whose particles heat up on their way, by the trapezoidal rule. Returns the temperature.
     ///
     /// Asked for before velocities are scaled, and again after it, so that no mean is over a line across a jump.
     pub(crate) fn integrate(&mut self, simulation: &Simulation, energy: &Energy) -> Option<f64> {
-        let (time, temperature) =
-            (simulation.time(), self.applicable.temperature(energy.thermal, &energy.peculiar_momentum));
+        let (time, elapsed) = (simulation.time(), simulation.elapsed());
+        let temperature = self.applicable.temperature(energy.thermal, &energy.peculiar_momentum);
         let counts = simulation.event_counts();
-        let (elapsed, dissipated, moment) =
-            (simulation.elapsed(), counts.dissipated.total(), counts.dissipated_moment.total());
+        let pair_energy_moment = counts.pair_energy_moment.total();
+        let heated = self.applicable.heated(counts, energy.pair);
         let mut integrals = [0.0; 2];
         if let Some(last) = &self.piece {
-            let half = 0.5 * (time - last.time);
+            let (half, middle) = (0.5 * (time - last.time), 0.5 * (last.elapsed + elapsed));
             let mean = last.temperature.zip(temperature).map_or(0.0, |(a, b)| a + b);
-            // Of the energy that contacts have dissipated meanwhile, each part is missing from its own time on, and not half of the time.
-            let middle = 0.5 * (last.elapsed + elapsed);
-            let later = (moment - last.dissipated_moment) - (dissipated - last.dissipated) * middle;
+            // Straight lines count each change half of the time. It is there from its own time on.
+            let missed = |change: f64, moment: f64| change * middle - moment;
+            let later = missed(heated[0] - last.heated[0], heated[1] - last.heated[1]);
             let heat = half * mean + 2.0 * later / self.applicable.degrees_of_freedom.max(1.0);
-            integrals = [last.integrals[0] + heat, last.integrals[1] + half * (last.pair_energy + energy.pair)];
+            let pair = half * (last.pair_energy + energy.pair)
+                + missed(energy.pair - last.pair_energy, pair_energy_moment - last.pair_energy_moment);
+            integrals = [last.integrals[0] + heat, last.integrals[1] + pair];
         }
         let heating = &counts.confined_heating;
         let confined = std::array::from_fn(|axis| energy.confined[axis] * time - heating[axis].total());
         self.piece = Some(Piece {
             time,
             elapsed,
-            dissipated,
-            dissipated_moment: moment,
+            heated,
+            pair_energy_moment,
             temperature,
             pair_energy: energy.pair,
             integrals,
@@ -342,3 +347,6 @@ fn upwards(scene: &Scene) -> Option<Vector> {
         .sum();
     (-sum).try_normalize(0.0)
 }
+
+#[cfg(test)]
+mod tests;

@@ -86,6 +86,21 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.counts.totals.dissipated_moment.add(energy * time);
     }
 
+    /// Counts the energy that comes from outside, and when it does.
+    #[inline]
+    pub(super) fn note_supplied(&mut self, energy: f64) {
+        let time = self.elapsed();
+        self.counts.totals.supplied.add(energy);
+        self.counts.totals.supplied_moment.add(energy * time);
+    }
+
+    /// Counts when the potential energy of a pair changes, and by how much.
+    #[inline]
+    pub(super) fn note_energy_step(&mut self, energy: f64) {
+        let time = self.elapsed();
+        self.counts.totals.pair_energy_moment.add(energy * time);
+    }
+
     /// Counts an event, unless time has moved since the last one.
     #[inline]
     pub(super) fn count_standstill(&mut self) {

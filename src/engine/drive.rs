@@ -104,7 +104,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let body = self.state.bodies[particle as usize];
             let streaming = self.streaming_velocity(&body.position) + drift;
             let after = streaming + (body.velocity - streaming) * factor;
-            self.counts.totals.supplied.add(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
+            self.note_supplied(0.5 / inverse_mass * (after - body.velocity).dot(&(after + body.velocity)));
             self.state.bodies[particle as usize].velocity = after;
             self.note_confined_change(particle, &body.velocity);
         }

@@ -125,6 +125,10 @@ pub struct EventCounts {
     pub thermostat: u64,
     /// Energy from outside: of thermostats, growing diameters and sheared boxes `[energy]`.
     pub supplied: Sum,
+    /// The sum of all that was supplied, each times its time since the start of the simulation, as [`Self::dissipated_moment`] `[energy time]`.
+    pub supplied_moment: Sum,
+    /// The same of all changes of the potential energy of pairs `[energy time]`.
+    pub pair_energy_moment: Sum,
 }
 
 impl EventCounts {
@@ -171,6 +175,8 @@ impl EventCounts {
         since.dissipated.add(-earlier.dissipated.total());
         since.dissipated_moment.add(-earlier.dissipated_moment.total());
         since.supplied.add(-earlier.supplied.total());
+        since.supplied_moment.add(-earlier.supplied_moment.total());
+        since.pair_energy_moment.add(-earlier.pair_energy_moment.total());
         since
     }
 

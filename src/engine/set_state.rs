@@ -157,7 +157,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let (before, after) = (body.velocity, velocities[body.name as usize]);
             body.velocity = after;
             let mass = self.inverse_mass(particle).recip();
-            self.counts.totals.supplied.add(0.5 * mass * (after - before).dot(&(after + before)));
+            self.note_supplied(0.5 * mass * (after - before).dot(&(after + before)));
             self.note_confined_change(particle, &before);
         }
         self.move_again();
@@ -185,7 +185,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.enlarge();
         self.move_again();
         let after = self.energy();
-        self.counts.totals.supplied.add(after.potential - before.potential);
+        self.note_supplied(after.potential - before.potential);
+        self.note_energy_step(after.pair - before.pair);
     }
 
     /// Wraps a particle into the box from any distance.

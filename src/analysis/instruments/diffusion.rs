@@ -2,6 +2,7 @@
 
 mod lags;
 mod report;
+mod spread;
 mod tracers;
 
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,7 @@ use crate::Vector;
 use crate::analysis::statistics::CurveAverage;
 use crate::model::measurement_plan::Diffusion as Plan;
 use lags::{LOGARITHMIC, Lags, TICKS_PER_STEP, logarithmic, next_logarithmic};
+use spread::Spread;
 use tracers::Tracers;
 
 /// Memory for the positions and velocities at all origins `[byte]`.
@@ -35,7 +37,7 @@ const CURVES: usize = 3;
 /// Each origin is compared with the samples at linear times, `k interval` up to the span, and at logarithmic times from 1/32 of an
 /// interval to the whole run. Only some samples after each origin are closer than an interval. Of origins older than the span
 /// there are ever fewer: 16, evenly spaced in the time so far, so that memory and work stay bounded. A mean over all particles from one
-/// origin is one value; errors come from blocks of origins.
+/// origin is one value; errors come from blocks of origins, and that of the slope also from the scatter of single particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Diffusion {
     lags: Lags,
@@ -47,6 +49,7 @@ pub(super) struct Diffusion {
     long_stride: u64,
     linear: CurveAverage,
     logarithmic: CurveAverage,
+    spread: Spread,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -57,6 +60,8 @@ struct Origin {
     velocities: Vec<Vector>,
     /// By group, MSD or VACF, and linear time; empty after the span.
     curve: Vec<f64>,
+    /// By tracer, as in [`Spread`]; empty after the span.
+    slopes: Vec<[f64; 2]>,
 }
 
 impl Origin {
@@ -68,12 +73,14 @@ impl Origin {
 impl Diffusion {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let lags = Lags::new(plan, setup);
-        let each = size_of::<Vector>() * (2 * MOST_YOUNG + MOST_LONG + 1);
+        let each =
+            size_of::<Vector>() * (2 * MOST_YOUNG + MOST_LONG + 1) + size_of::<[f64; 2]>() * (MOST_YOUNG + 1);
         let tracers = Tracers::new(&setup.sample, setup.system, BUDGET / each);
         let groups = tracers.groups();
         let mut diffusion = Self {
             linear: CurveAverage::new(groups * CURVES * (lags.steps + 1)),
             logarithmic: CurveAverage::new(groups * LOGARITHMIC),
+            spread: Spread::new(&lags, tracers.len()),
             lags,
             tracers,
             origins: Vec::new(),
@@ -91,7 +98,8 @@ impl Diffusion {
         let length = self.lags.steps + 1;
         if now.is_multiple_of(self.lags.origin_ticks()) {
             let (positions, velocities) = (frame.positions.clone(), frame.velocities.clone());
-            self.origins.push(Origin { tick: now, positions, velocities, curve: vec![0.0; groups * 2 * length] });
+            let (curve, slopes) = (vec![0.0; groups * 2 * length], vec![[0.0; 2]; self.tracers.len()]);
+            self.origins.push(Origin { tick: now, positions, velocities, curve, slopes });
         }
         for origin in &mut self.origins {
             let age = now - origin.tick;
@@ -108,6 +116,7 @@ impl Diffusion {
                 }
             }
             if let Some(step) = linear {
+                self.spread.follow(&mut origin.slopes, step, moved);
                 let correlations = self.tracers.means(|k| frame.velocities[k].dot(&origin.velocities[k]));
                 for (group, (msd, vacf)) in displacements.into_iter().zip(correlations).enumerate() {
                     origin.curve[(2 * group + MSD) * length + step] = msd;
@@ -137,7 +146,8 @@ impl Diffusion {
                 }
             }
             self.linear.add_all(values);
-            (origin.curve, origin.velocities) = (Vec::new(), Vec::new());
+            self.spread.add(&origin.slopes);
+            (origin.curve, origin.velocities, origin.slopes) = (Vec::new(), Vec::new(), Vec::new());
         }
         let origin_ticks = self.lags.origin_ticks();
         let is_kept =

@@ -20,6 +20,20 @@ pub(super) fn slope_terms(lags: std::ops::RangeInclusive<usize>, spacing: f64, o
     lags.map(|k| (offset + k, (k as f64 - centre) / (squares * spacing))).collect()
 }
 
+/// Terms of the slope of a curve over its last three quarters, and of the difference between the slopes of both halves of these; `None` where there are
+/// too few points.
+pub(super) fn straight_terms(longest: usize, spacing: f64, offset: usize) -> Option<[Vec<(usize, f64)>; 2]> {
+    let part = straight_part(longest);
+    let (first, last) = (*part.start(), *part.end());
+    if last + 1 < first + FEWEST {
+        return None;
+    }
+    let middle = first + (last - first) / 2;
+    let mut bend = slope_terms(first..=middle, spacing, offset);
+    bend.extend(slope_terms(middle..=last, spacing, offset).into_iter().map(|(k, c)| (k, -c)));
+    Some([slope_terms(part, spacing, offset), bend])
+}
+
 /// Slope of a curve of means over its last three quarters; `None` where that part is not straight, or too short.
 ///
 /// `slope` takes terms to an estimate, so that a curve may be corrected for its mean.
@@ -29,17 +43,9 @@ pub(super) fn straight_slope(
     offset: usize,
     slope: impl Fn(&[(usize, f64)]) -> Option<Estimate>,
 ) -> Option<Estimate> {
-    let part = straight_part(longest);
-    let (first, last) = (*part.start(), *part.end());
-    if last + 1 < first + FEWEST {
-        return None;
-    }
-    let middle = first + (last - first) / 2;
-    let whole = slope(&slope_terms(part, spacing, offset))?;
-    let mut difference = slope_terms(first..=middle, spacing, offset);
-    difference.extend(slope_terms(middle..=last, spacing, offset).into_iter().map(|(k, c)| (k, -c)));
-    let bend = slope(&difference)?;
-    is_small(&bend, &whole).then_some(whole)
+    let [whole, bend] = straight_terms(longest, spacing, offset)?;
+    let whole = slope(&whole)?;
+    is_small(&slope(&bend)?, &whole).then_some(whole)
 }
 
 /// Whether a part that ought to vanish is less than a tenth of the whole, or than three of its own errors.

@@ -44,6 +44,7 @@ pub struct ApplicableObservables {
     pub number_density: f64,
     /// Time between two scalings of all velocities by a thermostat `[time]`; none without.
     pub(crate) scaling_interval: Option<f64>,
+    is_sheared: bool,
     total_mass: f64,
     up: Option<Vector>,
     is_moving: Vec<bool>,
@@ -98,6 +99,7 @@ impl ApplicableObservables {
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),
             scaling_interval: None,
+            is_sheared: scene.shear_rate.is_some(),
             total_mass: all.map(mass).sum(),
             up,
             is_moving: listed.clone().map(is_moving).collect(),
@@ -150,6 +152,18 @@ impl ApplicableObservables {
             let common = self.conserved(momentum).norm_squared() / (2.0 * self.total_mass);
             2.0 * (kinetic - common).max(0.0) / self.degrees_of_freedom
         })
+    }
+
+    /// Energy that particles have gained at events so far, and the sum of its parts, each times its time since the start: what was supplied, less
+    /// what was dissipated and what the pairs took. In a sheared box it does not count what streaming does to their peculiar velocities `[energy]`, `[energy time]`.
+    pub(super) fn heated(&self, counts: &EventCounts, pair_energy: f64) -> [f64; 2] {
+        let lost = [counts.dissipated.total(), counts.dissipated_moment.total()];
+        if self.is_sheared {
+            return lost.map(|lost| -lost);
+        }
+        let supplied = [counts.supplied.total(), counts.supplied_moment.total()];
+        let stored = [pair_energy, counts.pair_energy_moment.total()];
+        [0, 1].map(|k| supplied[k] - lost[k] - stored[k])
     }
 
     /// The common velocity of all particles relative to what streams, along the axes where nothing changes it, from their momentum

@@ -9,6 +9,9 @@ const STEPS: usize = 150;
 /// The slowest relaxation that a series is asked for takes this part of it: what is slower looks like a trend.
 const SLOWEST: f64 = 1.0 / 12.0;
 
+/// The slowest quantity whose differences are asked for relaxes in this part of it: the lowest eight frequencies, of `2 pi / 50` each, are below what it does.
+const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
+
 /// The fastest takes this many values; it is white noise but for a tenth.
 const FASTEST: f64 = 0.5;
 
@@ -39,8 +42,8 @@ const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;
 
 /// The lowest frequencies, and what part of the mean power there is left at frequency zero at least: so little by chance once in 500 times.
-const LOWEST: usize = 4;
-const LEAST: f64 = 0.25;
+const LOWEST: usize = 6;
+const LEAST: f64 = 0.3;
 
 /// Part of the power that may be at the lowest frequency: with more, the series is one swing, or a drift.
 const MOST_IN_ONE_SWING: f64 = 0.5;
@@ -77,8 +80,9 @@ struct Part {
 /// The periodogram at the lower half of the frequencies is taken for a sum of
 /// - white noise, `1`;
 /// - relaxations `exp(-k / t)` of a dozen times `t` up to a twelfth of the series, `(1 - r)^2 / (1 - 2 r cos w + r^2)` with `r = exp(-1 / t)`;
-/// - the difference of a quantity between the ends of each interval, `1 - cos w`, which cancels from one interval to the next. So does most of
-///   the virial of a crystal.
+/// - the difference of a quantity between the ends of each interval, which cancels in the sum: `2 (1 - cos w) S(w)`, where the quantity is white noise, relaxes in
+///   one of a dozen times, `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, or does so twice over, `S = (1 - r^2)^3 / ((1 + r^2) (1 - 2 r cos w + r^2)^2)`. So does most of the virial of a crystal, and
+///   of the momentum that goes to and fro between two walls. Of `n` values, the sum is the difference between both ends, and the variance of the mean `2 / n^2` of that of the quantity.
 ///
 /// with weights that are not negative, the most likely ones (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a periodogram are independent
 /// and exponentially distributed about the spectral density. Each step multiplies the weights by the square root of a ratio of gradients, and raises the likelihood: C. Févotte and
@@ -194,7 +198,21 @@ fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
         time /= RATIO;
     }
     if cosines.len() >= FEWEST_FOR_DIFFERENCES {
-        parts.push(part(0.0, &|cosine| 1.0 - cosine));
+        // What is left at both ends is as much at all frequencies.
+        let ends = 2.0 / n as f64;
+        let mut difference = |density: &dyn Fn(f64) -> f64| {
+            parts.push(Part { at_zero: ends, ..part(0.0, &|cosine| ends + 2.0 * (1.0 - cosine) * density(cosine)) });
+        };
+        difference(&|_| 1.0);
+        let mut time = SLOWEST_DIFFERENCE * n as f64;
+        while time >= FASTEST {
+            let r = libm::exp(-1.0 / time);
+            let part = 1.0 - r * r;
+            let turned = |cosine: f64| 1.0 - 2.0 * r * cosine + r * r;
+            difference(&|cosine| part / turned(cosine));
+            difference(&|cosine| part * part * part / ((1.0 + r * r) * turned(cosine) * turned(cosine)));
+            time /= RATIO;
+        }
     }
     parts
 }

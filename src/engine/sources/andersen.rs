@@ -101,7 +101,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let position = body.position;
         self.note_confined_change(particle, &before);
         let gained = 0.5 / inverse_mass * (after - before).dot(&(after + before));
-        self.counts.totals.supplied.add(gained);
+        self.note_supplied(gained);
         self.counts.totals.thermostat += 1;
         if TABLE {
             self.counts.by_species.note_single(usize::from(self.row(particle)), CountedKind::Thermostat);

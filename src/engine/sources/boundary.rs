@@ -192,7 +192,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let gained = 0.5 / species.inverse_mass * (after - before).dot(&(after + before));
         let impulse = (after[axis] - before[axis]) * inwards / species.inverse_mass;
         self.count_wall(i, face, impulse, gained);
-        self.counts.totals.supplied.add(gained);
+        self.note_supplied(gained);
         let body = &mut self.state.bodies[i as usize];
         body.velocity = after;
         body.events = body.events.wrapping_add(1);

@@ -148,11 +148,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         body.position[FLOW] -= up * shear.displacement(time);
         body.velocity[FLOW] -= up * shear.speed;
         let after = body.velocity[FLOW];
-        self.counts.totals.supplied.add(0.5 / inverse_mass * (after - before) * (after + before));
         let period = self.state.periods[FLOW];
         let periods = ((body.position[FLOW] - self.state.space.lower[FLOW]) / period).floor();
         body.position[FLOW] -= periods * period;
         let position = body.position;
+        self.note_supplied(0.5 / inverse_mass * (after - before) * (after + before));
         self.state.images.add(particle, GRADIENT, trunc_to_i32(up));
         self.state.images.add(particle, FLOW, trunc_to_i32(periods));
         let Neighbours::Cells(cells) = &mut self.neighbours else {

@@ -109,14 +109,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         if dissipated != 0.0 {
             self.note_dissipated(dissipated);
         }
+        if TABLE && energy_step != 0.0 {
+            self.note_energy_step(energy_step);
+        }
         if self.sources.lees_edwards.is_some() {
             // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
             let faster = (before[0] - before[1]) - pair.velocity;
             let gained = (self.state.bodies[i as usize].velocity - before[0]) / self.inverse_mass(i);
-            self.counts.totals.supplied.add(faster.dot(&gained));
+            self.note_supplied(faster.dot(&gained));
         }
         if surface != 0.0 {
-            self.counts.totals.supplied.add(impulse * surface * squared.sqrt());
+            self.note_supplied(impulse * surface * squared.sqrt());
         }
         self.set_state_after(i, j, response.outcome, state, interaction)?;
         Ok(show(observe, || {

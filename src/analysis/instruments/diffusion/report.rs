@@ -4,12 +4,15 @@ use super::lags::{LOGARITHMIC, logarithmic_ticks};
 use super::tracers::{Tracers, followed};
 use super::{CURVES, Diffusion, INTEGRAL, MSD, VACF};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};
-use crate::analysis::instruments::slope::{is_small, of_means, straight_slope};
+use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::Estimate;
 
 /// What has to be left of the autocorrelation after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
 const SMOOTH: f64 = 0.8;
+
+/// Particles whose mean square has grown by no larger part of itself over the straight part are held where they are, as in a crystal.
+const LOCALISED: f64 = 0.3;
 
 pub(super) fn report(diffusion: &Diffusion, system: &SystemDescription, measured: &mut Measured) {
     let groups = diffusion.tracers.groups();
@@ -55,16 +58,32 @@ fn offset(diffusion: &Diffusion, group: usize, kind: usize) -> usize {
     (group * CURVES + kind) * (diffusion.lags.steps + 1)
 }
 
-/// `D = 1 / (2 d) d<r^2>/dt`, `d` the number of axes, over the straight part.
+/// `D = 1 / (2 d) d<r^2>/dt`, `d` the number of axes, over the straight part; `None` where that part is not straight, or where particles stay where they are.
 fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> Option<Estimate> {
     if followed(system).is_enclosed {
         return None;
     }
     let steps = diffusion.lags.steps;
     let offset = offset(diffusion, group, MSD);
-    let slope = straight_slope(steps, diffusion.lags.interval(), offset, of_means(&diffusion.linear))?;
+    let [slope, bend] = straight_terms(steps, diffusion.lags.interval(), offset)?;
+    let whole = with_spread(diffusion, group, &slope, 0)?;
+    let bend = with_spread(diffusion, group, &bend, 1)?;
+    // Diffusion from the start of the straight part on takes three quarters of the way, in squares.
+    let grown = whole.mean * diffusion.lags.interval() * (steps - slope.first()?.0 + offset) as f64;
+    let is_diffusive = grown > LOCALISED * diffusion.linear.mean(offset + steps)?;
     let scale = 0.5 / Tracers::dimensions(system);
-    Some(Estimate { mean: slope.mean * scale, standard_error: slope.standard_error.map(|error| error * scale) })
+    let estimate = Estimate { mean: whole.mean * scale, standard_error: whole.standard_error.map(|error| error * scale) };
+    (is_diffusive && is_small(&bend, &whole)).then_some(estimate)
+}
+
+/// A combination of mean squared displacements, with the larger one of two errors: of blocks of origins, which has what all particles do together, and of
+/// the scatter of particles, which needs no independent origins.
+fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind: usize) -> Option<Estimate> {
+    let of_blocks = diffusion.linear.combination(terms)?;
+    let origins = diffusion.linear.count(terms.first()?.0);
+    let variance = diffusion.tracers.variance_of_mean(group, |tracer| diffusion.spread.sum(tracer, kind) / origins);
+    let errors = [of_blocks.standard_error, variance.map(f64::sqrt)];
+    Some(Estimate { standard_error: errors.into_iter().flatten().reduce(f64::max), ..of_blocks })
 }
 
 /// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next for trapezoids, or where it
@@ -183,8 +202,8 @@ const CORRELATION: &str = "<v(0) . v(t)> over particles and origins; where momen
     divided by 1 - m / M, so that it is D T / m at t = 0.";
 const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by trapezoids, D the number of axes.";
 const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
-    squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors. Not corrected for \
-    the size of the box.";
+    squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors, or where particles \
+    stay where they are. The error is the larger one of the scatter of origins and of that of particles. Not corrected for the size of the box.";
 const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve, d the number of axes; none if it \
     grows over their second half by more than a tenth and three errors. Not corrected for the size of the box.";
 const WALLED: &str = "Axes with walls are left out of r and v, and of d: nothing diffuses towards a wall.";

@@ -11,6 +11,9 @@ use crate::base::numbers::id;
 /// The stream of random numbers for the choice, apart from those of a start, which count from 0.
 const STREAM: u64 = u64::MAX;
 
+/// Particles whose scatter gives an error: that of the error is then a quarter.
+const FEWEST: f64 = 8.0;
+
 /// All moving particles, or a random choice of them that depends on the seed alone; in the frame of the centre of mass.
 ///
 /// Relative to the centre of mass, a particle of mass `m` in a system of mass `M` moves by `1 - m / M` less, squared: `<m v^2>` is
@@ -75,6 +78,33 @@ impl Tracers {
     /// Number of curves: of all particles, and of each species if there are several.
     pub fn groups(&self) -> usize {
         if self.species.len() > 1 { 1 + self.species.len() } else { 1 }
+    }
+
+    /// Number of particles that are followed.
+    pub fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// Variance of the mean over a group of a squared quantity `value(k)` of tracer `k`, by the scatter of the particles of each species about its mean.
+    /// `None` for fewer than [`FEWEST`] particles.
+    pub fn variance_of_mean(&self, group: usize, value: impl Fn(usize) -> f64) -> Option<f64> {
+        let mut sums = vec![[0.0; 3]; self.species.len()];
+        for (k, kind) in self.kinds.iter().enumerate() {
+            let kind = *kind as usize;
+            let x = value(k) * self.scales[kind];
+            let [count, mean, squares] = &mut sums[kind];
+            *count += 1.0;
+            let before = x - *mean;
+            *mean += before / *count;
+            *squares += before * (x - *mean);
+        }
+        let chosen = match group.checked_sub(1) {
+            None => &sums[..],
+            Some(species) => sums.get(species..=species)?,
+        };
+        let count: f64 = chosen.iter().map(|sum| sum[0]).sum();
+        let of_sum = |[count, _, squares]: &[f64; 3]| if *count > 1.0 { count * squares / (count - 1.0) } else { 0.0 };
+        (count >= FEWEST).then(|| chosen.iter().map(of_sum).sum::<f64>() / (count * count))
     }
 
     /// Number of particles of a group.
