@@ -30,7 +30,7 @@ pub use state::RunState;
 use std::convert::Infallible;
 
 use crate::analysis::instruments::{Measured, Scalar};
-use crate::analysis::observables::Row;
+use crate::analysis::observables::{Equilibrium, Row};
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::{Event, EventCounts, EventCountsBySpecies};
 use crate::engine::{Arrest, EngineError, InvariantBroken, Simulation, Snapshot};
@@ -233,6 +233,8 @@ pub struct Finished {
     pub observables: Vec<(&'static str, Estimate)>,
     /// Whether each of them was stationary, by name.
     pub stationarity: Vec<(&'static str, Stationarity)>,
+    /// Whether it was in equilibrium, or in a steady state.
+    pub equilibrium: Equilibrium,
     /// What the instruments of the scene have measured, and those of one's own: [`Measured::number`], [`Measured::curve`].
     pub measured: Measured,
     /// The measured stages before it, as far as they were begun.

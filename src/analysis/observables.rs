@@ -6,11 +6,13 @@ mod applicable;
 mod equilibrium;
 
 pub use applicable::ApplicableObservables;
+use equilibrium::Conditions;
 pub(crate) use equilibrium::is_settled;
 pub use equilibrium::{Answer, Equilibrium};
 
 use crate::Vector;
 use crate::analysis::statistics::{BlockAverage, Estimate, Stationarity};
+use crate::base::numbers::trunc_to_usize;
 use crate::engine::event::EventCounts;
 use crate::engine::{Energy, Simulation};
 use crate::model::{Scene, Thermostat};
@@ -221,6 +223,18 @@ impl Observer {
             |name: &str, average: &BlockAverage| average.mean().is_some() && !(is_at_rest && name == COMPRESSIBILITY);
         let all = OBSERVABLES.iter().zip(&self.averages).filter(|((name, _), average)| means(name, average));
         all.map(|((name, _), average)| (*name, self.stationarity_of(name, average))).collect()
+    }
+
+    /// Whether what was seen was in equilibrium, or in a steady state, from the stationarity of each observable and the events that were counted meanwhile.
+    #[must_use]
+    pub fn equilibrium(&self, stationarity: &[(&'static str, Stationarity)], counted: &EventCounts) -> Equilibrium {
+        let taken = 2 * (counted.physical() - counted.wall) - counted.core_static + counted.wall + counted.thermostat;
+        let conditions = Conditions {
+            dimensions: trunc_to_usize(self.applicable.dimensions),
+            has_steady_state: self.applicable.has_steady_state,
+            events_per_particle: taken as f64 / self.applicable.moving.max(1) as f64,
+        };
+        Equilibrium::of(stationarity, &conditions)
     }
 
     fn stationarity_of(&self, name: &str, average: &BlockAverage) -> Stationarity {

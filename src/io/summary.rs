@@ -297,7 +297,7 @@ impl Summary {
             },
             trouble: finished.trouble(),
             faults: audit.faults().iter().map(ToString::to_string).collect(),
-            equilibrated: Equilibrium::of(&finished.stationarity, scene.space.dimensions()),
+            equilibrated: finished.equilibrium.clone(),
             observables: observables(&finished.observables, &finished.stationarity),
             stages: finished.stages.iter().map(|stage| StageSummary::of(stage, simulation)).collect(),
             published: published(
@@ -328,7 +328,7 @@ impl StageSummary {
             measured: Period::of(&stage.measurement),
             diameter_factor: stage.diameter_factor,
             events: events(&stage.measurement),
-            equilibrated: Equilibrium::of(&stage.stationarity, simulation.dimensions()),
+            equilibrated: stage.equilibrium.clone(),
             observables: observables(&stage.observables, &stage.stationarity),
             published: published(&stage.observables, simulation, thermostat, scale),
             rates: rates_of_stage(stage, simulation),

@@ -83,6 +83,21 @@ impl Scene {
     /// Such a system cools for ever.
     #[must_use]
     pub fn cools_for_ever(&self) -> bool {
+        let falls = self.influences().iter().any(|(what, _)| *what == Influence::Gravity);
+        !falls && self.loses_energy() && !self.is_heated_with(self.run.thermostat.as_ref())
+    }
+
+    /// Whether a stage with this thermostat can come to a steady state: contacts that lose energy are supplied with it. Gravity does so for ever only along an
+    /// axis that is periodic; elsewhere what falls comes to rest, or leaves.
+    pub(crate) fn has_steady_state_with(&self, thermostat: Option<&Thermostat>) -> bool {
+        let is_periodic = |axis: usize| self.space.boundary[axis] == Boundary::Periodic;
+        let falls_for_ever =
+            self.accelerations().any(|acceleration| (0..3).any(|k| acceleration[k] != 0.0 && is_periodic(k)));
+        falls_for_ever || !self.loses_energy() || self.is_heated_with(thermostat)
+    }
+
+    /// Whether a contact that is possible loses energy.
+    fn loses_energy(&self) -> bool {
         let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);
         let loses_at_walls = self.space.boundary.iter().any(|boundary| match boundary {
             Boundary::Bounded { lower, upper } => is_soft(lower) || is_soft(upper),
@@ -94,11 +109,13 @@ impl Scene {
         let loses = |id: InteractionId| self.interactions[id.0 as usize].restitution < 1.0;
         let loses_in_pairs =
             self.table.iter().any(|([a, b], id)| loses(id) && is_there[a] && is_there[b] && (moves(a) || moves(b)));
-        let loses_in_bonds = self.bonds.iter().any(|bond| loses(bond.interaction));
-        let is_supplied = self.run.thermostat.is_some()
-            || self.shear_rate.is_some()
-            || self.influences().iter().any(|(what, _)| matches!(what, Influence::ThermalWalls | Influence::Gravity));
-        (loses_at_walls || loses_in_pairs || loses_in_bonds) && !is_supplied
+        loses_at_walls || loses_in_pairs || self.bonds.iter().any(|bond| loses(bond.interaction))
+    }
+
+    /// Whether a thermostat, a sheared box or a thermal wall supplies energy.
+    fn is_heated_with(&self, thermostat: Option<&Thermostat>) -> bool {
+        let mut influences = self.influences_with(thermostat).into_iter();
+        thermostat.is_some() || self.shear_rate.is_some() || influences.any(|(what, _)| what == Influence::ThermalWalls)
     }
 
     /// The accelerations of all species that move `[length / time^2]`.
@@ -187,6 +204,20 @@ mod tests {
         ));
         let thermostat = Some(Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] });
         assert!(!cools(&grains.run(RunPlan { thermostat, ..RunPlan::default() })));
+    }
+
+    #[test]
+    fn what_falls_into_a_box_comes_to_rest_and_on_a_periodic_chute_it_flows_for_ever() {
+        let steady = |scene: &SceneBuilder, thermostat: Option<&Thermostat>| {
+            scene.build().unwrap().has_steady_state_with(thermostat)
+        };
+        let (periodic, walls) = (Boundary::Periodic, Boundary::walls(0.9));
+        let heap = pair().boundary([walls, periodic, periodic]).gravity(-Vector::x());
+        assert!(!steady(&heap, None));
+        assert!(steady(&heap.clone().gravity(Vector::new(-1.0, 0.2, 0.0)), None), "down the slope");
+        let bath = Thermostat::Andersen { temperature: 1.0, rate: 1.0, axes: [true; 3] };
+        assert!(steady(&heap, Some(&bath)));
+        assert!(steady(&pair().gravity(-Vector::x()), None), "nothing is lost");
     }
 
     #[test]

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::MeasurementPeriod;
 use crate::analysis::instruments::Measured;
+use crate::analysis::observables::Equilibrium;
 use crate::analysis::statistics::{Estimate, Stationarity};
 use crate::engine::event::EventCountsBySpecies;
 
@@ -23,6 +24,8 @@ pub struct MeasuredStage {
     /// Whether each of them was stationary, by name.
     #[serde(with = "verdicts")]
     pub stationarity: Vec<(&'static str, Stationarity)>,
+    /// Whether it was in equilibrium, or in a steady state.
+    pub equilibrium: Equilibrium,
     /// What the instruments of the scene have measured in it.
     pub measured: Measured,
     /// Factor by which diameters had grown since the start of the scene.
@@ -102,6 +105,7 @@ mod verdicts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::observables::Answer;
     use crate::engine::event::EventCounts;
 
     #[test]
@@ -120,6 +124,7 @@ mod tests {
             event_counts_by_species: EventCountsBySpecies::default(),
             observables: vec![("temperature", estimate), ("collision_rate", estimate)],
             stationarity: of(stationarity),
+            equilibrium: Equilibrium { verdict: Answer::No, reasons: vec!["it cools".to_owned()] },
             measured: Measured::default(),
             diameter_factor: 1.25,
         };
@@ -127,6 +132,7 @@ mod tests {
         for stationarity in [Stationary, Constant, Drifting(-0.25), Unknown] {
             let bytes = postcard::to_stdvec(&stage(stationarity)).unwrap();
             let read: MeasuredStage = postcard::from_bytes(&bytes).unwrap();
+            assert_eq!(read.equilibrium.to_string(), "no (it cools)");
             assert_eq!((read.stationarity, read.diameter_factor), (of(stationarity), 1.25));
             assert_eq!(read.observables, [("temperature", estimate), ("collision_rate", estimate)]);
         }

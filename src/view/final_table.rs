@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::analysis::observables::{Equilibrium, OBSERVABLES};
+use crate::analysis::observables::OBSERVABLES;
 use crate::base::text::{self, clock, digits, short, tiny};
 use crate::io::rates::{rates_of, told_apart};
 use crate::run::{Ending, Finished, Stage};
@@ -60,7 +60,7 @@ pub fn text(finished: &Finished) -> String {
     }
     stages(&mut lines, finished);
     lines.title("state of the measurement");
-    lines.pair("equilibrated", &Equilibrium::of(&finished.stationarity, scene.space().dimensions()).to_string());
+    lines.pair("equilibrated", &finished.equilibrium.to_string());
     audit(&mut lines, finished);
     lines.text()
 }
@@ -81,7 +81,7 @@ fn stages(lines: &mut Lines, finished: &Finished) {
             let words = describe::observable(name, estimate, verdict, events);
             lines.pair(&name.replace('_', " "), &format!("{words} [{}]", text::unit(unit, dimensions)));
         }
-        lines.pair("equilibrated", &Equilibrium::of(&stage.stationarity, dimensions).to_string());
+        lines.pair("equilibrated", &stage.equilibrium.to_string());
     }
 }
 

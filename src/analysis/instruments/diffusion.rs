@@ -73,8 +73,7 @@ impl Origin {
 impl Diffusion {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let lags = Lags::new(plan, setup);
-        let each =
-            size_of::<Vector>() * (2 * MOST_YOUNG + MOST_LONG + 1) + size_of::<[f64; 2]>() * (MOST_YOUNG + 1);
+        let each = size_of::<Vector>() * (2 * MOST_YOUNG + MOST_LONG + 1) + size_of::<[f64; 2]>() * (MOST_YOUNG + 1);
         let tracers = Tracers::new(&setup.sample, setup.system, BUDGET / each);
         let groups = tracers.groups();
         let mut diffusion = Self {

@@ -1,6 +1,6 @@
 //! Slope of the linear part of a curve, with an error that takes the correlation of its points into account.
 
-use crate::analysis::statistics::{CurveAverage, Estimate};
+use crate::analysis::statistics::Estimate;
 
 /// Slopes of both halves of a straight part differ by less than this part of the slope, or by three errors.
 const STRAIGHT: f64 = 0.1;
@@ -53,14 +53,14 @@ pub(super) fn is_small(part: &Estimate, whole: &Estimate) -> bool {
     part.mean.abs() <= (STRAIGHT * whole.mean.abs()).max(3.0 * part.standard_error.unwrap_or(0.0))
 }
 
-/// Plain combination of the means.
-pub(super) fn of_means(average: &CurveAverage) -> impl Fn(&[(usize, f64)]) -> Option<Estimate> + '_ {
-    |terms| average.combination(terms)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::analysis::statistics::CurveAverage;
+
+    fn of_means(average: &CurveAverage) -> impl Fn(&[(usize, f64)]) -> Option<Estimate> + '_ {
+        |terms| average.combination(terms)
+    }
 
     fn curve(f: impl Fn(f64) -> f64) -> CurveAverage {
         let mut average = CurveAverage::new(20);

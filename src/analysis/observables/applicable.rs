@@ -42,6 +42,8 @@ pub struct ApplicableObservables {
     pub has_wells: bool,
     /// Particles that move per volume `[length^-D]`.
     pub number_density: f64,
+    /// Whether there can be a steady state: what is lost in contacts is supplied.
+    pub has_steady_state: bool,
     /// Time between two scalings of all velocities by a thermostat `[time]`; none without.
     pub(crate) scaling_interval: Option<f64>,
     is_sheared: bool,
@@ -98,6 +100,7 @@ impl ApplicableObservables {
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
             number_density: moving as f64 / scene.space.volume(),
+            has_steady_state: true,
             scaling_interval: None,
             is_sheared: scene.shear_rate.is_some(),
             total_mass: all.map(mass).sum(),
@@ -118,6 +121,7 @@ impl ApplicableObservables {
             _ => None,
         };
         self.conserved_axes = scene.conserved_axes_with(thermostat);
+        self.has_steady_state = scene.has_steady_state_with(thermostat);
         let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
         self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
@@ -286,7 +290,7 @@ mod tests {
             simulation.advance(Until::time(f64::from(row))).unwrap();
             observer.row(&simulation);
         }
-        let verdict = super::super::Equilibrium::of(&observer.stationarity(), 3).to_string();
+        let verdict = observer.equilibrium(&observer.stationarity(), simulation.event_counts()).to_string();
         assert_eq!(verdict, "unknown (nothing that fluctuates was measured)");
     }
 

@@ -31,6 +31,21 @@ impl fmt::Display for Answer {
     }
 }
 
+/// Events of each particle, in the mean, before a system can be said to be in equilibrium: a velocity forgets where it came from in one or two collisions, and the
+/// slowest of what a few hundred particles do together takes some more.
+const FEWEST_EVENTS: f64 = 10.0;
+
+/// What else there is to know of a measurement.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Conditions {
+    /// Dimensions of the scene.
+    pub dimensions: usize,
+    /// Whether what is lost in contacts is supplied.
+    pub has_steady_state: bool,
+    /// In how many events each particle that moves took part, in the mean.
+    pub events_per_particle: f64,
+}
+
 /// Equilibrium of a run, by the stationarity of its observables, with the reasons.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Equilibrium {
@@ -41,9 +56,14 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
-    /// From the verdict on each observable, by its name, in a scene of so many dimensions.
+    /// The reason where energy is lost and not supplied.
+    pub(crate) const COOLS: &str =
+        "energy is lost in contacts and nothing supplies it, so that there is no steady state";
+
+    /// From the verdict on each observable, by its name.
     #[must_use]
-    pub fn of(observables: &[(&'static str, Stationarity)], dimensions: usize) -> Self {
+    pub(super) fn of(observables: &[(&'static str, Stationarity)], conditions: &Conditions) -> Self {
+        let &Conditions { dimensions, has_steady_state, events_per_particle } = conditions;
         let words = |name: &str| name.replace('_', " ");
         let drifting = observables.iter().filter_map(|(name, stationarity)| match stationarity {
             Stationarity::Drifting(by) => {
@@ -51,7 +71,12 @@ impl Equilibrium {
             }
             _ => None,
         });
-        let drifting: Vec<String> = drifting.collect();
+        let mut drifting: Vec<String> = drifting.collect();
+        if !has_steady_state {
+            let verdict = if drifting.is_empty() { Answer::Unknown } else { Answer::No };
+            drifting.push(Self::COOLS.to_owned());
+            return Self { verdict, reasons: drifting };
+        }
         if !drifting.is_empty() {
             return Self { verdict: Answer::No, reasons: drifting };
         }
@@ -63,6 +88,11 @@ impl Equilibrium {
                 verdict: Answer::Unknown,
                 reasons: vec![format!("too short to tell for {}", names.join(", "))],
             };
+        }
+        if has(Stationarity::Stationary) && events_per_particle < FEWEST_EVENTS {
+            let few = digits(rounded(events_per_particle));
+            let reason = format!("too short to tell: {few} events per particle, and {FEWEST_EVENTS} are needed");
+            return Self { verdict: Answer::Unknown, reasons: vec![reason] };
         }
         if has(Stationarity::Stationary) {
             return Self { verdict: Answer::Yes, reasons: Vec::new() };
@@ -104,7 +134,8 @@ mod tests {
     fn what_drifts_comes_before_what_is_not_known() {
         let (stationary, unknown, constant) = (Stationarity::Stationary, Stationarity::Unknown, Stationarity::Constant);
         let drifting = Stationarity::Drifting(1.1234);
-        let text = |all: &[(&'static str, Stationarity)]| Equilibrium::of(all, 3).to_string();
+        let conditions = Conditions { dimensions: 3, has_steady_state: true, events_per_particle: 10.0 };
+        let text = |all: &[(&'static str, Stationarity)]| Equilibrium::of(all, &conditions).to_string();
         assert_eq!(text(&[("temperature", constant), ("pressure", stationary)]), "yes");
         assert_eq!(
             text(&[("temperature", unknown), ("pressure", drifting)]),
@@ -112,14 +143,28 @@ mod tests {
         );
         assert_eq!(text(&[("collision_rate", drifting)]), "no (collision rate drifts by 1.1 [1 / time])");
         assert_eq!(text(&[("compressibility_factor", drifting)]), "no (compressibility factor drifts by 1.1)");
-        let flat = Equilibrium::of(&[("pressure", drifting)], 2).to_string();
+        let flat = Equilibrium::of(&[("pressure", drifting)], &Conditions { dimensions: 2, ..conditions }).to_string();
         assert_eq!(flat, "no (pressure drifts by 1.1 [energy / length^2])");
         let expected = "unknown (too short to tell for collision rate)";
         assert_eq!(text(&[("temperature", stationary), ("collision_rate", unknown)]), expected);
         let expected = "unknown (too short to tell for temperature, pressure)";
         assert_eq!(text(&[("temperature", unknown), ("pressure", unknown)]), expected);
         assert_eq!(text(&[("temperature", constant)]), "unknown (nothing that fluctuates was measured)");
-        assert_eq!(Equilibrium::of(&[], 3).verdict, Answer::Unknown);
+        assert_eq!(Equilibrium::of(&[], &conditions).verdict, Answer::Unknown);
+    }
+
+    #[test]
+    fn what_only_loses_energy_or_has_hardly_begun_is_never_in_equilibrium() {
+        let steady = Conditions { dimensions: 3, has_steady_state: true, events_per_particle: 0.25 };
+        let cooling = Conditions { has_steady_state: false, events_per_particle: 1e4, ..steady };
+        let all = [("temperature", Stationarity::Stationary)];
+        let short = Equilibrium::of(&all, &steady).to_string();
+        assert_eq!(short, "unknown (too short to tell: 0.25 events per particle, and 10 are needed)");
+        let still = Equilibrium::of(&all, &cooling);
+        assert_eq!((still.verdict, &still.reasons[..]), (Answer::Unknown, &[Equilibrium::COOLS.to_owned()][..]));
+        let falling = Equilibrium::of(&[("temperature", Stationarity::Drifting(-1.0))], &cooling);
+        assert_eq!((falling.verdict, falling.reasons.len()), (Answer::No, 2));
+        assert_eq!(falling.reasons[1], Equilibrium::COOLS);
     }
 
     #[test]

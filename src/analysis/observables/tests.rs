@@ -10,10 +10,8 @@ use crate::scene::{Arrangement, Fill, SceneBuilder};
 /// Two species that dissipate at their cores and have wells or shoulders around them.
 fn mixture(space: Space) -> SceneBuilder {
     let well = |diameter, depth| Potential::square_well(diameter, 1.4, depth).unwrap();
-    let fill = |species: &str, count| Fill {
-        temperature: Some(1.3),
-        ..Fill::new(Arrangement::Random, species).count(count)
-    };
+    let fill =
+        |species: &str, count| Fill { temperature: Some(1.3), ..Fill::new(Arrangement::Random, species).count(count) };
     SceneBuilder::new("mixture")
         .space(space)
         .species("A", 0.7, 1.0)
@@ -56,7 +54,8 @@ fn means_of_temperature_and_energy_are_exact_however_rare_the_rows_are() {
     let bath = Thermostat::Andersen { temperature: 1.3, rate: 2.0, axes: [true; 3] };
     let cube = Space::periodic_cube(5.3);
     let slit = Space { boundary: [Boundary::walls(0.9), Boundary::Periodic, Boundary::Periodic], ..cube.clone() };
-    let flat = Space { boundary: [Boundary::Periodic, Boundary::Periodic, Boundary::Flat], ..Space::periodic_cube(9.0) };
+    let flat =
+        Space { boundary: [Boundary::Periodic, Boundary::Periodic, Boundary::Flat], ..Space::periodic_cube(9.0) };
     let flat = Space { size: crate::Vector::new(9.0, 9.0, 0.0), ..flat };
     for (what, scene, bath) in [
         ("bath", mixture(cube.clone()), Some(&bath)),

@@ -41,7 +41,7 @@ const MOST_DOUBT: f64 = 3.0;
 const ONE_BY_ONE: usize = 32;
 const IN_A_GROUP: usize = 16;
 
-/// The lowest frequencies, and what part of the mean power there is left at frequency zero at least: so little by chance once in 500 times.
+/// The lowest frequencies, and what part of their mean power there is at frequency zero at least: they have more by chance once in 10,000 times.
 const LOWEST: usize = 6;
 const LEAST: f64 = 0.3;
 

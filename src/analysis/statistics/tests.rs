@@ -45,6 +45,45 @@ fn what_cancels_between_neighbours_does_not_count() {
 }
 
 #[test]
+fn differences_of_what_lasts_for_several_values_do_not_count() {
+    // Differences of a quantity that relaxes in some values, as the momentum between two walls, and of one that swings, as the virial of a crystal, under
+    // a tenth of white noise: the mean has the error of the noise, and 1 / n of the quantity at both ends.
+    let (n, count) = (400_usize, 100);
+    let noise = |seed: u64| correlated(0.0, n, 70_000 + seed);
+    let relaxing = |seed: u64| correlated(0.8, n + 1, seed);
+    let swinging = |seed: u64| -> Vec<f64> {
+        let (mut a, mut b) = (0.0, 0.0);
+        let (sine, cosine) = libm::sincos(0.4);
+        let turned = correlated(0.0, n + 201, seed).into_iter().zip(correlated(0.0, n + 201, 80_000 + seed));
+        let turned = turned.map(|(x, y)| {
+            (a, b) = (0.93 * (cosine * a - sine * b) + x, 0.93 * (sine * a + cosine * b) + y);
+            a
+        });
+        turned.skip(200).collect()
+    };
+    for (what, quantity) in [("relaxing", &relaxing as &dyn Fn(u64) -> Vec<f64>), ("swinging", &swinging)] {
+        let series = |seed: u64| -> Vec<f64> {
+            quantity(seed).windows(2).zip(noise(seed)).map(|(two, noise)| two[1] - two[0] + 0.1 * noise).collect()
+        };
+        let all: Vec<Vec<f64>> = (5000..5000 + count).map(series).collect();
+        let means = all.iter().map(|series| series.iter().sum::<f64>() / n as f64);
+        let scatter = (means.map(|mean| mean * mean).sum::<f64>() / count as f64).sqrt();
+        let errors = all.iter().map(|series| standard_error(series).unwrap());
+        let claimed = (errors.map(|error| error * error).sum::<f64>() / count as f64).sqrt();
+        // 100 seeds tell the scatter to 7 %, of which three, and 0.8 to 1.25 is what errors are meant to be.
+        assert!((0.63..1.5).contains(&(scatter / claimed)), "{what}: {}", scatter / claimed);
+    }
+}
+
+#[test]
+fn few_independent_values_have_the_error_of_students_distribution() {
+    // The middle 68.27 % of t, of 7, 10, 20 and 100 degrees of freedom.
+    for (freedom, exact) in [(7.0, 1.0767), (10.0, 1.0526), (20.0, 1.0257), (100.0, 1.0050)] {
+        assert!((student(freedom) - exact).abs() < 1e-3, "{freedom}: {}", student(freedom));
+    }
+}
+
+#[test]
 fn slow_motion_is_seen_under_fast_noise() {
     // A tenth of the variance relaxes in ten values, and makes up two thirds of the error.
     let (n, count) = (400, 60);

@@ -2,6 +2,7 @@
 
 use super::Driver;
 use crate::analysis::instruments::Sample;
+use crate::analysis::observables::Equilibrium;
 use crate::run::stage::Stage;
 use crate::run::{Ending, Finished, MeasuredStage, MeasurementPeriod, Recorder};
 
@@ -32,7 +33,15 @@ impl<R: Recorder> Driver<'_, R> {
             self.record(true, true)?;
             self.nothing()
         };
-        let MeasuredStage { measurement, event_counts_by_species, observables, stationarity, measured, .. } = last;
+        let MeasuredStage {
+            measurement,
+            event_counts_by_species,
+            observables,
+            stationarity,
+            equilibrium,
+            measured,
+            ..
+        } = last;
         Ok(Finished {
             measurement,
             event_counts_by_species,
@@ -40,6 +49,7 @@ impl<R: Recorder> Driver<'_, R> {
             stage,
             observables,
             stationarity,
+            equilibrium,
             measured,
             stages: self.state.measured_stages,
             audit: self.state.ledger.close(&self.simulation),
@@ -57,6 +67,7 @@ impl<R: Recorder> Driver<'_, R> {
         }
         let start = self.state.stage.time;
         let nothing = self.nothing();
+        let stationarity = self.state.observer.stationarity();
         Ok(MeasuredStage {
             measurement: MeasurementPeriod {
                 start,
@@ -66,7 +77,8 @@ impl<R: Recorder> Driver<'_, R> {
                 ..nothing.measurement
             },
             observables: self.state.observer.estimates(),
-            stationarity: self.state.observer.stationarity(),
+            equilibrium: self.state.observer.equilibrium(&stationarity, &nothing.measurement.event_counts),
+            stationarity,
             measured: self.state.measured(self.system.as_ref()),
             ..nothing
         })
@@ -86,6 +98,7 @@ impl<R: Recorder> Driver<'_, R> {
             event_counts_by_species: self.simulation.event_counts_by_species().since(&self.state.counts_before),
             observables: Vec::new(),
             stationarity: Vec::new(),
+            equilibrium: Equilibrium::default(),
             measured: crate::analysis::instruments::Measured::default(),
             diameter_factor: self.simulation.scale(),
         }

@@ -39,6 +39,10 @@ fn state(equilibrium: &Equilibrium) -> String {
             "<p class=\"sound\"><strong>✓ Equilibrated: yes.</strong> No observable drifts while it is measured.</p>\n"
                 .to_owned()
         }
+        Answer::No if equilibrium.reasons.iter().any(|reason| reason == Equilibrium::COOLS) => format!(
+            "<p class=\"failed\"><strong>✗ Equilibrated: no.</strong> Between the first quarter and the second half of the \
+             measurement {reasons}: means are those over the time of the measurement.</p>\n"
+        ),
         Answer::No => format!(
             "<p class=\"failed\"><strong>✗ Equilibrated: no.</strong> Between the first quarter and the second half of the \
              measurement {reasons}: means and errors are not those of a steady state. A longer equilibration, or a longer run, is the cure.</p>\n"

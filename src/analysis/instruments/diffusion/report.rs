@@ -72,7 +72,8 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     let grown = whole.mean * diffusion.lags.interval() * (steps - slope.first()?.0 + offset) as f64;
     let is_diffusive = grown > LOCALISED * diffusion.linear.mean(offset + steps)?;
     let scale = 0.5 / Tracers::dimensions(system);
-    let estimate = Estimate { mean: whole.mean * scale, standard_error: whole.standard_error.map(|error| error * scale) };
+    let estimate =
+        Estimate { mean: whole.mean * scale, standard_error: whole.standard_error.map(|error| error * scale) };
     (is_diffusive && is_small(&bend, &whole)).then_some(estimate)
 }
 
