@@ -12,6 +12,9 @@ const SLOWEST: f64 = 1.0 / 12.0;
 /// The slowest quantity whose differences are asked for relaxes in this part of it: the lowest eight frequencies, of `2 pi / 50` each, are below what it does.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
+/// Differences of what lasts longer are in a series if its likelihood is by so much larger with them, in its logarithm: seldom by chance.
+const LEAST_GAIN: f64 = 3.0;
+
 /// The fastest takes this many values; it is white noise but for a tenth.
 const FASTEST: f64 = 0.5;
 
@@ -67,6 +70,7 @@ pub(super) struct Density {
 }
 
 /// A kind of motion that a series may contain.
+#[derive(Clone)]
 struct Part {
     /// Its mean spectral density in each group of frequencies, for a weight of one.
     density: Vec<f64>,
@@ -80,9 +84,10 @@ struct Part {
 /// The periodogram at the lower half of the frequencies is taken for a sum of
 /// - white noise, `1`;
 /// - relaxations `exp(-k / t)` of a dozen times `t` up to a twelfth of the series, `(1 - r)^2 / (1 - 2 r cos w + r^2)` with `r = exp(-1 / t)`;
-/// - the difference of a quantity between the ends of each interval, which cancels in the sum: `2 (1 - cos w) S(w)`, where the quantity is white noise, relaxes in
-///   one of a dozen times, `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, or does so twice over, `S = (1 - r^2)^3 / ((1 + r^2) (1 - 2 r cos w + r^2)^2)`. So does most of the virial of a crystal, and
-///   of the momentum that goes to and fro between two walls. Of `n` values, the sum is the difference between both ends, and the variance of the mean `2 / n^2` of that of the quantity.
+/// - the difference of a quantity between the ends of each interval, which cancels from one interval to the next, `1 - cos w`
+/// - where that is likelier by far, differences of quantities that last longer, `2 (1 - cos w) S(w)`: of one that relaxes, `S = (1 - r^2) / (1 - 2 r cos w + r^2)`, or does so
+///   twice over, `S = (1 - r^2)^3 / ((1 + r^2) (1 - 2 r cos w + r^2)^2)`. So do most of the virial of a crystal, and of the momentum that goes to and fro between two
+///   walls. The sum of `n` of them is the difference between both ends, and the variance of the mean `2 / n^2` of that of the quantity.
 ///
 /// with weights that are not negative, the most likely ones (P. Whittle, Ark. Mat. 2, 423 (1953)): the values of a periodogram are independent
 /// and exponentially distributed about the spectral density. Each step multiplies the weights by the square root of a ratio of gradients, and raises the likelihood: C. Févotte and
@@ -93,33 +98,22 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
     let n = deviations.len();
     let count = (n / 4).max(8.min(n / 2));
     let (cosines, periodogram) = periodogram(deviations, variance, count);
-    let groups = groups(count);
-    let mut parts = parts(n, &cosines, &groups);
-    let sizes: Vec<f64> = groups.iter().map(|group| group.len() as f64).collect();
-    let powers: Vec<f64> = groups.iter().map(|group| periodogram[group.clone()].iter().sum()).collect();
-    let total: f64 = powers.iter().sum();
     // All power, at both signs of all frequencies, is the number of values.
     if 2.0 * periodogram[0] > MOST_IN_ONE_SWING * n as f64 {
         return None;
     }
-    for part in &mut parts {
-        part.weight = total / dot(&part.density, &sizes);
-    }
-    let mut spectrum = vec![0.0; groups.len()];
-    let (mut shares, mut excess) = (spectrum.clone(), spectrum.clone());
-    for _ in 0..STEPS {
-        spectrum.fill(0.0);
-        for part in &parts {
-            spectrum.iter_mut().zip(&part.density).for_each(|(sum, density)| *sum += part.weight * density);
-        }
-        for (group, model) in spectrum.iter().enumerate() {
-            shares[group] = sizes[group] / model;
-            excess[group] = powers[group] / (model * model);
-        }
-        let at_zero = at_zero(&parts);
-        for part in &mut parts {
-            let down = dot(&part.density, &shares) + PRIOR * part.at_zero / at_zero;
-            part.weight *= (dot(&part.density, &excess) / down).sqrt();
+    let groups = groups(count);
+    let powers = Powers {
+        sizes: groups.iter().map(|group| group.len() as f64).collect(),
+        sums: groups.iter().map(|group| periodogram[group.clone()].iter().sum()).collect(),
+    };
+    let (mut parts, likelihood) = fit(parts(n, &cosines, &groups), &powers);
+    if cosines.len() >= FEWEST_FOR_DIFFERENCES {
+        let mut more = parts.clone();
+        more.extend(lasting_differences(n, &cosines, &groups));
+        let (more, likelier) = fit(more, &powers);
+        if likelier > likelihood + LEAST_GAIN {
+            parts = more;
         }
     }
     let mut doubt = 1.0;
@@ -134,6 +128,44 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
     }
     let lowest = periodogram.iter().take(LOWEST).sum::<f64>() / LOWEST as f64;
     Some(Density { at_zero: at_zero(&parts).max(LEAST * lowest), doubt })
+}
+
+/// What a periodogram has in groups of frequencies: how many they are, and the sum of their powers.
+struct Powers {
+    sizes: Vec<f64>,
+    sums: Vec<f64>,
+}
+
+/// The parts with their most likely weights, and the logarithm of the likelihood.
+fn fit(mut parts: Vec<Part>, Powers { sizes, sums }: &Powers) -> (Vec<Part>, f64) {
+    let total: f64 = sums.iter().sum();
+    for part in &mut parts {
+        part.weight = total / dot(&part.density, sizes);
+    }
+    let mut spectrum = vec![0.0; sizes.len()];
+    let (mut shares, mut excess) = (spectrum.clone(), spectrum.clone());
+    let add_up = |parts: &[Part], spectrum: &mut [f64]| {
+        spectrum.fill(0.0);
+        for part in parts {
+            spectrum.iter_mut().zip(&part.density).for_each(|(sum, density)| *sum += part.weight * density);
+        }
+    };
+    for _ in 0..STEPS {
+        add_up(&parts, &mut spectrum);
+        for (group, model) in spectrum.iter().enumerate() {
+            shares[group] = sizes[group] / model;
+            excess[group] = sums[group] / (model * model);
+        }
+        let at_zero = at_zero(&parts);
+        for part in &mut parts {
+            let down = dot(&part.density, &shares) + PRIOR * part.at_zero / at_zero;
+            part.weight *= (dot(&part.density, &excess) / down).sqrt();
+        }
+    }
+    add_up(&parts, &mut spectrum);
+    let of_group = |((model, size), sum): ((&f64, &f64), &f64)| -size * libm::log(*model) - sum / model;
+    let likelihood = spectrum.iter().zip(sizes).zip(sums).map(of_group).sum();
+    (parts, likelihood)
 }
 
 /// Frequencies whose powers are added up: their likelihood is that of the sum.
@@ -180,39 +212,45 @@ fn periodogram(deviations: &[f64], variance: f64, count: usize) -> (Vec<f64>, Ve
     (turns[1..=count].iter().map(|(_, cosine)| *cosine).collect(), (1..=count).map(power).collect())
 }
 
-/// What a series of `n` values may contain. White noise comes first, then the relaxations from the slowest on.
-fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
-    let mean = |group: &Range<usize>, density: &dyn Fn(f64) -> f64| {
+/// A part that has a density at each cosine, averaged over each group of frequencies.
+fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn(f64) -> f64) -> Part {
+    let mean = |group: &Range<usize>| {
         cosines[group.clone()].iter().map(|cosine| density(*cosine)).sum::<f64>() / group.len() as f64
     };
-    let part = |at_zero: f64, density: &dyn Fn(f64) -> f64| Part {
-        density: groups.iter().map(|group| mean(group, density)).collect(),
-        at_zero,
-        weight: 0.0,
-    };
-    let mut parts = vec![part(1.0, &|_| 1.0)];
+    Part { density: groups.iter().map(mean).collect(), at_zero, weight: 0.0 }
+}
+
+/// What a series of `n` values may contain. White noise comes first, then the relaxations from the slowest on.
+fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
+    let mut parts = vec![part(1.0, cosines, groups, |_| 1.0)];
     let mut time = SLOWEST * n as f64;
     while time >= FASTEST {
         let r = libm::exp(-1.0 / time);
-        parts.push(part(1.0, &|cosine| (1.0 - r) * (1.0 - r) / (1.0 - 2.0 * r * cosine + r * r)));
+        let density = |cosine: f64| (1.0 - r) * (1.0 - r) / (1.0 - 2.0 * r * cosine + r * r);
+        parts.push(part(1.0, cosines, groups, density));
         time /= RATIO;
     }
     if cosines.len() >= FEWEST_FOR_DIFFERENCES {
-        // What is left at both ends is as much at all frequencies.
-        let ends = 2.0 / n as f64;
-        let mut difference = |density: &dyn Fn(f64) -> f64| {
-            parts.push(Part { at_zero: ends, ..part(0.0, &|cosine| ends + 2.0 * (1.0 - cosine) * density(cosine)) });
+        parts.push(part(0.0, cosines, groups, |cosine| 1.0 - cosine));
+    }
+    parts
+}
+
+/// Differences of quantities that last for several values: that relax, and that do so twice over. What is left at both ends is as much at all frequencies.
+fn lasting_differences(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
+    let ends = 2.0 / n as f64;
+    let mut parts = Vec::new();
+    let mut time = SLOWEST_DIFFERENCE * n as f64;
+    while time >= FASTEST {
+        let r = libm::exp(-1.0 / time);
+        let rest = 1.0 - r * r;
+        let turned = |cosine: f64| 1.0 - 2.0 * r * cosine + r * r;
+        let of = |density: &dyn Fn(f64) -> f64| {
+            part(ends, cosines, groups, |cosine| ends + 2.0 * (1.0 - cosine) * density(cosine))
         };
-        difference(&|_| 1.0);
-        let mut time = SLOWEST_DIFFERENCE * n as f64;
-        while time >= FASTEST {
-            let r = libm::exp(-1.0 / time);
-            let part = 1.0 - r * r;
-            let turned = |cosine: f64| 1.0 - 2.0 * r * cosine + r * r;
-            difference(&|cosine| part / turned(cosine));
-            difference(&|cosine| part * part * part / ((1.0 + r * r) * turned(cosine) * turned(cosine)));
-            time /= RATIO;
-        }
+        parts.push(of(&|cosine| rest / turned(cosine)));
+        parts.push(of(&|cosine| rest * rest * rest / ((1.0 + r * r) * turned(cosine) * turned(cosine))));
+        time /= RATIO;
     }
     parts
 }
