@@ -86,6 +86,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.counts.totals.dissipated_moment.add(energy * time);
     }
 
+    /// Counts what an event of a pair adds to its potential energy and what it dissipates.
+    #[inline]
+    pub(super) fn note_energies(&mut self, energy_step: f64, dissipated: f64) {
+        if dissipated != 0.0 {
+            self.note_dissipated(dissipated);
+        }
+        if TABLE && energy_step != 0.0 {
+            self.note_energy_step(energy_step);
+        }
+    }
+
     /// Counts the energy that comes from outside, and when it does.
     #[inline]
     pub(super) fn note_supplied(&mut self, energy: f64) {

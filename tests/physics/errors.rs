@@ -39,25 +39,13 @@ fn ratios(scene: impl Fn(u64) -> Scene, seeds: u64) -> BTreeMap<String, f64> {
     enough.map(|(name, runs)| (name, ratio(runs))).collect()
 }
 
-fn spheres(
-    seed: u64,
-    potential: Potential,
-    restitution: f64,
-    count: u64,
-    amount: Amount,
-    run: RunPlan,
-    plan: MeasurementPlan,
-) -> Scene {
+fn spheres(seed: u64, potential: Potential, restitution: f64, count: u64, amount: Amount) -> SceneBuilder {
     SceneBuilder::new("errors")
         .seed(seed)
         .species("A", 1.0, 1.0)
         .interaction("A", "A", potential, restitution)
         .fill(Lattice::FaceCentredCubic, "A", count, amount)
         .temperature(1.0)
-        .run(run)
-        .measure(plan)
-        .build()
-        .unwrap()
 }
 
 fn lasting(equilibration: f64, time: f64, bath: Option<(f64, f64)>) -> RunPlan {
@@ -72,18 +60,25 @@ fn lasting(equilibration: f64, time: f64, bath: Option<(f64, f64)>) -> RunPlan {
 
 fn assert_honest(seeds: u64, range: std::ops::RangeInclusive<f64>) {
     let hard = || Potential::hard_sphere(1.0).unwrap();
-    let nothing = MeasurementPlan::default;
     let well = || Potential::square_well(1.0, 1.5, 1.0).unwrap();
-    let fluid =
-        |seed| spheres(seed, hard(), 1.0, 108, Amount::PackingFraction(0.4), lasting(5.0, 20.0, None), nothing());
+    let fluid = |seed| {
+        spheres(seed, hard(), 1.0, 108, Amount::PackingFraction(0.4)).run(lasting(5.0, 20.0, None)).build().unwrap()
+    };
     // In a quarter of the time there are too few values: the errors that are claimed are then a quarter too large.
-    let crystal =
-        |seed| spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54), lasting(3.0, 40.0, None), nothing());
+    let crystal = |seed| {
+        spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54)).run(lasting(3.0, 40.0, None)).build().unwrap()
+    };
     let bath = |seed| {
-        spheres(seed, well(), 1.0, 108, Amount::NumberDensity(0.5), lasting(10.0, 40.0, Some((1.5, 1.0))), nothing())
+        spheres(seed, well(), 1.0, 108, Amount::NumberDensity(0.5))
+            .run(lasting(10.0, 40.0, Some((1.5, 1.0))))
+            .build()
+            .unwrap()
     };
     let driven = |seed| {
-        spheres(seed, hard(), 0.8, 108, Amount::PackingFraction(0.2), lasting(10.0, 40.0, Some((1.0, 0.5))), nothing())
+        spheres(seed, hard(), 0.8, 108, Amount::PackingFraction(0.2))
+            .run(lasting(10.0, 40.0, Some((1.0, 0.5))))
+            .build()
+            .unwrap()
     };
     for (what, ratios) in [
         ("fluid", ratios(fluid, seeds)),
@@ -121,10 +116,19 @@ fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
         diffusion: Some(Diffusion::default()),
         ..MeasurementPlan::default()
     };
-    let crystal =
-        |seed| spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54), lasting(2.0, 10.0, None), plan());
+    let crystal = |seed| {
+        spheres(seed, hard(), 1.0, 256, Amount::PackingFraction(0.54))
+            .run(lasting(2.0, 10.0, None))
+            .measure(plan())
+            .build()
+            .unwrap()
+    };
     let bath = |seed| {
-        spheres(seed, well(), 1.0, 108, Amount::NumberDensity(0.5), lasting(10.0, 40.0, Some((1.5, 1.0))), plan())
+        spheres(seed, well(), 1.0, 108, Amount::NumberDensity(0.5))
+            .run(lasting(10.0, 40.0, Some((1.5, 1.0))))
+            .measure(plan())
+            .build()
+            .unwrap()
     };
     let slit = |seed| {
         let x = Boundary::walls(1.0);

@@ -106,12 +106,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             _ if tangential_scale != 1.0 => (0.0, 0.0),
             _ => (0.0, -0.5 * impulse * (radial + response.radial)),
         };
-        if dissipated != 0.0 {
-            self.note_dissipated(dissipated);
-        }
-        if TABLE && energy_step != 0.0 {
-            self.note_energy_step(energy_step);
-        }
+        self.note_energies(energy_step, dissipated);
         if self.sources.lees_edwards.is_some() {
             // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
             let faster = (before[0] - before[1]) - pair.velocity;
