@@ -30,7 +30,7 @@ mod vtk;
 
 pub use atomic::Existing;
 pub use error::OutputError;
-pub use folder::{Completed, Folder};
+pub use folder::{Completed, Conversions, Folder};
 pub(crate) use folder::{Frames, remove};
 pub use inputs::{refuse_input, refuse_link};
 pub use measurements::{Measurements, StageMeasured};

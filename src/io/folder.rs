@@ -1,11 +1,13 @@
 //! The folder of a run.
 
 mod completion;
+mod conversions;
 mod frames;
 mod resumption;
 mod trajectory;
 
 pub use completion::Completed;
+pub use conversions::Conversions;
 
 use std::fs;
 use std::io;

@@ -71,6 +71,12 @@ pub(super) fn replacement_of(folder: &Path) -> Replacement {
     read(folder).map(|list| list.replacement).unwrap_or_default()
 }
 
+/// The formats of other programs that a run was asked for its trajectory in, or that it was converted to.
+pub(super) fn listed_formats(folder: &Path) -> Vec<Format> {
+    let names = read(folder).map(|list| list.names).unwrap_or_default();
+    Format::ALL.into_iter().filter(|format| names.contains(&format.listed())).collect()
+}
+
 /// Whether a list is all that a run has made that was killed while it began.
 pub(super) fn is_begun(list: &Path) -> bool {
     plain::read(list, HEADER.len() as u64 + 1).is_ok_and(|bytes| HEADER.as_bytes().starts_with(&bytes))

@@ -1,6 +1,7 @@
 //! Runs the points of a sweep, several at a time.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -156,11 +157,7 @@ impl SweepFolder {
     ) -> Fate {
         let path = self.of(point);
         let begun = match self.state_of(point) {
-            Ok(FolderState::Finished) => {
-                // One that was killed, and went on by itself, has failed without a word of it here.
-                let trouble = || Summary::read(&path).ok().and_then(|summary| trouble_of(&summary));
-                return self.failure(point).or_else(trouble).map_or(Fate::Kept, Fate::Failed);
-            }
+            Ok(FolderState::Finished) => return self.over(point, &path),
             Ok(FolderState::Unfinished) => None,
             Ok(FolderState::Nothing) => match self.begin(sweep, point) {
                 Ok(begun) => Some(begun),
@@ -175,6 +172,21 @@ impl SweepFolder {
         match begun.map_or_else(resumed, Ok) {
             Ok((folder, run)) => finish(folder, run, orders, watch),
             Err(error) => fate_of(error),
+        }
+    }
+
+    /// What has become of a run that has ended. A conversion that is not there, as where the disk was full, is made now.
+    fn over(&self, point: &Point, path: &Path) -> Fate {
+        // One that was killed, and went on by itself, has failed without a word of it here.
+        let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));
+        let made = match Folder::convert_missing(path) {
+            Ok(made) => made,
+            Err(error) => return fate_of(error),
+        };
+        match made.failures.first() {
+            Some(failure) => Fate::Failed(trouble().unwrap_or_else(|| one_line(failure))),
+            None if made.files.is_empty() => self.failure(point).or_else(trouble).map_or(Fate::Kept, Fate::Failed),
+            None => trouble().map_or(Fate::Done, Fate::Failed),
         }
     }
 
@@ -231,3 +243,6 @@ fn fate_of(error: OutputError) -> Fate {
 fn one_line(error: &dyn std::error::Error) -> String {
     with_causes(error).replace('\n', " ")
 }
+
+#[cfg(test)]
+mod tests;

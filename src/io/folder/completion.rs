@@ -3,10 +3,11 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::conversions::Conversions;
 use super::{CONTACTS, Folder, PAGE, REPORT, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY};
 use crate::io::atomic::sync_folder;
 use crate::io::contacts::{self, Contacts};
-use crate::io::convert::{ConvertError, Options, convert};
+use crate::io::convert::ConvertError;
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
 use crate::io::measurements::{self, Measurements};
@@ -62,14 +63,8 @@ impl Folder {
         // All are safe before the first of them gets its name.
         files.iter_mut().try_for_each(PartialFile::sync)?;
         let mut files: Vec<_> = files.into_iter().map(PartialFile::complete).collect::<Result<_, _>>()?;
-        let mut failures = Vec::new();
-        for format in self.formats {
-            let target = format.target_beside(&trajectory);
-            match convert(&trajectory, format, &target, &Options { replace: true, ..Options::default() }) {
-                Ok(_) => files.push(target),
-                Err(error) => failures.push(error),
-            }
-        }
+        let Conversions { files: converted, failures } = Conversions::make(&trajectory, &self.formats);
+        files.extend(converted);
         sync_folder(&self.path);
         files.push(summary_file.complete()?);
         sync_folder(&self.path);

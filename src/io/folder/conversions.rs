@@ -1,0 +1,52 @@
+//! The trajectory of a run in the formats of other programs that its scene asks for.
+
+use std::path::{Path, PathBuf};
+
+use super::{Folder, TRAJECTORY};
+use crate::io::convert::{ConvertError, Options, convert};
+use crate::io::error::OutputError;
+use crate::io::owned::{Owned, listed_formats};
+use crate::model::Format;
+
+/// What became of the conversions of a trajectory.
+#[derive(Debug, Default)]
+#[non_exhaustive]
+pub struct Conversions {
+    /// Those that were made.
+    pub files: Vec<PathBuf>,
+    /// Why the others could not be.
+    pub failures: Vec<ConvertError>,
+}
+
+impl Conversions {
+    /// Converts a trajectory to some formats, beside it.
+    pub(super) fn make(trajectory: &Path, formats: &[Format]) -> Self {
+        let mut made = Self::default();
+        for &format in formats {
+            let target = format.target_beside(trajectory);
+            match convert(trajectory, format, &target, &Options { replace: true, ..Options::default() }) {
+                Ok(_) => made.files.push(target),
+                Err(error) => made.failures.push(error),
+            }
+        }
+        made
+    }
+}
+
+impl Folder {
+    /// Makes the conversions of a run that has ended which are not there, as where the disk was full at its end: those on its list, from its trajectory, if
+    /// that is there.
+    ///
+    /// # Errors
+    /// [`OutputError::Busy`] if another program writes in the folder, and the others of its list. A conversion that fails is no error here.
+    pub fn convert_missing(run: &Path) -> Result<Conversions, OutputError> {
+        let trajectory = run.join(TRAJECTORY);
+        let is_missing = |format: &Format| !format.target_beside(&trajectory).exists();
+        let missing: Vec<Format> = listed_formats(run).into_iter().filter(is_missing).collect();
+        if missing.is_empty() || !trajectory.exists() {
+            return Ok(Conversions::default());
+        }
+        let _lock = Owned::lock(run)?;
+        Ok(Conversions::make(&trajectory, &missing))
+    }
+}
