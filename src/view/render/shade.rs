@@ -3,9 +3,9 @@
 use super::bodies::Bodies;
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
-use super::light::{Lights, Received, SurfacePoint};
+use super::light::{Fineness, Lights, Received, SurfacePoint};
 use super::parallel::{self, Team};
-use super::raster::{Keep, Layer, NOTHING, SAMPLES, sample_ray};
+use super::raster::{Keep, Layer, NOTHING, Rays, SAMPLES};
 
 /// Share of the light that comes from the sky and from the sun.
 const SKY: f32 = 0.6;
@@ -29,6 +29,7 @@ pub(super) struct Scenery<'a> {
     bodies: &'a Bodies,
     camera: &'a Camera,
     team: &'a Team<'a>,
+    rays: Rays,
     lights: Lights,
     background: Colour,
     /// Opacity of the veil where it is seen straight on.
@@ -40,13 +41,16 @@ pub(super) struct Scenery<'a> {
 }
 
 impl<'a> Scenery<'a> {
-    pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32, team: &'a Team<'a>) -> Self {
-        let solid = Layer::of(&bodies.balls, &bodies.rods, camera, Keep::Nearest, None, team);
+    pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32, fineness: Fineness, team: &'a Team<'a>) -> Self {
+        let rays = Rays::of(camera);
+        let solid = Layer::of(&bodies.balls, &bodies.rods, (camera, &rays), Keep::Nearest, None, team);
         let veil = (!bodies.veil.is_empty() && opacity > 0.0).then(|| {
-            [Keep::Nearest, Keep::Farthest].map(|keep| Layer::of(&bodies.veil, &[], camera, keep, Some(&solid), team))
+            [Keep::Nearest, Keep::Farthest]
+                .map(|keep| Layer::of(&bodies.veil, &[], (camera, &rays), keep, Some(&solid), team))
         });
-        let lights = Lights::on(&bodies.balls, camera.offset, team);
-        Self { bodies, camera, team, lights, background: colour::linear(colour::BACKGROUND), opacity, solid, veil }
+        let lights = Lights::on(&bodies.balls, camera.offset, fineness, team);
+        let background = colour::linear(colour::BACKGROUND);
+        Self { bodies, camera, team, rays, lights, background, opacity, solid, veil }
     }
 
     /// The mean of the samples of each pixel.
@@ -70,10 +74,11 @@ impl<'a> Scenery<'a> {
     fn sample(&self, row: usize, column: usize, share: usize) -> Colour {
         let place = row * self.solid.width + column;
         let body = self.solid.body[place];
-        if body == NOTHING && self.veil.is_none() {
+        let veil = self.veil.as_ref().filter(|[near, _]| near.body[place] != NOTHING);
+        if body == NOTHING && veil.is_none() {
             return self.background;
         }
-        let (origin, direction) = sample_ray(self.camera, row, column);
+        let (origin, direction) = self.rays.through(row, column);
         let view = -direction.normalize();
         let mut colour = self.background;
         if body != NOTHING {
@@ -81,8 +86,8 @@ impl<'a> Scenery<'a> {
             let (normal, own) = self.solid_surface(body as usize, &point);
             colour = self.shade(&SurfacePoint { position: point, normal, body }, &view, &own, share);
         }
-        if let Some(veil) = &self.veil {
-            colour = self.draw_veil(colour, veil, place, (origin, direction), share);
+        if let Some(veil) = veil {
+            colour = self.draw_veil(colour, veil, place, (origin, direction), &view, share);
         }
         colour
     }
@@ -94,13 +99,13 @@ impl<'a> Scenery<'a> {
         [near, far]: &[Layer; 2],
         place: usize,
         ray: (Point, Point),
+        view: &Point,
         share: usize,
     ) -> Colour {
         let ball_of = |layer: &Layer| self.bodies.veil.get(layer.body[place] as usize);
         let Some(nearest) = ball_of(near) else { return behind };
         // Neighbours in one wall overlap: they are one side.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
-        let view = -ray.1.normalize();
         let mut opacity = self.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
         let mut colour = behind;
         for layer in [has_two_sides.then_some(far), Some(near)].into_iter().flatten() {
@@ -108,9 +113,9 @@ impl<'a> Scenery<'a> {
             let point = ray.0 + ray.1 * layer.depth[place];
             let normal = (point - ball.centre) / ball.radius;
             let surface = SurfacePoint { position: point, normal, body: NOTHING };
-            let shaded = self.shade(&surface, &view, &ball.colour, share);
+            let shaded = self.shade(&surface, view, &ball.colour, share);
             // Denser at the rim, as glass is.
-            let rim = 1.0 - normal.dot(&view).clamp(0.0, 1.0);
+            let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
             let covered = (opacity + (1.0 - opacity) * RIM * rim.powi(3)).min(1.0);
             colour = colour * (1.0 - covered) + shaded * covered;
             opacity = self.opacity;
