@@ -150,8 +150,8 @@ impl Band<'_> {
 
 impl Rays {
     pub fn of(camera: &Camera) -> Self {
-        let middle = |sample: u32| (sample as f32 + 0.5) / SAMPLES as f32;
-        let samples = |pixels: u32| 0..pixels * SAMPLES as u32;
+        let middle = |sample: usize| (sample as f32 + 0.5) / SAMPLES as f32;
+        let samples = |pixels: u32| 0..pixels as usize * SAMPLES;
         let (shift, slope) = if camera.is_perspective { (0.0, 1.0) } else { (1.0, 0.0) };
         Self {
             columns: samples(camera.width).map(|column| camera.window([middle(column), 0.0])[0]).collect(),

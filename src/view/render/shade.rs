@@ -87,7 +87,7 @@ impl<'a> Scenery<'a> {
             colour = self.shade(&SurfacePoint { position: point, normal, body }, &view, &own, share);
         }
         if let Some(veil) = veil {
-            colour = self.draw_veil(colour, veil, place, (origin, direction), &view, share);
+            colour = self.draw_veil(colour, veil, place, (origin, direction), share);
         }
         colour
     }
@@ -99,13 +99,13 @@ impl<'a> Scenery<'a> {
         [near, far]: &[Layer; 2],
         place: usize,
         ray: (Point, Point),
-        view: &Point,
         share: usize,
     ) -> Colour {
         let ball_of = |layer: &Layer| self.bodies.veil.get(layer.body[place] as usize);
         let Some(nearest) = ball_of(near) else { return behind };
         // Neighbours in one wall overlap: they are one side.
         let has_two_sides = far.depth[place] - near.depth[place] > 2.0 * nearest.radius;
+        let view = -ray.1.normalize();
         let mut opacity = self.opacity * if self.solid.body[place] == NOTHING { LAST_SIDE } else { 1.0 };
         let mut colour = behind;
         for layer in [has_two_sides.then_some(far), Some(near)].into_iter().flatten() {
@@ -113,9 +113,9 @@ impl<'a> Scenery<'a> {
             let point = ray.0 + ray.1 * layer.depth[place];
             let normal = (point - ball.centre) / ball.radius;
             let surface = SurfacePoint { position: point, normal, body: NOTHING };
-            let shaded = self.shade(&surface, view, &ball.colour, share);
+            let shaded = self.shade(&surface, &view, &ball.colour, share);
             // Denser at the rim, as glass is.
-            let rim = 1.0 - normal.dot(view).clamp(0.0, 1.0);
+            let rim = 1.0 - normal.dot(&view).clamp(0.0, 1.0);
             let covered = (opacity + (1.0 - opacity) * RIM * rim.powi(3)).min(1.0);
             colour = colour * (1.0 - covered) + shaded * covered;
             opacity = self.opacity;
