@@ -24,6 +24,7 @@ mod image;
 pub(crate) mod legend;
 mod letters;
 mod light;
+mod map;
 mod parallel;
 mod raster;
 mod shade;
@@ -49,6 +50,7 @@ use crate::trajectory::extended_xyz::pick_frame;
 use bodies::Bodies;
 use camera::Camera;
 use colour::Colour;
+use light::Fineness;
 use shade::Scenery;
 
 /// The most pixels of an image, enough for 3840 x 2160.
@@ -148,7 +150,7 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, RenderError> {
     };
     let camera = Camera::facing(frame, style, &framed(frame, style), footer).ok_or(RenderError::Box)?;
     let scale = SpeedScale::of(frame, style);
-    let mut pixels = paint(frame, style, &camera, scale.fastest, &Team::whole());
+    let mut pixels = paint(frame, style, &camera, scale.fastest, Fineness::PICTURE, &Team::whole());
     if style.colour_by == ColourBy::Speed {
         legend::draw(&mut pixels, camera.width as usize, footer, scale.fastest, scale.is_exceeded());
     }
@@ -156,9 +158,9 @@ pub fn draw(frame: &Frame, style: &Style) -> Result<Image, RenderError> {
 }
 
 /// Draws a frame without letters.
-fn paint(frame: &Frame, style: &Style, camera: &Camera, fastest: f64, team: &Team) -> Vec<Colour> {
+fn paint(frame: &Frame, style: &Style, camera: &Camera, fastest: f64, fineness: Fineness, team: &Team) -> Vec<Colour> {
     let bodies = Bodies::of(frame, style, camera, fastest);
-    let scenery = Scenery::new(&bodies, camera, single(style.static_opacity), team);
+    let scenery = Scenery::new(&bodies, camera, single(style.static_opacity), fineness, team);
     let mut pixels = scenery.colours();
     if style.has_box {
         let edge = (0.0011 * style.width.min(style.height) as f32, colour::linear(colour::INK));

@@ -51,7 +51,7 @@ impl Palette {
         let chosen = chosen.chunks_exact(3).map(|colour| [colour[0], colour[1], colour[2]]);
         // The first one stands for no colour.
         let colours: Vec<[u8; 3]> = [[0; 3]].into_iter().chain(EXACT).chain(chosen).collect();
-        let nearest = (0..1 << (3 * BITS)).map(|cell| nearest(&colours, middle(cell))).collect();
+        let nearest = nearest(&colours);
         Self { colours, nearest }
     }
 
@@ -80,16 +80,23 @@ fn cell(colour: [u8; 3]) -> usize {
     colour.into_iter().fold(0, |cell, component| cell << BITS | usize::from(component) >> (8 - BITS))
 }
 
-/// The colour in the middle of a place in the table.
-fn middle(cell: usize) -> [i32; 3] {
-    [2, 1, 0].map(|place| {
-        let step = i32::try_from(cell >> (place * BITS) & ((1 << BITS) - 1)).unwrap_or_default();
-        (step << (8 - BITS)) + (1 << (7 - BITS))
-    })
-}
-
-fn nearest(colours: &[[u8; 3]], to: [i32; 3]) -> u8 {
-    let distance = |colour: &[u8; 3]| (0..3).map(|k| (i32::from(colour[k]) - to[k]).pow(2)).sum::<i32>();
-    let found = (0..=u8::MAX).zip(colours).skip(1).min_by_key(|(_, colour)| distance(colour));
-    found.map_or(1, |(index, _)| index)
+/// For each place in the table, the index of the colour that is nearest to its middle; the first colour is none.
+fn nearest(colours: &[[u8; 3]]) -> Vec<u8> {
+    let squares = |component: usize| -> Vec<Vec<i32>> {
+        let middles = (0..1 << BITS).map(|step: i32| (step << (8 - BITS)) + (1 << (7 - BITS)));
+        let square =
+            |middle: i32| colours.iter().skip(1).map(|colour| (i32::from(colour[component]) - middle).pow(2)).collect();
+        middles.map(square).collect()
+    };
+    let [reds, greens, blues] = [0, 1, 2].map(squares);
+    let mut nearest = Vec::with_capacity(1 << (3 * BITS));
+    for red in &reds {
+        for green in &greens {
+            // The distance before the index: the least of them has both.
+            let keys: Vec<i32> = (1..).zip(red.iter().zip(green)).map(|(index, (r, g))| (r + g) << 8 | index).collect();
+            let index = |blue: &Vec<i32>| keys.iter().zip(blue).map(|(key, b)| key + (b << 8)).min();
+            nearest.extend(blues.iter().map(|blue| index(blue).map_or(1, |key| key.to_le_bytes()[0])));
+        }
+    }
+    nearest
 }

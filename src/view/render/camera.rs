@@ -182,15 +182,18 @@ impl Camera {
 
     /// Pixels of a length, at the depth of what the camera looks at `[1 / length]`.
     pub fn pixels_per_length(&self) -> f64 {
-        let depth = if self.is_perspective { self.offset.z } else { 1.0 };
-        f64::from(self.scale / depth) / self.unit
+        self.pixels_per_unit() / self.unit
     }
 
-    /// Origin and direction of the ray through a place in the image, in pixels from the upper left corner. The
-    /// direction has `z = 1`, so that distance along the ray is depth.
-    pub fn ray(&self, column: f32, row: f32) -> (Point, Point) {
-        let (x, y) = (self.corner[0] + column / self.scale, self.corner[1] - row / self.scale);
-        if self.is_perspective { (Point::zeros(), Point::new(x, y, 1.0)) } else { (Point::new(x, y, 0.0), Point::z()) }
+    /// Pixels of the half diagonal, at the depth of what the camera looks at.
+    pub fn pixels_per_unit(&self) -> f64 {
+        let depth = if self.is_perspective { self.offset.z } else { 1.0 };
+        f64::from(self.scale / depth)
+    }
+
+    /// Window coordinates of a place in the image, in pixels from the upper left corner.
+    pub fn window(&self, [column, row]: [f32; 2]) -> [f32; 2] {
+        [self.corner[0] + column / self.scale, self.corner[1] - row / self.scale]
     }
 
     /// Pixels from the upper left corner, of a point in front of the camera.

@@ -5,19 +5,26 @@
 //! stands between: the test is exact, so that shadows have no stairs however coarse the map.
 
 use super::bodies::Ball;
-use super::camera::Point;
+use super::camera::{Camera, Point};
+use super::map::{Disc, Map};
 use super::parallel::{self, Team};
 use super::raster::NOTHING;
 use crate::base::numbers::trunc_to_usize;
 
+/// Directions of the sky in a still picture, and in an image of a movie: multiples of the samples of a pixel.
 const SKY_LIGHTS: usize = 45;
+const MOVIE_SKY_LIGHTS: usize = 27;
+
 const SUN_LIGHTS: usize = 9;
 
-/// Cells of a map along each side; fewer where balls as large as the scene cover it many times.
+/// The most cells of a map along each side; fewer where balls as large as the scene cover it many times.
 const MAP_SIZE: usize = 768;
 
 /// The least of them.
 const LEAST_MAP_SIZE: usize = 16;
+
+/// Cells of a map for each pixel of an image of a movie, about as many as in a picture of the default size.
+const CELLS_PER_PIXEL: f64 = 0.6;
 
 /// Radius of a large ball, relative to the side of a map.
 const LARGE: f32 = 0.125;
@@ -26,7 +33,7 @@ const LARGE: f32 = 0.125;
 /// lost between cells.
 const MOST_COVERS: f32 = 8.0;
 
-/// What all maps take `[bytes]`.
+/// The most that all maps take `[bytes]`.
 pub(in crate::view) const MAP_BYTES: u64 = ((SKY_LIGHTS + SUN_LIGHTS) * MAP_SIZE * MAP_SIZE * size_of::<u32>()) as u64;
 
 /// Most width of the soft edge of a shadow, relative to the radius of what throws it.
@@ -37,6 +44,14 @@ const SUN: [f32; 3] = [-0.5, 0.72, -0.62];
 
 /// Half the opening angle of the sun's bundle [radians].
 const SUN_SPREAD: f32 = 0.07;
+
+/// How finely light is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Fineness {
+    sky_lights: usize,
+    /// Cells of a map along each side.
+    map_size: usize,
+}
 
 /// Lights of equal kind, each with the part of the whole that it gives.
 #[derive(Debug)]
@@ -70,18 +85,26 @@ struct Light {
     strength: f32,
     /// Width of the soft edge of a shadow, relative to the distance from what throws it.
     softness: f32,
-    right: Point,
-    up: Point,
+    /// Directions of a row and of a column of the map, one cell long.
+    axes: [Point; 2],
     centre: Point,
-    /// Cells of the map along each side.
-    size: usize,
-    /// Index of the ball that each cell sees first.
-    map: Vec<u32>,
+    map: Map,
+}
+
+impl Fineness {
+    /// That of a still picture.
+    pub const PICTURE: Self = Self { sky_lights: SKY_LIGHTS, map_size: MAP_SIZE };
+
+    /// That of an image of a movie, which is seen for a moment.
+    pub fn of_movie(camera: &Camera) -> Self {
+        let size = trunc_to_usize(2.0 * CELLS_PER_PIXEL * camera.pixels_per_unit());
+        Self { sky_lights: MOVIE_SKY_LIGHTS, map_size: size.clamp(LEAST_MAP_SIZE, MAP_SIZE) }
+    }
 }
 
 impl Lights {
     /// Lights for spheres around a centre; those farther than 1 from it throw no shadow.
-    pub fn on(balls: &[Ball], centre: Point, team: &Team) -> Self {
+    pub fn on(balls: &[Ball], centre: Point, fineness: Fineness, team: &Team) -> Self {
         let sun = Point::from(SUN).normalize();
         let (right, up) = across(&sun);
         let spread = |k: usize| {
@@ -89,23 +112,26 @@ impl Lights {
             (sun + (right * angle.cos() + up * angle.sin()) * radius).normalize()
         };
         let around = |k: usize| {
-            let (height, angle) = (1.0 - (2 * k + 1) as f32 / SKY_LIGHTS as f32, k as f32 * GOLDEN_ANGLE);
+            let (height, angle) = (1.0 - (2 * k + 1) as f32 / fineness.sky_lights as f32, k as f32 * GOLDEN_ANGLE);
             let radius = (1.0 - height * height).sqrt();
             Point::new(radius * angle.cos(), height, radius * angle.sin())
         };
-        let size = map_size(balls);
+        let size = map_size(balls, fineness);
         let light = |direction: Point, strength, softness| {
             let (right, up) = across(&direction);
-            Light { direction, strength, softness, right, up, centre, size, map: Vec::new() }
+            let axes = [right, up].map(|axis| axis * (0.5 * size as f32));
+            Light { direction, strength, softness, axes, centre, map: Map::default() }
         };
         // Brightness rises from the ground to the zenith.
-        let mut sky: Vec<Light> =
-            (0..SKY_LIGHTS).map(around).map(|direction| light(direction, 0.6 + 0.4 * direction.y, 0.35)).collect();
+        let mut sky: Vec<Light> = (0..fineness.sky_lights)
+            .map(around)
+            .map(|direction| light(direction, 0.6 + 0.4 * direction.y, 0.35))
+            .collect();
         let total: f32 = sky.iter().map(|light| light.strength * light.direction.y.max(0.0)).sum();
         sky.iter_mut().for_each(|light| light.strength /= total);
         let mut sun: Vec<Light> =
             (0..SUN_LIGHTS).map(|k| light(spread(k), 1.0 / SUN_LIGHTS as f32, SUN_SPREAD)).collect();
-        parallel::for_each(team, sky.iter_mut().chain(&mut sun), |light| light.draw_map(balls));
+        parallel::for_each(team, sky.iter_mut().chain(&mut sun), |light| light.map = light.draw_map(balls, size));
         Self { sky, sun }
     }
 
@@ -135,10 +161,10 @@ impl Lights {
 }
 
 /// Cells along each side of the maps for some balls.
-fn map_size(balls: &[Ball]) -> usize {
+fn map_size(balls: &[Ball], fineness: Fineness) -> usize {
     let radii = balls.iter().map(|ball| 0.5 * ball.radius).filter(|radius| *radius >= LARGE);
     let covers: f32 = radii.map(|radius| (4.0 * radius * radius).min(1.0)).sum();
-    let size = MAP_SIZE as f32 * (MOST_COVERS / covers).sqrt().min(1.0);
+    let size = fineness.map_size as f32 * (MOST_COVERS / covers).sqrt().min(1.0);
     trunc_to_usize(size).max(LEAST_MAP_SIZE)
 }
 
@@ -153,56 +179,28 @@ fn across(direction: &Point) -> (Point, Point) {
 }
 
 impl Light {
-    /// Place in the map, in cells.
+    /// Place in the light's plane, in cells from the centre.
     fn place(&self, point: &Point) -> [f32; 2] {
         let arm = point - self.centre;
-        [self.right, self.up].map(|axis| (arm.dot(&axis) * 0.5 + 0.5) * self.size as f32)
+        self.axes.map(|axis| arm.dot(&axis))
     }
 
-    fn draw_map(&mut self, balls: &[Ball]) {
-        let size = self.size;
-        let mut height = vec![f32::NEG_INFINITY; size * size];
-        let mut map = vec![NOTHING; size * size];
-        for (index, ball) in (0..NOTHING).zip(balls) {
-            let [x, y] = self.place(&ball.centre);
-            let top = (ball.centre - self.centre).dot(&self.direction);
-            let radius = ball.radius * 0.5 * size as f32;
-            // Numbers saturate, and NaN becomes 0: what is outside of the map has no cells.
-            let cells = |x: f32| {
-                let low = trunc_to_usize((x - radius - 0.5).ceil()).min(size);
-                low..trunc_to_usize(x + radius + 0.5).min(size)
-            };
-            for row in cells(y) {
-                for column in cells(x) {
-                    let (dx, dy) = (column as f32 + 0.5 - x, row as f32 + 0.5 - y);
-                    let square = radius * radius - dx * dx - dy * dy;
-                    if square < 0.0 {
-                        continue;
-                    }
-                    let surface = top + square.sqrt() * (2.0 / size as f32);
-                    let cell = row * size + column;
-                    if surface > height[cell] {
-                        height[cell] = surface;
-                        map[cell] = index;
-                    }
-                }
-            }
-        }
-        self.map = map;
+    /// Draws the balls as the light sees them, into a map of `size` cells along each side.
+    fn draw_map(&self, balls: &[Ball], size: usize) -> Map {
+        let half = 0.5 * size as f32;
+        let discs = (0..NOTHING).zip(balls).filter_map(|(index, ball)| {
+            let top = (ball.centre - self.centre).dot(&self.direction) * half;
+            Disc::of(index, self.place(&ball.centre), top, ball.radius * half, size)
+        });
+        Map::of(&discs.collect::<Vec<Disc>>(), size)
     }
 
     /// How much of the light reaches a point, 0 to 1. Asks the four cells around it, because the sphere that the middle
     /// of one cell sees may let through a ray beside it that another sphere stops.
     fn visibility(&self, point: &Point, own: u32, balls: &[Ball]) -> f32 {
-        let size = self.size;
-        let [x, y] = self.place(point).map(|x| x - 0.5);
-        if !(x >= 0.0 && y >= 0.0 && x < (size - 1) as f32 && y < (size - 1) as f32) {
-            return 1.0;
-        }
-        let corner = trunc_to_usize(y) * size + trunc_to_usize(x);
+        let Some(cells) = self.map.around(self.place(point)) else { return 1.0 };
         let (mut visibility, mut asked) = (1.0_f32, own);
-        for cell in [corner, corner + size + 1, corner + 1, corner + size] {
-            let between = self.map[cell];
+        for between in cells {
             if between != own && between != asked && visibility > 0.0 {
                 visibility = visibility.min(balls.get(between as usize).map_or(1.0, |ball| self.passing(ball, point)));
                 asked = between;
@@ -236,12 +234,12 @@ mod tests {
     #[test]
     fn balls_as_large_as_the_scene_make_maps_coarse_and_others_do_not() {
         for (count, radius) in [(255, 0.2), (255, 1e-4), (16, 0.6), (8, 1e9), (1, f32::INFINITY)] {
-            assert_eq!(map_size(&balls(count, radius)), MAP_SIZE, "{count}, {radius}");
+            assert_eq!(map_size(&balls(count, radius), Fineness::PICTURE), MAP_SIZE, "{count}, {radius}");
         }
         for radius in [0.5, 1.0, 30.0, 1e7, f32::INFINITY] {
             let balls = balls(255, radius);
-            let lights = Lights::on(&balls, Point::zeros(), &Team::whole());
-            let compared = |light: &Light| balls.len() * light.map.len();
+            let lights = Lights::on(&balls, Point::zeros(), Fineness::PICTURE, &Team::whole());
+            let compared = |light: &Light| balls.len() * light.map.cells();
             let most = 2.0 * MOST_COVERS * (MAP_SIZE * MAP_SIZE) as f32 / (radius * radius).min(1.0);
             assert!(lights.sky.iter().chain(&lights.sun).all(|light| compared(light) as f32 <= most), "{radius}");
         }

@@ -11,6 +11,17 @@ pub(super) const SAMPLES: usize = 3;
 /// Stands for no surface.
 pub(super) const NOTHING: u32 = u32::MAX;
 
+/// The rays through the middles of the samples.
+#[derive(Debug)]
+pub(super) struct Rays {
+    /// Window coordinates of the columns and the rows of samples.
+    columns: Vec<f32>,
+    rows: Vec<f32>,
+    /// What window coordinates add to the origin of a ray and to its direction.
+    shift: f32,
+    slope: f32,
+}
+
 /// Depth and body of the surface that each sample sees, row by row.
 #[derive(Debug, Clone)]
 pub(super) struct Layer {
@@ -45,9 +56,15 @@ struct Stamp<'a> {
 
 impl Layer {
     /// Draws bodies; where `before` is given, only what lies in front of it.
-    pub fn of(balls: &[Ball], rods: &[Rod], camera: &Camera, keep: Keep, before: Option<&Layer>, team: &Team) -> Self {
-        let width = camera.width as usize * SAMPLES;
-        let height = camera.height as usize * SAMPLES;
+    pub fn of(
+        balls: &[Ball],
+        rods: &[Rod],
+        (camera, rays): (&Camera, &Rays),
+        keep: Keep,
+        before: Option<&Layer>,
+        team: &Team,
+    ) -> Self {
+        let (width, height) = (rays.columns.len(), rays.rows.len());
         let shapes = balls.iter().map(Shape::Ball).chain(rods.iter().map(Shape::Rod));
         let stamps: Vec<Stamp> = (0..NOTHING)
             .zip(shapes)
@@ -61,7 +78,7 @@ impl Layer {
         parallel::for_each(team, bands, |(band, (depth, body))| {
             let first = band * rows;
             let limit = limit.map(|limit| &limit[first * width..][..depth.len()]);
-            Band { first, width, depth, body, limit, keep }.draw(&stamps, camera);
+            Band { first, width, depth, body, limit, keep }.draw(&stamps, rays);
         });
         layer
     }
@@ -98,58 +115,76 @@ struct Band<'a> {
 }
 
 impl Band<'_> {
-    fn draw(&mut self, stamps: &[Stamp], camera: &Camera) {
+    fn draw(&mut self, stamps: &[Stamp], rays: &Rays) {
         let last = self.first + self.depth.len() / self.width;
+        let (mut depths, unlimited) = (vec![0.0; self.width], vec![f32::INFINITY; self.width]);
         for stamp in stamps {
+            let [left, right] = stamp.columns;
+            let depths = &mut depths[left..right];
             for row in stamp.rows[0].max(self.first)..stamp.rows[1].min(last) {
-                for column in stamp.columns[0]..stamp.columns[1] {
-                    self.draw_sample(stamp, camera, row, column);
+                match stamp.shape {
+                    Shape::Ball(ball) => ball_depths(ball, rays, row, left, depths),
+                    Shape::Rod(rod) => {
+                        for (column, depth) in (left..).zip(&mut *depths) {
+                            *depth = rod_depth(rod, rays.through(row, column));
+                        }
+                    }
+                }
+                let start = (row - self.first) * self.width;
+                let places = start + left..start + right;
+                let limits = self.limit.map_or(&unlimited[left..right], |limit| &limit[places.clone()]);
+                let kept = self.depth[places.clone()].iter_mut().zip(&mut self.body[places]);
+                for (((kept, body), depth), limit) in kept.zip(&*depths).zip(limits) {
+                    let is_kept = match self.keep {
+                        Keep::Nearest => depth < kept,
+                        Keep::Farthest => depth > kept,
+                    };
+                    if is_kept && depth < limit {
+                        (*kept, *body) = (*depth, stamp.body);
+                    }
                 }
             }
         }
     }
+}
 
-    fn draw_sample(&mut self, stamp: &Stamp, camera: &Camera, row: usize, column: usize) {
-        let place = (row - self.first) * self.width + column;
-        if let (Shape::Ball(ball), Keep::Nearest) = (stamp.shape, self.keep)
-            && self.depth[place] < ball.centre.z - ball.radius
-        {
-            return;
+impl Rays {
+    pub fn of(camera: &Camera) -> Self {
+        let middle = |sample: usize| (sample as f32 + 0.5) / SAMPLES as f32;
+        let samples = |pixels: u32| 0..pixels as usize * SAMPLES;
+        let (shift, slope) = if camera.is_perspective { (0.0, 1.0) } else { (1.0, 0.0) };
+        Self {
+            columns: samples(camera.width).map(|column| camera.window([middle(column), 0.0])[0]).collect(),
+            rows: samples(camera.height).map(|row| camera.window([0.0, middle(row)])[1]).collect(),
+            shift,
+            slope,
         }
-        let (origin, direction) = sample_ray(camera, row, column);
-        let depth = match stamp.shape {
-            Shape::Ball(ball) => ball_depth(ball, &origin, &direction),
-            Shape::Rod(rod) => rod_depth(rod, &origin, &direction),
-        };
-        let Some(depth) = depth else { return };
-        let is_kept = match self.keep {
-            Keep::Nearest => depth < self.depth[place],
-            Keep::Farthest => depth > self.depth[place],
-        };
-        if is_kept && self.limit.is_none_or(|limit| depth < limit[place]) {
-            self.depth[place] = depth;
-            self.body[place] = stamp.body;
-        }
+    }
+
+    /// Origin and direction of the ray through a sample. The direction has `z = 1`, so that distance along the ray is depth.
+    pub fn through(&self, row: usize, column: usize) -> (Point, Point) {
+        let (x, y) = (self.columns[column], self.rows[row]);
+        (Point::new(self.shift * x, self.shift * y, 0.0), Point::new(self.slope * x, self.slope * y, 1.0))
     }
 }
 
-/// The ray through the middle of a sample.
-pub(super) fn sample_ray(camera: &Camera, row: usize, column: usize) -> (Point, Point) {
-    let middle = |index: usize| (index as f32 + 0.5) / SAMPLES as f32;
-    camera.ray(middle(column), middle(row))
+/// How far along the rays of a row, from the column `left` on, they enter a sphere, or NaN. Measured from the point nearest to the centre, where
+/// nothing cancels; without a branch, for several rays at once.
+fn ball_depths(ball: &Ball, rays: &Rays, row: usize, left: usize, depths: &mut [f32]) {
+    let Rays { columns, rows, shift, slope } = rays;
+    let (centre, radius_square) = (ball.centre, ball.radius * ball.radius);
+    let (centre_y, slope_y) = (centre.y - shift * rows[row], slope * rows[row]);
+    for (depth, x) in depths.iter_mut().zip(&columns[left..]) {
+        let (centre_x, slope_x) = (centre.x - shift * x, slope * x);
+        let inverse = 1.0 / (slope_x * slope_x + slope_y * slope_y + 1.0);
+        let nearest = (slope_x * centre_x + slope_y * centre_y + centre.z) * inverse;
+        let (dx, dy, dz) = (centre_x - slope_x * nearest, centre_y - slope_y * nearest, centre.z - nearest);
+        *depth = nearest - ((radius_square - (dx * dx + dy * dy + dz * dz)) * inverse).sqrt();
+    }
 }
 
-/// How far along a ray it enters a sphere. Measured from the point nearest to the centre, where nothing cancels.
-fn ball_depth(ball: &Ball, origin: &Point, direction: &Point) -> Option<f32> {
-    let centre = ball.centre - origin;
-    let square = direction.norm_squared();
-    let nearest = direction.dot(&centre) / square;
-    let half_chord = ball.radius * ball.radius - (centre - direction * nearest).norm_squared();
-    (half_chord >= 0.0).then(|| nearest - (half_chord / square).sqrt())
-}
-
-/// How far along a ray it enters the round side of a cylinder; the flat ends are inside of spheres.
-fn rod_depth(rod: &Rod, origin: &Point, direction: &Point) -> Option<f32> {
+/// How far along a ray it enters the round side of a cylinder, or NaN; the flat ends are inside of spheres.
+fn rod_depth(rod: &Rod, (origin, direction): (Point, Point)) -> f32 {
     let axis = rod.end - rod.start;
     let length = axis.norm();
     let axis = axis / length;
@@ -159,10 +194,7 @@ fn rod_depth(rod: &Rod, origin: &Point, direction: &Point) -> Option<f32> {
     let square = across.norm_squared();
     let nearest = -away.dot(&across) / square;
     let half_chord = rod.radius * rod.radius - (away + across * nearest).norm_squared();
-    if !(half_chord >= 0.0 && square > 0.0) {
-        return None;
-    }
     let depth = nearest - (half_chord / square).sqrt();
     let along = (start + direction * depth).dot(&axis);
-    (0.0..=length).contains(&along).then_some(depth)
+    if square > 0.0 && (0.0..=length).contains(&along) { depth } else { f32::NAN }
 }

@@ -3,9 +3,9 @@
 use super::bodies::Bodies;
 use super::camera::{Camera, Point};
 use super::colour::{self, Colour};
-use super::light::{Lights, Received, SurfacePoint};
+use super::light::{Fineness, Lights, Received, SurfacePoint};
 use super::parallel::{self, Team};
-use super::raster::{Keep, Layer, NOTHING, SAMPLES, sample_ray};
+use super::raster::{Keep, Layer, NOTHING, Rays, SAMPLES};
 
 /// Share of the light that comes from the sky and from the sun.
 const SKY: f32 = 0.6;
@@ -29,6 +29,7 @@ pub(super) struct Scenery<'a> {
     bodies: &'a Bodies,
     camera: &'a Camera,
     team: &'a Team<'a>,
+    rays: Rays,
     lights: Lights,
     background: Colour,
     /// Opacity of the veil where it is seen straight on.
@@ -40,13 +41,16 @@ pub(super) struct Scenery<'a> {
 }
 
 impl<'a> Scenery<'a> {
-    pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32, team: &'a Team<'a>) -> Self {
-        let solid = Layer::of(&bodies.balls, &bodies.rods, camera, Keep::Nearest, None, team);
+    pub fn new(bodies: &'a Bodies, camera: &'a Camera, opacity: f32, fineness: Fineness, team: &'a Team<'a>) -> Self {
+        let rays = Rays::of(camera);
+        let solid = Layer::of(&bodies.balls, &bodies.rods, (camera, &rays), Keep::Nearest, None, team);
         let veil = (!bodies.veil.is_empty() && opacity > 0.0).then(|| {
-            [Keep::Nearest, Keep::Farthest].map(|keep| Layer::of(&bodies.veil, &[], camera, keep, Some(&solid), team))
+            [Keep::Nearest, Keep::Farthest]
+                .map(|keep| Layer::of(&bodies.veil, &[], (camera, &rays), keep, Some(&solid), team))
         });
-        let lights = Lights::on(&bodies.balls, camera.offset, team);
-        Self { bodies, camera, team, lights, background: colour::linear(colour::BACKGROUND), opacity, solid, veil }
+        let lights = Lights::on(&bodies.balls, camera.offset, fineness, team);
+        let background = colour::linear(colour::BACKGROUND);
+        Self { bodies, camera, team, rays, lights, background, opacity, solid, veil }
     }
 
     /// The mean of the samples of each pixel.
@@ -70,10 +74,11 @@ impl<'a> Scenery<'a> {
     fn sample(&self, row: usize, column: usize, share: usize) -> Colour {
         let place = row * self.solid.width + column;
         let body = self.solid.body[place];
-        if body == NOTHING && self.veil.is_none() {
+        let veil = self.veil.as_ref().filter(|[near, _]| near.body[place] != NOTHING);
+        if body == NOTHING && veil.is_none() {
             return self.background;
         }
-        let (origin, direction) = sample_ray(self.camera, row, column);
+        let (origin, direction) = self.rays.through(row, column);
         let view = -direction.normalize();
         let mut colour = self.background;
         if body != NOTHING {
@@ -81,7 +86,7 @@ impl<'a> Scenery<'a> {
             let (normal, own) = self.solid_surface(body as usize, &point);
             colour = self.shade(&SurfacePoint { position: point, normal, body }, &view, &own, share);
         }
-        if let Some(veil) = &self.veil {
+        if let Some(veil) = veil {
             colour = self.draw_veil(colour, veil, place, (origin, direction), share);
         }
         colour

@@ -4,6 +4,7 @@ use super::camera::{Camera, Extent};
 use super::caption::Caption;
 use super::colour;
 use super::legend;
+use super::light::Fineness;
 use super::parallel::Team;
 use super::{ColourBy, Image, RenderError, Style, paint, refuse_numbers, refuse_style};
 use crate::trajectory::Frame;
@@ -77,7 +78,8 @@ impl Shot {
         refuse_numbers(frame)?;
         let style = Style { azimuth, ..self.style.clone() };
         let camera = self.camera.turned(&self.stage, &style);
-        let mut pixels = paint(frame, &style, &camera, self.scale.fastest, team);
+        let fineness = Fineness::of_movie(&camera);
+        let mut pixels = paint(frame, &style, &camera, self.scale.fastest, fineness, team);
         let width = camera.width as usize;
         if style.colour_by == ColourBy::Speed {
             legend::draw(&mut pixels, width, self.caption.row, self.scale.fastest, self.scale.is_exceeded());
