@@ -88,7 +88,9 @@ pub(crate) fn remove_abandoned(folder: &Path) {
     // Of a folder that cannot be read, the command that is under way says so.
     for entry in fs::read_dir(folder).into_iter().flatten().flatten().filter(|entry| is_draft(&entry.file_name())) {
         let path = entry.path();
-        if plain::open(OpenOptions::new().write(true), &path).is_ok_and(|file| is_abandoned(&file)) {
+        let Ok(file) = plain::open(OpenOptions::new().write(true), &path) else { continue };
+        // Locked until it is gone: one that is just being made would take it for its own otherwise.
+        if is_abandoned(&file) {
             let _ = fs::remove_file(path);
         }
     }

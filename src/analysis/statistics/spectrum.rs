@@ -12,8 +12,9 @@ const SLOWEST: f64 = 1.0 / 12.0;
 /// The slowest quantity whose differences are asked for relaxes in this part of it: the lowest eight frequencies, of `2 pi / 50` each, are below what it does.
 const SLOWEST_DIFFERENCE: f64 = 1.0 / 50.0;
 
-/// Differences of what lasts longer are in a series if its likelihood is by so much larger with them, in its logarithm: seldom by chance.
-const LEAST_GAIN: f64 = 3.0;
+/// Differences of what lasts longer are in a series if its likelihood is by so much larger with them, in its logarithm. With less, chance takes them for what makes the lowest
+/// frequencies weak, and one error in a few hundred is too small by several times.
+const LEAST_GAIN: f64 = 6.0;
 
 /// The fastest takes this many values; it is white noise but for a tenth.
 const FASTEST: f64 = 0.5;

@@ -25,8 +25,8 @@ fn the_error_of_a_correlated_series_is_that_of_theory() {
         let error = |seed| standard_error(&correlated(rho, n, seed)).unwrap();
         let mean = (100 * seed..100 * seed + count).map(error).sum::<f64>() / count as f64;
         let exact = (1.0 / 12.0_f64).sqrt() / ((1.0 - rho) * (n as f64).sqrt());
-        // One error is known to a sixth, forty to 2.6 %, of which three; with a bias of up to 12 % to the safe side.
-        assert!((0.92..1.2).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
+        // One error is known to a sixth, forty to 2.6 %, of which three; with a bias of up to 12 % to the safe side, and one of what Student's distribution adds.
+        assert!((0.92..1.21).contains(&(mean / exact)), "rho {rho}: {mean} but {exact}");
     }
 }
 

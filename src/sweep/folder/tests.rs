@@ -108,7 +108,7 @@ fn of_sweeps_that_begin_at_once_one_has_the_folder() {
         let others = results.iter().filter_map(|result| result.as_ref().err());
         let says = format!("it sets run.until_events={}", 10 + has);
         for error in others {
-            assert!(matches!(error, SweepError::Other { why, .. } if why.contains(&says)), "{error}");
+            assert!(matches!(error, SweepError::Other { why, .. } if why.contains(&says)), "{error:?}");
         }
     }
 }
