@@ -141,7 +141,7 @@ fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
             .interaction("A", "A", hard(), 1.0)
             .add_fill(fill)
             .measure(plan())
-            .run(lasting(5.0, 80.0, None))
+            .run(lasting(5.0, 160.0, None))
             .build()
             .unwrap()
     };
