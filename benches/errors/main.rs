@@ -1,0 +1,85 @@
+//! Claimed standard errors beside the scatter of other seeds, for everything that a run prints with an error.
+//!
+//! ```text
+//! cargo bench --bench errors -- 48              that many seeds of nine systems, in short runs and in five times longer ones
+//! cargo bench --bench errors -- 48 crystal      of those only whose names contain this
+//! ```
+
+mod systems;
+mod tally;
+
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use carom::model::Scene;
+use carom::run::{Finished, run};
+use systems::{SYSTEMS, System};
+use tally::Tally;
+
+/// Lengths of runs, in those of a short one.
+const LENGTHS: [f64; 2] = [1.0, 5.0];
+
+fn main() -> ExitCode {
+    // Cargo adds its own flags.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| !argument.starts_with('-')).collect();
+    let seeds: u64 = arguments.first().and_then(|number| number.parse().ok()).unwrap_or(4);
+    let is_asked_for = |system: &&System| arguments.get(1).is_none_or(|part| system.name.contains(part.as_str()));
+    println!(
+        "| system | length | in 0.8 to 1.25 | below | above | withheld | largest deviation |\n|---|---|---|---|---|---|---|"
+    );
+    let mut tables = Vec::new();
+    for system in SYSTEMS.iter().filter(is_asked_for) {
+        let mut tallies = Vec::new();
+        for factor in LENGTHS {
+            match campaign(system, factor, seeds) {
+                Ok(tally) => tallies.push(tally),
+                Err(trouble) => {
+                    eprintln!("{}: {trouble}", system.name);
+                    return ExitCode::FAILURE;
+                }
+            }
+        }
+        for (tally, factor) in tallies.iter().zip(LENGTHS) {
+            println!("| {} | {} | {} |", system.name, factor * system.short, tally.line());
+        }
+        tables.push((system.name, tallies));
+    }
+    for (name, tallies) in &tables {
+        println!("\n{}", tally::table(name, tallies));
+    }
+    ExitCode::SUCCESS
+}
+
+/// Runs all seeds, on all cores.
+fn campaign(system: &System, factor: f64, seeds: u64) -> Result<Tally, String> {
+    let (next, tally, trouble) = (AtomicU64::new(1), Mutex::new(Tally::default()), Mutex::new(None));
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| {
+                loop {
+                    let seed = next.fetch_add(1, Ordering::Relaxed);
+                    if seed > seeds {
+                        return;
+                    }
+                    match finished(&system.scene(factor, seed)) {
+                        Ok(finished) => tally.lock().unwrap_or_else(PoisonError::into_inner).add(seed, &finished),
+                        Err(why) => *trouble.lock().unwrap_or_else(PoisonError::into_inner) = Some(why),
+                    }
+                }
+            });
+        }
+    });
+    match trouble.into_inner().unwrap_or_else(PoisonError::into_inner) {
+        Some(trouble) => Err(trouble),
+        None => Ok(tally.into_inner().unwrap_or_else(PoisonError::into_inner)),
+    }
+}
+
+fn finished(text: &str) -> Result<Finished, String> {
+    let scene = Scene::from_toml(text, "errors.toml").map_err(|refused| refused.to_string())?;
+    let Ok(finished) = run(scene, &mut (), &mut |_| ControlFlow::Continue(()));
+    finished.trouble().map_or(Ok(finished), Err)
+}

@@ -1,0 +1,304 @@
+//! Systems whose means have errors of different kinds.
+
+/// A system, with how long a short run of it is.
+#[derive(Debug)]
+pub struct System {
+    pub name: &'static str,
+    /// Everything but the seed and the times.
+    pub scene: &'static str,
+    pub equilibration: f64,
+    pub short: f64,
+}
+
+impl System {
+    /// The scene of a run that is `factor` times as long as a short one.
+    pub fn scene(&self, factor: f64, seed: u64) -> String {
+        let Self { scene, equilibration, short, .. } = self;
+        let until = equilibration + factor * short;
+        format!(
+            "seed = {seed}\n{scene}\n[run]\nequilibration_time = {equilibration}\nuntil_time = {until}\n{}",
+            self.bath()
+        )
+    }
+
+    /// Thermostats are part of the plan of a run, which ends the text.
+    fn bath(&self) -> &'static str {
+        match self.name {
+            "square wells" => "[run.thermostat]\nkind = \"andersen\"\ntemperature = 1.5\nrate = 1.0\n",
+            "polymer" => "[run.thermostat]\nkind = \"andersen\"\ntemperature = 1.5\nrate = 0.2\n",
+            "driven gas" => "[run.thermostat]\nkind = \"andersen\"\ntemperature = 1.0\nrate = 0.5\n",
+            _ => "",
+        }
+    }
+}
+
+pub const SYSTEMS: [System; 9] = [
+    System { name: "fluid", scene: FLUID, equilibration: 2.0, short: 14.0 },
+    System { name: "crystal", scene: CRYSTAL, equilibration: 2.0, short: 6.0 },
+    System { name: "square wells", scene: WELLS, equilibration: 10.0, short: 30.0 },
+    System { name: "driven gas", scene: DRIVEN, equilibration: 10.0, short: 30.0 },
+    System { name: "sheared gas", scene: SHEARED, equilibration: 100.0, short: 150.0 },
+    System { name: "slit", scene: SLIT, equilibration: 10.0, short: 30.0 },
+    System { name: "mixture", scene: MIXTURE, equilibration: 5.0, short: 15.0 },
+    System { name: "polymer", scene: POLYMER, equilibration: 20.0, short: 100.0 },
+    System { name: "channel", scene: CHANNEL, equilibration: 10.0, short: 40.0 },
+];
+
+/// 256 hard spheres.
+const FLUID: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 256
+packing_fraction = 0.40
+temperature = 1.0
+[measure]
+free_paths = true
+pressure_tensor = true
+diffusion = true
+transport = true
+"#;
+
+/// 500 hard spheres.
+const CRYSTAL: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 500
+packing_fraction = 0.54
+temperature = 1.0
+[measure]
+free_paths = true
+pressure_tensor = true
+diffusion = true
+"#;
+
+/// 256 square wells in a heat bath.
+const WELLS: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 1.0
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 256
+number_density = 0.5
+temperature = 1.5
+[measure]
+free_paths = true
+pressure_tensor = true
+diffusion = true
+radial_distribution = true
+"#;
+
+/// 256 inelastic spheres in a heat bath.
+const DRIVEN: &str = r#"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+restitution = 0.8
+[[fill]]
+species = "A"
+arrangement = "fcc"
+count = 256
+packing_fraction = 0.2
+temperature = 1.0
+[measure]
+free_paths = true
+pressure_tensor = true
+diffusion = true
+"#;
+
+/// 500 inelastic spheres in steady shear.
+const SHEARED: &str = r#"
+[space]
+size = [11.0, 11.0, 11.0]
+shear_rate = 0.2
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+restitution = 0.9
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 500
+temperature = 0.1
+[measure]
+free_paths = true
+pressure_tensor = true
+diffusion = true
+"#;
+
+/// Two species between walls.
+const SLIT: &str = r#"
+[space]
+size = [12.0, 10.0, 10.0]
+x = "walls"
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[species]]
+name = "B"
+mass = 4.3
+diameter = 1.7
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["A", "B"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["B", "B"]
+potential = "hard-sphere"
+[[fill]]
+species = "B"
+arrangement = "random"
+count = 20
+temperature = 1.0
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 240
+temperature = 1.0
+[measure]
+free_paths = true
+pressure_tensor = true
+diffusion = true
+[[measure.flow]]
+name = "along"
+axis = "y"
+at = 5.0
+[[measure.flow]]
+name = "across"
+axis = "x"
+at = 6.0
+"#;
+
+/// Two species in a periodic box.
+const MIXTURE: &str = r#"
+[space]
+size = [8.0, 8.0, 8.0]
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[species]]
+name = "B"
+mass = 3.7
+diameter = 1.4
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["A", "B"]
+potential = "hard-sphere"
+[[interaction]]
+species = ["B", "B"]
+potential = "hard-sphere"
+[[fill]]
+species = "B"
+arrangement = "random"
+count = 60
+temperature = 1.0
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 180
+temperature = 1.0
+[measure]
+free_paths = true
+pressure_tensor = true
+diffusion = true
+radial_distribution = true
+"#;
+
+/// Eight chains of 16 beads in a heat bath.
+const POLYMER: &str = r#"
+[space]
+size = [9.0, 9.0, 9.0]
+[[species]]
+name = "bead"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["bead", "bead"]
+potential = "square-well"
+lambda = 1.5
+well_depth = 0.5
+[[interaction]]
+name = "link"
+potential = "bond"
+shortest = 0.9
+longest = 1.1
+[[chain]]
+species = "bead"
+length = 16
+count = 8
+bond = "link"
+temperature = 1.5
+[measure]
+chains = true
+pressure_tensor = true
+diffusion = true
+"#;
+
+/// Disks in a channel between two walls at different temperatures, along which nothing flows on average.
+const CHANNEL: &str = r#"
+[space]
+size = [20.0, 15.0, 0.0]
+z = "flat"
+y = { lower = { temperature = 1.0 }, upper = { temperature = 1.5 } }
+[[species]]
+name = "A"
+mass = 1.0
+diameter = 1.0
+[[interaction]]
+species = ["A", "A"]
+potential = "hard-sphere"
+[[fill]]
+species = "A"
+arrangement = "random"
+count = 130
+temperature = 1.2
+[measure]
+free_paths = true
+pressure_tensor = true
+diffusion = true
+[[measure.flow]]
+name = "along"
+axis = "x"
+at = 5.0
+[[measure.flow]]
+name = "across"
+axis = "y"
+at = 7.0
+"#;

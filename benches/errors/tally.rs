@@ -1,0 +1,110 @@
+//! Means and claimed errors of many seeds, by observable.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use carom::run::Finished;
+
+/// What an error may be off by.
+const HONEST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
+
+/// By observable: seed, mean and claimed error of each run.
+#[derive(Debug, Default)]
+pub struct Tally(BTreeMap<String, Vec<(u64, Option<f64>, Option<f64>)>>);
+
+/// Of one observable.
+#[derive(Debug, Clone, Copy)]
+struct Verdict {
+    runs: usize,
+    /// Runs that gave an error.
+    claimed: usize,
+    /// Standard deviation of the means over the root mean square of the claimed errors; `None` where fewer than half of the runs give one.
+    ratio: Option<f64>,
+    /// Largest distance of a mean to that of all, in its own error.
+    deviation: f64,
+}
+
+impl Tally {
+    pub fn add(&mut self, seed: u64, finished: &Finished) {
+        for (name, estimate) in &finished.observables {
+            self.note(name.to_string(), seed, Some(estimate.mean), estimate.standard_error);
+        }
+        for number in &finished.measured.numbers {
+            self.note(format!("{}, measured", number.name), seed, number.mean, number.standard_error);
+        }
+    }
+
+    fn note(&mut self, name: String, seed: u64, mean: Option<f64>, error: Option<f64>) {
+        self.0.entry(name).or_default().push((seed, mean, error));
+    }
+
+    fn verdicts(&self) -> impl Iterator<Item = (&str, Verdict)> {
+        self.0.iter().filter_map(|(name, runs)| Some((name.as_str(), verdict(runs)?)))
+    }
+
+    /// Numbers of observables within, below, above, and withheld, and the largest deviation.
+    pub fn line(&self) -> String {
+        let (mut within, mut below, mut above, mut withheld) = (0, 0, 0, 0);
+        let mut largest: f64 = 0.0;
+        for (_, verdict) in self.verdicts() {
+            match verdict.ratio {
+                None => withheld += 1,
+                Some(ratio) if ratio < *HONEST.start() => below += 1,
+                Some(ratio) if ratio > *HONEST.end() => above += 1,
+                Some(_) => within += 1,
+            }
+            largest = largest.max(verdict.deviation);
+        }
+        format!("{within} | {below} | {above} | {withheld} | {largest:.1}")
+    }
+}
+
+/// `None` of what does not change, and of what no run has.
+fn verdict(runs: &[(u64, Option<f64>, Option<f64>)]) -> Option<Verdict> {
+    let means: Vec<f64> = runs.iter().filter_map(|run| run.1).collect();
+    // What is conserved has the error of rounding.
+    let claimed: Vec<(f64, f64)> = runs
+        .iter()
+        .filter_map(|run| Some((run.1?, run.2?)))
+        .filter(|(mean, error)| *error > 1e-11 * mean.abs())
+        .collect();
+    let count = means.len() as f64;
+    let all = means.iter().sum::<f64>() / count;
+    let scatter = means.iter().map(|mean| (mean - all).powi(2)).sum::<f64>() / (count - 1.0);
+    if means.len() < 2 || scatter.sqrt() <= 1e-11 * all.abs() {
+        return None;
+    }
+    let square = claimed.iter().map(|(_, error)| error * error).sum::<f64>() / claimed.len() as f64;
+    let of_these = claimed.iter().map(|(mean, _)| (mean - all).powi(2)).sum::<f64>() / (claimed.len() as f64 - 1.0);
+    let deviation = claimed.iter().map(|(mean, error)| (mean - all).abs() / error).fold(0.0, f64::max);
+    let ratio = (2 * claimed.len() >= runs.len() && claimed.len() > 1).then(|| (of_these / square).sqrt());
+    Some(Verdict { runs: runs.len(), claimed: claimed.len(), ratio, deviation })
+}
+
+/// All observables of a system, a line each, with columns for each length.
+pub fn table(system: &str, tallies: &[Tally]) -> String {
+    let mut text = format!("### {system}\n\n| observable |");
+    for which in ["short", "five times longer"].iter().take(tallies.len()) {
+        let _ = write!(text, " {which}: ratio | errors given | largest deviation |");
+    }
+    text.push_str("\n|---|");
+    text.push_str(&"---|---|---|".repeat(tallies.len()));
+    text.push('\n');
+    let mut names: Vec<&str> = tallies.iter().flat_map(|tally| tally.verdicts().map(|(name, _)| name)).collect();
+    names.sort_unstable();
+    names.dedup();
+    for name in names {
+        let _ = write!(text, "| {name} |");
+        for tally in tallies {
+            match tally.0.get(name).and_then(|runs| verdict(runs)) {
+                Some(Verdict { runs, claimed, ratio, deviation }) => {
+                    let ratio = ratio.map_or("withheld".to_owned(), |ratio| format!("{ratio:.2}"));
+                    let _ = write!(text, " {ratio} | {claimed} of {runs} | {deviation:.1} |");
+                }
+                None => text.push_str(" | | |"),
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
