@@ -1,7 +1,7 @@
 //! Sizes of bonded particles: bond lengths, end-to-end distances, radii of gyration.
 
 mod report;
-mod topology;
+pub(super) mod topology;
 
 use super::budgeted_times::BudgetedTimes;
 use super::instrument::{Instrument, Setup};

@@ -19,7 +19,7 @@ use histogram::Histogram;
 const BINS: u64 = 100;
 const MOST_BINS: u64 = 10_000;
 
-/// Flights that make one value for the error of the mean.
+/// Flights that end in a block, of which each is a value for the error of the mean.
 const BLOCK: u64 = 64;
 
 /// Follows each particle from one Core event to the next.
@@ -27,6 +27,9 @@ const BLOCK: u64 = 64;
 /// A free path is the length of the flight, over straight pieces where events of other kinds come between; its free time the time that
 /// this takes. Where momentum is conserved, lengths are relative to the centre of mass. Flights that were under way at the start, or are at the end, do not count. Of particles that accelerate there
 /// are no paths, nor in a sheared box: relative to what streams around them they accelerate.
+///
+/// The relative error of a mean is that of what all particles fly while a flight ends: `N t / n` for `n` flights in a time `t`, and the same of paths. The scatter of the flights themselves says little of
+/// it, because all that is flown belongs to one flight or another, so that a long one leaves less for the next.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct FreePaths {
     /// By particle id.
@@ -36,6 +39,10 @@ pub(super) struct FreePaths {
     paths: Option<Flown>,
     /// Velocity of the centre of mass, where it stays the same: paths are relative to it.
     drift: Vector,
+    /// Time of the last event, the speeds of all particles then, and how many flights have ended in this block.
+    now: f64,
+    speeds: f64,
+    ended: u64,
 }
 
 /// A particle on its way.
@@ -52,31 +59,26 @@ struct Flight {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Flown {
     histogram: Histogram,
-    mean: BlockAverage,
-    block_sum: f64,
-    block_count: u64,
+    /// What all particles fly by the number of flights that end, in each block, and what they have flown in this one.
+    per_flight: BlockAverage,
+    flown: f64,
 }
 
 impl Flown {
     fn new(bins: u64) -> Self {
-        let histogram = Histogram::new(index(bins));
-        Self { histogram, mean: BlockAverage::new(1.0), block_sum: 0.0, block_count: 0 }
+        Self { histogram: Histogram::new(index(bins)), per_flight: BlockAverage::new(1.0), flown: 0.0 }
     }
 
-    fn add(&mut self, value: f64) {
-        self.histogram.add(value);
-        self.block_sum += value;
-        self.block_count += 1;
-        if self.block_count == BLOCK {
-            self.mean.add(self.block_sum / BLOCK as f64, 1.0);
-            (self.block_sum, self.block_count) = (0.0, 0);
-        }
+    fn close_block(&mut self, ended: u64) {
+        self.per_flight.add(self.flown / ended as f64, 1.0);
+        self.flown = 0.0;
     }
 
-    /// The mean of all flights, with the error from those in whole blocks.
+    /// The mean of all flights.
     fn estimate(&self) -> Option<Estimate> {
         let mean = self.histogram.mean()?;
-        Some(Estimate { mean, standard_error: self.mean.estimate().and_then(|estimate| estimate.standard_error) })
+        let relative = self.per_flight.estimate().and_then(|all| Some(all.standard_error? / all.mean));
+        Some(Estimate { mean, standard_error: relative.map(|error| error * mean) })
     }
 }
 
@@ -84,12 +86,26 @@ impl FreePaths {
     pub fn new(plan: &Plan, setup: &Setup<'_>) -> Self {
         let bins = plan.bins.unwrap_or(BINS).clamp(1, MOST_BINS);
         let flight = Flight { begin: None, turned: setup.sample.time, path: 0.0 };
+        let drift = setup.system.drift(setup.sample.velocities);
         Self {
             flights: vec![flight; setup.system.masses.len()],
             times: Flown::new(bins),
             paths: (!setup.system.is_accelerated && setup.system.shear_rate == 0.0).then(|| Flown::new(bins)),
-            drift: setup.system.drift(setup.sample.velocities),
+            drift,
+            now: setup.sample.time,
+            speeds: speeds(&setup.sample, &drift, setup.system),
+            ended: 0,
         }
+    }
+
+    /// Everything flies on up to a time.
+    fn fly(&mut self, time: f64, system: &SystemDescription) {
+        let duration = (time - self.now).max(0.0);
+        self.times.flown += system.moving.len() as f64 * duration;
+        if let Some(paths) = &mut self.paths {
+            paths.flown += self.speeds * duration;
+        }
+        self.now = time;
     }
 
     fn turn(&mut self, id: u32, time: f64, speed: f64, is_core: bool) {
@@ -100,9 +116,9 @@ impl FreePaths {
             return;
         }
         if let Some(begin) = flight.begin {
-            self.times.add((time - begin).max(0.0));
+            self.times.histogram.add((time - begin).max(0.0));
             if let Some(paths) = &mut self.paths {
-                paths.add(flight.path);
+                paths.histogram.add(flight.path);
             }
         }
         (flight.begin, flight.path) = (Some(time), 0.0);
@@ -120,7 +136,9 @@ impl Instrument for FreePaths {
         true
     }
 
-    fn scaled(&mut self, before: &Sample<'_>, _: &Sample<'_>, system: &SystemDescription) {
+    fn scaled(&mut self, before: &Sample<'_>, after: &Sample<'_>, system: &SystemDescription) {
+        self.fly(before.time, system);
+        self.speeds = speeds(after, &self.drift, system);
         for &id in &system.moving {
             self.turn(id, before.time, (before.velocities[id as usize] - self.drift).norm(), false);
         }
@@ -128,10 +146,22 @@ impl Instrument for FreePaths {
 
     fn event(&mut self, event: &Event, system: &SystemDescription) {
         let is_core = event.kind == EventKind::Pair(Outcome::Core);
-        for (id, before) in [Some(event.particle), event.partner].into_iter().zip(&event.before) {
+        self.fly(event.time, system);
+        let velocities = event.before.iter().zip(&event.after);
+        for (id, (before, after)) in [Some(event.particle), event.partner].into_iter().zip(velocities) {
             if let Some(id) = id.filter(|id| system.masses.get(id.0 as usize).is_some_and(|mass| mass.is_finite())) {
-                self.turn(id.0, event.time, (before - self.drift).norm(), is_core);
+                let speed = (before - self.drift).norm();
+                self.turn(id.0, event.time, speed, is_core);
+                self.speeds += (after - self.drift).norm() - speed;
+                self.ended += u64::from(is_core);
             }
+        }
+        if self.ended >= BLOCK {
+            self.times.close_block(self.ended);
+            if let Some(paths) = &mut self.paths {
+                paths.close_block(self.ended);
+            }
+            self.ended = 0;
         }
     }
 
@@ -145,6 +175,11 @@ impl Instrument for FreePaths {
             measured.curves.push(curve("free_paths", "Distribution of free paths", "l", "length", paths, PATH));
         }
     }
+}
+
+/// The speeds of all particles that move, relative to a drift, added up.
+fn speeds(sample: &Sample<'_>, drift: &Vector, system: &SystemDescription) -> f64 {
+    system.moving.iter().map(|&id| (sample.velocities[id as usize] - drift).norm()).sum()
 }
 
 fn curve(name: &str, title: &str, variable: &str, unit: &str, flown: &Flown, method: &str) -> Curve {

@@ -6,13 +6,13 @@ use std::collections::VecDeque;
 
 /// All particles with bonds, by connected component.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Topology {
+pub(in crate::analysis::instruments) struct Topology {
     pub components: Vec<Component>,
 }
 
 /// Particles that are connected by bonds.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Component {
+pub(in crate::analysis::instruments) struct Component {
     /// Their ids, each later than one that it is bonded to; a linear chain from one end to the other.
     pub ids: Vec<u32>,
     /// For each, where in `ids` that one is; the first one is its own.

@@ -11,10 +11,6 @@ use crate::analysis::statistics::Estimate;
 /// What has to be left of the autocorrelation after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
 const SMOOTH: f64 = 0.8;
 
-/// Neighbours move together, so that the scatter of particles is too little: in fluids, wells, slits and driven gases of packing fractions of 0.2 to 0.4 by 1.0 to 1.6
-/// in runs of four spans. Where there is nothing else, this is taken for it.
-const COMMON: f64 = 1.25;
-
 /// Particles whose mean square has grown by no larger part of itself over the straight part are held where they are, as in a crystal.
 const LOCALISED: f64 = 0.3;
 
@@ -82,16 +78,14 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
 }
 
 /// A combination of mean squared displacements, with the larger one of two errors: of blocks of origins, which has what all particles do together, and of
-/// the scatter of particles, which needs no independent origins.
+/// the scatter of particles, by groups of neighbours, which needs no independent origins.
 fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind: usize) -> Option<Estimate> {
     let of_blocks = diffusion.linear.combination(terms)?;
     let origins = diffusion.linear.count(terms.first()?.0);
     let variance = diffusion.tracers.variance_of_mean(group, |tracer| diffusion.spread.sum(tracer, kind) / origins);
     let of_particles = variance.map(f64::sqrt);
-    let standard_error = match of_blocks.standard_error {
-        Some(error) => Some(of_particles.map_or(error, |other| error.max(other))),
-        None => of_particles.map(|error| COMMON * error),
-    };
+    // None is less than any other.
+    let standard_error = if of_particles > of_blocks.standard_error { of_particles } else { of_blocks.standard_error };
     Some(Estimate { standard_error, ..of_blocks })
 }
 

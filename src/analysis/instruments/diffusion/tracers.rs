@@ -3,16 +3,21 @@
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 use crate::Vector;
+use crate::analysis::instruments::chains::topology::Topology;
 use crate::analysis::instruments::system::{Sample, SystemDescription};
-use crate::base::numbers::id;
+use crate::base::numbers::{id, trunc_to_usize};
 
 /// The stream of random numbers for the choice, apart from those of a start, which count from 0.
 const STREAM: u64 = u64::MAX;
 
-/// Particles whose scatter gives an error: that of the error is then a quarter.
-const FEWEST: f64 = 8.0;
+/// Groups of neighbours whose scatter gives an error: that of the error is then a quarter.
+const FEWEST: usize = 8;
+
+/// Cells along each axis, by the number of axes, whose particles are a group of neighbours: some 27 in all.
+const CELLS: [f64; 4] = [1.0, 27.0, 5.0, 3.0];
 
 /// All moving particles, or a random choice of them that depends on the seed alone; in the frame of the centre of mass.
 ///
@@ -28,6 +33,8 @@ pub(super) struct Tracers {
     ids: Vec<u32>,
     /// Of each, an index into `species`.
     kinds: Vec<u32>,
+    /// Of each, the cell that it began in, or the first particle that it is connected to by bonds.
+    cells: Vec<u32>,
     /// The species that they belong to.
     pub species: Vec<u32>,
     /// How many there are of each species, and what their squares are multiplied with.
@@ -67,7 +74,9 @@ impl Tracers {
             }
         }
         let drift = followed.of(system.common_velocity(sample.velocities));
-        Self { ids, kinds, species, counts, scales, drift, start: sample.time }
+        let cells = cells(sample, system);
+        let cells = ids.iter().map(|&id| cells[id as usize]).collect();
+        Self { ids, kinds, cells, species, counts, scales, drift, start: sample.time }
     }
 
     /// Number of axes that are followed.
@@ -85,26 +94,26 @@ impl Tracers {
         self.ids.len()
     }
 
-    /// Variance of the mean over a group of a squared quantity `value(k)` of tracer `k`, by the scatter of the particles of each species about its mean.
-    /// `None` for fewer than [`FEWEST`] particles.
+    /// Variance of the mean over a group of a squared quantity `value(k)` of tracer `k`, about the mean of its species. Neighbours move together, and beads of a chain do: what
+    /// scatters independently are the sums over the particles of a cell. `None` for fewer than [`FEWEST`] cells.
     pub fn variance_of_mean(&self, group: usize, value: impl Fn(usize) -> f64) -> Option<f64> {
-        let mut sums = vec![[0.0; 3]; self.species.len()];
-        for (k, kind) in self.kinds.iter().enumerate() {
-            let kind = *kind as usize;
-            let x = value(k) * self.scales[kind];
-            let [count, mean, squares] = &mut sums[kind];
-            *count += 1.0;
-            let before = x - *mean;
-            *mean += before / *count;
-            *squares += before * (x - *mean);
-        }
-        let chosen = match group.checked_sub(1) {
-            None => &sums[..],
-            Some(species) => sums.get(species..=species)?,
+        let chosen = || {
+            let kinds = self.kinds.iter().map(|&kind| kind as usize).enumerate();
+            kinds.filter(|(_, kind)| group.checked_sub(1).is_none_or(|species| species == *kind))
         };
-        let count: f64 = chosen.iter().map(|sum| sum[0]).sum();
-        let of_sum = |[count, _, squares]: &[f64; 3]| if *count > 1.0 { count * squares / (count - 1.0) } else { 0.0 };
-        (count >= FEWEST).then(|| chosen.iter().map(of_sum).sum::<f64>() / (count * count))
+        let mut sums = vec![[0.0; 2]; self.species.len()];
+        for (k, kind) in chosen() {
+            sums[kind][0] += 1.0;
+            sums[kind][1] += value(k);
+        }
+        let mut by_cell: BTreeMap<u32, f64> = BTreeMap::new();
+        for (k, kind) in chosen() {
+            let [count, sum] = sums[kind];
+            *by_cell.entry(self.cells[k]).or_default() += (value(k) - sum / count) * self.scales[kind];
+        }
+        let (count, cells) = (chosen().count() as f64, by_cell.len() as f64);
+        let squares: f64 = by_cell.values().map(|sum| sum * sum).sum();
+        (by_cell.len() >= FEWEST).then(|| squares * cells / ((cells - 1.0) * count * count))
     }
 
     /// Number of particles of a group.
@@ -171,6 +180,23 @@ impl Followed {
     fn of(&self, vector: Vector) -> Vector {
         Vector::from_fn(|axis, _| if self.axes.contains(&axis) { vector[axis] } else { 0.0 })
     }
+}
+
+/// By id, the cell of the box that a particle is in; of those that are connected by bonds, that of the first one.
+fn cells(sample: &Sample<'_>, system: &SystemDescription) -> Vec<u32> {
+    let space = &system.space;
+    let along = CELLS[space.dimensions().min(3)];
+    let cell = |position: &Vector| {
+        let place =
+            |axis: usize| (along * (position[axis] - space.lower[axis]) / space.size[axis]).clamp(0.0, along - 1.0);
+        system.axes().fold(0, |number, axis| number * trunc_to_usize(along) + trunc_to_usize(place(axis)))
+    };
+    let mut cells: Vec<u32> = sample.positions.iter().map(|position| id(cell(position))).collect();
+    for component in Topology::of(system).components {
+        let first = cells[component.ids[0] as usize];
+        component.ids.iter().for_each(|&id| cells[id as usize] = first);
+    }
+    cells
 }
 
 /// A random choice in the old order; each has the same chance.
