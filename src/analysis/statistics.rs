@@ -251,7 +251,7 @@ pub fn standard_error(series: &[f64]) -> Option<f64> {
 
 /// How much wider the middle 68.27 % of Student's distribution are than those of a Gaussian, by the degrees of freedom: the expansion in their inverse, to the second order (M. Abramowitz and
 /// I. A. Stegun, 26.7.5), 0.1 % off at seven of them.
-fn student(freedom: f64) -> f64 {
+pub(crate) fn student(freedom: f64) -> f64 {
     1.0 + 0.5 / freedom + 0.25 / (freedom * freedom)
 }
 

@@ -14,7 +14,7 @@ use crate::Vector;
 use crate::analysis::statistics::CurveAverage;
 use crate::model::measurement_plan::Diffusion as Plan;
 use lags::{LOGARITHMIC, Lags, TICKS_PER_STEP, logarithmic, next_logarithmic};
-use spread::Spread;
+use spread::{Slopes, Spread};
 use tracers::Tracers;
 
 /// Memory for the positions and velocities at all origins `[byte]`.
@@ -37,7 +37,7 @@ const CURVES: usize = 3;
 /// Each origin is compared with the samples at linear times, `k interval` up to the span, and at logarithmic times from 1/32 of an
 /// interval to the whole run. Only some samples after each origin are closer than an interval. Of origins older than the span
 /// there are ever fewer: 16, evenly spaced in the time so far, so that memory and work stay bounded. A mean over all particles from one
-/// origin is one value; errors come from blocks of origins, and that of the slope also from the scatter of single particles.
+/// origin is one value; errors come from blocks of origins, and that of the slope also from the scatter of particles and of axes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Diffusion {
     lags: Lags,
@@ -60,8 +60,8 @@ struct Origin {
     velocities: Vec<Vector>,
     /// By group, MSD or VACF, and linear time; empty after the span.
     curve: Vec<f64>,
-    /// By tracer, as in [`Spread`]; empty after the span.
-    slopes: Vec<[f64; 2]>,
+    /// Empty after the span.
+    slopes: Slopes,
 }
 
 impl Origin {
@@ -79,7 +79,7 @@ impl Diffusion {
         let mut diffusion = Self {
             linear: CurveAverage::new(groups * CURVES * (lags.steps + 1)),
             logarithmic: CurveAverage::new(groups * LOGARITHMIC),
-            spread: Spread::new(&lags, tracers.len()),
+            spread: Spread::new(&lags, &tracers),
             lags,
             tracers,
             origins: Vec::new(),
@@ -97,7 +97,7 @@ impl Diffusion {
         let length = self.lags.steps + 1;
         if now.is_multiple_of(self.lags.origin_ticks()) {
             let (positions, velocities) = (frame.positions.clone(), frame.velocities.clone());
-            let (curve, slopes) = (vec![0.0; groups * 2 * length], vec![[0.0; 2]; self.tracers.len()]);
+            let (curve, slopes) = (vec![0.0; groups * 2 * length], self.spread.begin());
             self.origins.push(Origin { tick: now, positions, velocities, curve, slopes });
         }
         for origin in &mut self.origins {
@@ -107,15 +107,15 @@ impl Diffusion {
             if linear.is_none() && logarithmic.is_none() {
                 continue;
             }
-            let moved = |k: usize| (frame.positions[k] - origin.positions[k]).norm_squared();
-            let displacements = self.tracers.means(moved);
+            let moved = |k: usize| frame.positions[k] - origin.positions[k];
+            let displacements = self.tracers.means(|k| moved(k).norm_squared());
             if let Some(number) = logarithmic {
                 for (group, value) in displacements.iter().enumerate() {
                     self.logarithmic.add(group * LOGARITHMIC + number, *value);
                 }
             }
             if let Some(step) = linear {
-                self.spread.follow(&mut origin.slopes, step, moved);
+                self.spread.follow(&mut origin.slopes, step, &self.tracers, moved);
                 let correlations = self.tracers.means(|k| frame.velocities[k].dot(&origin.velocities[k]));
                 for (group, (msd, vacf)) in displacements.into_iter().zip(correlations).enumerate() {
                     origin.curve[(2 * group + MSD) * length + step] = msd;
@@ -146,7 +146,7 @@ impl Diffusion {
             }
             self.linear.add_all(values);
             self.spread.add(&origin.slopes);
-            (origin.curve, origin.velocities, origin.slopes) = (Vec::new(), Vec::new(), Vec::new());
+            (origin.curve, origin.velocities, origin.slopes) = (Vec::new(), Vec::new(), Slopes::default());
         }
         let origin_ticks = self.lags.origin_ticks();
         let is_kept =

@@ -77,16 +77,14 @@ fn einstein(diffusion: &Diffusion, system: &SystemDescription, group: usize) -> 
     (is_diffusive && is_small(&bend, &whole)).then_some(estimate)
 }
 
-/// A combination of mean squared displacements, with the larger one of two errors: of blocks of origins, which has what all particles do together, and of
-/// the scatter of particles, by groups of neighbours, which needs no independent origins.
+/// A combination of mean squared displacements, with the largest of three errors: of blocks of origins, which has what is slow, of the scatter of origins along each axis, and of the
+/// scatter of particles by groups of neighbours, which needs no independent origins.
 fn with_spread(diffusion: &Diffusion, group: usize, terms: &[(usize, f64)], kind: usize) -> Option<Estimate> {
     let of_blocks = diffusion.linear.combination(terms)?;
     let origins = diffusion.linear.count(terms.first()?.0);
     let variance = diffusion.tracers.variance_of_mean(group, |tracer| diffusion.spread.sum(tracer, kind) / origins);
-    let of_particles = variance.map(f64::sqrt);
-    // None is less than any other.
-    let standard_error = if of_particles > of_blocks.standard_error { of_particles } else { of_blocks.standard_error };
-    Some(Estimate { standard_error, ..of_blocks })
+    let errors = [of_blocks.standard_error, diffusion.spread.error_by_axes(group, kind), variance.map(f64::sqrt)];
+    Some(Estimate { standard_error: errors.into_iter().flatten().reduce(f64::max), ..of_blocks })
 }
 
 /// The integral over all times; `None` where the autocorrelation falls by too much from one time to the next for trapezoids, or where it
@@ -206,7 +204,7 @@ const CORRELATION: &str = "<v(0) . v(t)> over particles and origins; where momen
 const RUNNING: &str = "(1 / D) times the integral of <v(0) . v(t)> from 0 to t by trapezoids, D the number of axes.";
 const EINSTEIN: &str = "D = 1 / (2 d) times the slope of the mean squared displacement over the last three quarters of its times, by least \
     squares, d the number of axes; none if the slopes of both halves differ by more than a tenth and three errors, or where particles \
-    stay where they are. The error is the larger one of the scatter of origins and of that of particles. Not corrected for the size of the box.";
+    stay where they are. The error is the largest of the scatter of origins, of axes and of particles. Not corrected for the size of the box.";
 const GREEN_KUBO: &str = "D = (1 / d) times the integral of <v(0) . v(t)> over all times of its curve, d the number of axes; none if it \
     grows over their second half by more than a tenth and three errors. Not corrected for the size of the box.";
 const WALLED: &str = "Axes with walls are left out of r and v, and of d: nothing diffuses towards a wall.";

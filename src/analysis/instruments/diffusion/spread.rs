@@ -1,55 +1,126 @@
-//! Scatter of the mean squared displacements of single particles.
+//! Scatter of the mean squared displacements of single particles, and of single axes.
 
 use serde::{Deserialize, Serialize};
 
 use super::lags::Lags;
+use super::tracers::Tracers;
+use crate::Vector;
 use crate::analysis::instruments::slope::straight_terms;
+use crate::analysis::statistics::student;
 
-/// Slope of the squared displacement of each tracer over the straight part, and the difference between the slopes of its halves, summed over origins.
+/// Degrees of freedom of a variance that gives an error.
+const FEWEST: f64 = 4.0;
+
+/// Slope (0) of the squared displacement over the straight part, and the difference between the slopes of its halves (1), of each tracer and along each axis.
 ///
-/// Spans of a run are few, and origins that overlap are not independent: their scatter says little of the error of their mean. Particles are many, and
-/// where each goes its own way, the variance of a mean over `N` of them is `s^2 / N` with the variance `s^2` of one particle over all its origins,
-/// however they overlap. What all have in common, as a temperature that fluctuates, is not in it.
+/// Spans of a run are few, and origins that overlap are not independent: the scatter of their means alone says little of the error of a short run. There is more.
+/// - Particles are many. Where each goes its own way, the variance of a mean over `N` of them is `s^2 / N` with the variance `s^2` of one particle over all its origins, however they
+///   overlap. What all have in common is not in it: the flow around each one that moves, which decays as `1 / r`.
+/// - Axes are independent, and how origins that overlap depend on each other is known of a Brownian path `x`: of squares, the covariance is
+///   `<(x(b) - x(a))^2 (x(d) - x(c))^2> - <>^2 = 8 D^2 o^2` with the overlap `o` of `[a, b]` and `[c, d]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Spread {
     /// Coefficients of the two by linear time.
     coefficients: Vec<[f64; 2]>,
+    /// Linear steps between two origins.
+    stride: usize,
     /// By tracer, over all origins that came to the span.
     sums: Vec<[f64; 2]>,
+    /// How many those are, and by group and axis mean and sum of squared deviations of each of the two.
+    origins: u64,
+    axes: Vec<[[[f64; 2]; 2]; 3]>,
+}
+
+/// Of one origin.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub(super) struct Slopes {
+    /// By tracer, over all axes.
+    tracers: Vec<[f64; 2]>,
+    /// By group and axis, mean over its tracers.
+    axes: Vec<[[f64; 2]; 3]>,
 }
 
 impl Spread {
-    pub fn new(lags: &Lags, tracers: usize) -> Self {
+    pub fn new(lags: &Lags, tracers: &Tracers) -> Self {
         let mut coefficients = vec![[0.0; 2]; lags.steps + 1];
         for (kind, terms) in straight_terms(lags.steps, lags.interval(), 0).into_iter().flatten().enumerate() {
             for (step, coefficient) in terms {
                 coefficients[step][kind] += coefficient;
             }
         }
-        Self { coefficients, sums: vec![[0.0; 2]; tracers] }
+        let stride = usize::try_from(lags.stride).unwrap_or(usize::MAX);
+        let axes = vec![[[[0.0; 2]; 2]; 3]; tracers.groups()];
+        Self { coefficients, stride, sums: vec![[0.0; 2]; tracers.len()], origins: 0, axes }
     }
 
-    /// Adds the squared displacement of each tracer after a linear time to the sums of an origin.
-    pub fn follow(&self, slopes: &mut [[f64; 2]], step: usize, moved: impl Fn(usize) -> f64) {
-        let [slope, bend] = self.coefficients[step];
-        if slope != 0.0 || bend != 0.0 {
-            for (k, sums) in slopes.iter_mut().enumerate() {
-                let square = moved(k);
-                sums[0] += slope * square;
-                sums[1] += bend * square;
+    /// Slopes of a new origin.
+    pub fn begin(&self) -> Slopes {
+        Slopes { tracers: vec![[0.0; 2]; self.sums.len()], axes: vec![[[0.0; 2]; 3]; self.axes.len()] }
+    }
+
+    /// Adds the displacement of each tracer after a linear time to the slopes of an origin.
+    pub fn follow(&self, slopes: &mut Slopes, step: usize, tracers: &Tracers, moved: impl Fn(usize) -> Vector) {
+        let coefficients = self.coefficients[step];
+        if coefficients == [0.0; 2] {
+            return;
+        }
+        for (k, sums) in slopes.tracers.iter_mut().enumerate() {
+            let square = moved(k).norm_squared();
+            (0..2).for_each(|kind| sums[kind] += coefficients[kind] * square);
+        }
+        for axis in 0..3 {
+            let means = tracers.means(|k| moved(k)[axis] * moved(k)[axis]);
+            for (of_group, mean) in slopes.axes.iter_mut().zip(means) {
+                (0..2).for_each(|kind| of_group[axis][kind] += coefficients[kind] * mean);
             }
         }
     }
 
-    /// Adds the sums of an origin that has come to the span.
-    pub fn add(&mut self, slopes: &[[f64; 2]]) {
-        for (sum, slope) in self.sums.iter_mut().zip(slopes) {
+    /// Adds an origin that has come to the span.
+    pub fn add(&mut self, slopes: &Slopes) {
+        for (sum, slope) in self.sums.iter_mut().zip(&slopes.tracers) {
             (0..2).for_each(|kind| sum[kind] += slope[kind]);
+        }
+        self.origins += 1;
+        for (moments, slope) in self.axes.iter_mut().flatten().flatten().zip(slopes.axes.iter().flatten().flatten()) {
+            let [mean, squares] = moments;
+            let before = slope - *mean;
+            *mean += before / self.origins as f64;
+            *squares += before * (slope - *mean);
         }
     }
 
     /// The slope of a tracer (0) or its bend (1), summed over origins.
     pub fn sum(&self, tracer: usize, kind: usize) -> f64 {
         self.sums[tracer][kind]
+    }
+
+    /// Standard error of the mean over origins of the slope (0) or bend (1) of a group, by the scatter of origins along each of its axes; `None` of too few.
+    pub fn error_by_axes(&self, group: usize, kind: usize) -> Option<f64> {
+        let origins = self.origins as f64;
+        let together = self.variance_of_mean_of_origins(kind);
+        let used = |axis: &[[f64; 2]; 2]| axis[kind][1] > 0.0;
+        let axes = self.axes.get(group)?.iter().filter(|axis| used(axis));
+        let freedom = axes.clone().count() as f64 * (1.0 / together - 1.0);
+        let variance = |axis: &[[f64; 2]; 2]| axis[kind][1] / (origins * (1.0 - together)) * together;
+        (freedom >= FEWEST).then(|| student(freedom) * axes.map(variance).sum::<f64>().sqrt())
+    }
+
+    /// Variance of the mean over all origins of a Brownian path, in that of one: `sum r_ij / n^2` with the correlation `r_ij` of origins.
+    fn variance_of_mean_of_origins(&self, kind: usize) -> f64 {
+        let span = self.coefficients.len() - 1;
+        let covariance = |shift: usize| -> f64 {
+            let overlap = |k: usize, l: usize| k.min(shift + l).saturating_sub(shift) as f64;
+            let row = |k: usize| -> f64 {
+                (0..=span).map(|l| self.coefficients[l][kind] * overlap(k, l) * overlap(k, l)).sum()
+            };
+            (0..=span).map(|k| self.coefficients[k][kind] * row(k)).sum()
+        };
+        let (origins, own) = (self.origins as f64, covariance(0));
+        let others = (1..self.origins).map_while(|apart| {
+            let shift = usize::try_from(apart).ok()?.checked_mul(self.stride)?;
+            (shift < span).then(|| 2.0 * (1.0 - apart as f64 / origins) * covariance(shift) / own)
+        });
+        (1.0 + others.sum::<f64>()) / origins
     }
 }
