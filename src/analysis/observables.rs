@@ -72,6 +72,11 @@ pub const OBSERVABLES: [(&str, &str); 17] = [
     ("heat_flux_through_upper_z_wall", HEAT_FLUX),
 ];
 
+/// Where they are among these: the pressure, and those of the lower x wall.
+const PRESSURE: usize = 1;
+const FIRST_WALL: usize = 5;
+const FIRST_HEAT: usize = 11;
+
 /// Averages the thermodynamic observables of a simulation between rows: temperature, pressure, collision rate, energies.
 ///
 /// | quantity | measured as |
@@ -203,7 +208,7 @@ impl Observer {
         let estimate = |name: &str, average: &BlockAverage| {
             let estimate = match name {
                 COMPRESSIBILITY => average.ratio(self.averages.first()?),
-                _ => average.estimate(),
+                _ => self.of_wall(name, average).or_else(|| average.estimate()),
             }?;
             Some(if self.stationarity_of(name, average) == Stationarity::Constant {
                 estimate.constant()
@@ -213,6 +218,24 @@ impl Observer {
         };
         let estimates = OBSERVABLES.iter().zip(&self.averages);
         estimates.filter_map(|((name, _), average)| Some((*name, estimate(name, average)?))).collect()
+    }
+
+    /// The estimate for a wall from what both walls have in common, where that is known by a conservation law.
+    ///
+    /// The force on a wall is the virial and the rate of two moments of bounded size, `sum m v_x` and `sum x m v_x`. Heat that comes in at one wall and does not go out at the other is in the energy. A
+    /// mean over a time `t` has of these the difference between both ends, by `t`, and the error is not that of values that fluctuate independently.
+    fn of_wall(&self, name: &str, average: &BlockAverage) -> Option<Estimate> {
+        let walls = |axis: usize, first: usize| {
+            [0, 1].map(|side| (OBSERVABLES[first + 2 * axis + side].0, first + 2 * axis + side))
+        };
+        let is_of = |axis: usize, first: usize| walls(axis, first).iter().any(|(known, _)| *known == name);
+        if self.applicable.balanced_axis.is_some_and(|axis| is_of(axis, FIRST_WALL)) {
+            return average.estimate_beside(self.averages.get(PRESSURE)?);
+        }
+        let axis = self.applicable.heated_axis.filter(|axis| is_of(*axis, FIRST_HEAT))?;
+        let [(_, lower), (_, upper)] = walls(axis, FIRST_HEAT);
+        let other = self.averages.get(if OBSERVABLES[lower].0 == name { upper } else { lower })?;
+        average.estimate_beside(&average.with(other, |own, other| 0.5 * (own - other))?)
     }
 
     /// Whether each of them was stationary. Of a system at rest there is no compressibility factor.

@@ -112,6 +112,32 @@ impl BlockAverage {
         self.mean().map(|mean| Estimate { mean, standard_error: error_of(&self.bins, mean, mean) })
     }
 
+    /// The mean, with the error of one that is the rate of something bounded, whose ends alone are in it.
+    pub(crate) fn estimate_of_ends(&self) -> Option<Estimate> {
+        Some(Estimate { mean: self.mean()?, standard_error: error_of_ends(&self.bins) })
+    }
+
+    /// The mean, with the error of one that differs from `other` by the rate of something bounded only, as the force on a wall does from the virial; where that is too slow for the
+    /// series, that of an [`Self::estimate`].
+    pub(crate) fn estimate_beside(&self, other: &Self) -> Option<Estimate> {
+        let difference = self.with(other, |own, other| own - other);
+        let of_ends = difference.and_then(|difference| error_of_ends(&difference.bins));
+        let errors = of_ends.zip(other.estimate()?.standard_error);
+        let together = errors.map(|(of_ends, error)| of_ends.hypot(error));
+        Some(Estimate { standard_error: together.or(self.estimate()?.standard_error), mean: self.mean()? })
+    }
+
+    /// A combination with the values of another average of the same times; `None` where they are not.
+    pub(crate) fn with(&self, other: &Self, combine: impl Fn(f64, f64) -> f64) -> Option<Self> {
+        let is_together = self.weight == other.weight && self.bins.len() == other.bins.len();
+        is_together.then(|| Self {
+            bins: self.bins.iter().zip(&other.bins).map(|(a, b)| combine(*a, *b)).collect(),
+            sum: combine(self.sum, other.sum),
+            open_sum: combine(self.open_sum, other.open_sum),
+            ..*self
+        })
+    }
+
     /// The mean of `self` over that of another average of the same times, and the error of this ratio `R = a / b`: that of `(a - R b) / b`.
     /// `None` if either has no values or the other's mean is zero.
     #[must_use]
@@ -211,6 +237,24 @@ fn differs_from_constant(bins: &[f64], mean: f64, scale: f64) -> bool {
 /// The standard error by the bins of a series whose mean is `mean`, with what is not yet a whole bin.
 fn error_of(bins: &[f64], mean: f64, scale: f64) -> Option<f64> {
     if differs_from_constant(bins, mean, scale) { None } else { standard_error(bins) }
+}
+
+/// The standard error of the mean of a series `x` whose sum up to `k` is `A(k) - A(0)`, with a stationary `A` of variance `s^2`: `sqrt(2) s / n`. `None` where the series is too short to
+/// know `s`, or where the sum walks instead of staying.
+pub(crate) fn error_of_ends(series: &[f64]) -> Option<f64> {
+    let sums: Vec<f64> = series
+        .iter()
+        .scan(0.0, |sum, x| {
+            *sum += x;
+            Some(*sum)
+        })
+        .collect();
+    let n = series.len() as f64;
+    let mean = sums.iter().sum::<f64>() / n;
+    let variance = sums.iter().map(|sum| (sum - mean) * (sum - mean)).sum::<f64>() / n;
+    // About its own mean it scatters by less.
+    let of_mean = standard_error(&sums)?;
+    Some((2.0 * (variance + of_mean * of_mean)).sqrt() / n)
 }
 
 /// Means of neighbours; one left over is dropped.

@@ -57,6 +57,11 @@ impl Scene {
         all.into_iter().map(off_flat).filter(|(_, axes)| axes.contains(&true)).collect()
     }
 
+    /// Whether no contact of two particles dissipates.
+    pub(crate) fn has_elastic_pairs(&self) -> bool {
+        self.interactions.iter().all(|interaction| interaction.restitution == 1.0)
+    }
+
     /// The axes along which nothing from outside changes the total momentum of the particles that move in the last measurement, in a
     /// sheared box that relative to what streams; never those that are flat.
     #[must_use]

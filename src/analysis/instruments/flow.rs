@@ -66,6 +66,9 @@ impl Flow {
         species.sort_unstable();
         species.dedup();
         let is_told_apart = (2..=MOST_SPECIES).contains(&species.len());
+        let is_closed = rectangle.is_none()
+            && axis
+                .is_some_and(|axis| system.space.boundary[axis] == Boundary::Periodic || system.space.walls(axis) == 2);
         let window = plan.window.map(|window| window.map(|time| sample.time + time));
         Self {
             name: plan.name.clone(),
@@ -77,7 +80,7 @@ impl Flow {
             time: sample.time,
             blocks: BlockTimes::new(sample.time, plan.interval, duration, SAMPLES),
             forwards: if plan.direction.as_deref() == Some("-") { -1 } else { 1 },
-            passages: Passages::new(sample.time, window),
+            passages: Passages::new(sample.time, window, is_closed),
             by_species: species.into_iter().filter(|_| is_told_apart).map(|species| (species, 0)).collect(),
         }
     }
@@ -112,6 +115,14 @@ impl Flow {
         }
     }
 
+    /// Counts how far a particle went along a periodic axis.
+    fn go(&mut self, id: u32, way: f64, system: &SystemDescription) {
+        let period = system.space.periods()[self.axis];
+        if period.is_finite() {
+            self.passages.go(self.forwards as f64 * way / period, system.masses[id as usize]);
+        }
+    }
+
     /// Whether a point of the plane, or its image in the box, is in the rectangle.
     fn is_inside(&self, point: &Vector, system: &SystemDescription) -> bool {
         let Some([lower, upper]) = &self.rectangle else { return true };
@@ -138,6 +149,7 @@ impl Instrument for Flow {
             let now: Vec<Vector> = self.ids.iter().map(|&id| sample.unwrapped(id as usize, &system.space)).collect();
             for (index, way) in before.iter().zip(&now).enumerate() {
                 self.pass(self.ids[index], way.into(), sample.time, system);
+                self.go(self.ids[index], way.1[self.axis] - way.0[self.axis], system);
             }
             self.positions = now;
             self.time = sample.time;

@@ -109,6 +109,13 @@ fn freed(system: &SystemDescription) -> f64 {
     }
 }
 
+/// Whether a component is the rate of a moment that does not grow: with walls along `a` that give no momentum along `b`, along which nothing else does either,
+/// `d/dt sum m r_a v_b / V_i = sum m v_a v_b / V_i + sum r_a J_b / V_i`. The mean over a time `t` has of that the difference between both ends, by `t`.
+fn is_moment([a, b]: [usize; 2], system: &SystemDescription) -> bool {
+    let keeps = |walled: usize, other: usize| system.space.walls(walled) == 2 && system.conserved_axes[other];
+    (keeps(a, b) || keeps(b, a)) && system.scaling_interval.is_none()
+}
+
 impl Instrument for PressureTensor {
     fn next_sample(&self) -> f64 {
         self.blocks.next()
@@ -155,14 +162,18 @@ impl Instrument for PressureTensor {
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
         let has_volume = system.space.is_closed() && system.moving.len() == system.masses.len();
         let inside = |average: &BlockAverage| average.estimate().filter(|_| has_volume);
+        let component = |axes: [usize; 2], average: &BlockAverage| {
+            if is_moment(axes, system) { average.estimate_of_ends().filter(|_| has_volume) } else { inside(average) }
+        };
         let axes: Vec<usize> = system.axes().collect();
         let numbers = &mut measured.numbers;
         let unit = "energy / length^D";
         for ([a, b], average) in COMPONENTS.into_iter().zip(&self.tensor) {
             if axes.contains(&a) && axes.contains(&b) {
+                let estimate = component([a, b], average);
                 let [a, b] = [a, b].map(|axis| ["x", "y", "z"][axis]);
                 let (name, title) = (format!("pressure_{a}{b}"), format!("Pressure tensor, {a}{b}"));
-                numbers.push(Number::estimated(&name, &title, unit, inside(average), TENSOR));
+                numbers.push(Number::estimated(&name, &title, unit, estimate, TENSOR));
             }
         }
         numbers.push(Number::estimated("pressure", "Pressure", unit, inside(&self.pressure), TRACE));

@@ -104,8 +104,7 @@ impl SystemDescription {
             conserved_axes: applicable.conserved_axes,
             is_accelerated: scene.species.iter().any(|species| species.acceleration != Vector::zeros()),
             is_homogeneous: applicable.is_homogeneous,
-            is_elastic: scene.interactions.iter().all(|interaction| interaction.restitution == 1.0)
-                && !scene.space.boundary.iter().any(is_soft),
+            is_elastic: scene.has_elastic_pairs() && !scene.space.boundary.iter().any(is_soft),
             has_wells: applicable.has_wells,
             shear_rate: scene.shear_rate.unwrap_or(0.0),
             scaling_interval: applicable.scaling_interval,

@@ -34,6 +34,10 @@ pub struct ApplicableObservables {
     /// For each axis, the area through which its lower and its upper wall exchange energy `[length^(D - 1)]`: of walls that have a temperature
     /// or dissipate, where it has an end.
     pub heat_areas: [[Option<f64>; 2]; 3],
+    /// The axis between walls whose pressures differ from that of the virial by what is in the momentum along it only: one that nothing else confines or drives.
+    pub(super) balanced_axis: Option<usize>,
+    /// The axis between walls through which all energy comes and goes, where there is but one.
+    pub(super) heated_axis: Option<usize>,
     /// Whether the fluid is homogeneous: periodic, without gravity and static particles.
     pub is_homogeneous: bool,
     /// Whether some pair has a hard core.
@@ -96,6 +100,8 @@ impl ApplicableObservables {
                 [[false; 2]; 3]
             },
             heat_areas: if moving > 0 { walls::heat_areas(scene) } else { [[None; 2]; 3] },
+            balanced_axis: None,
+            heated_axis: None,
             is_homogeneous,
             has_core: moving > 0 && any(|potential| potential.core().is_some()),
             has_wells: moving > 0 && any(|potential| potential.energies().iter().any(|u| u.is_finite() && *u != 0.0)),
@@ -122,6 +128,9 @@ impl ApplicableObservables {
         };
         self.conserved_axes = scene.conserved_axes_with(thermostat);
         self.has_steady_state = scene.has_steady_state_with(thermostat);
+        self.balanced_axis = walls::balanced(&self.walled_axes, thermostat);
+        self.heated_axis = walls::heated(&self.heat_areas)
+            .filter(|_| thermostat.is_none() && !self.is_sheared && scene.has_elastic_pairs());
         let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
         self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;

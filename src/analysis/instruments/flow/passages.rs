@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::statistics::{Estimate, standard_error};
+use crate::analysis::statistics::{Estimate, error_of_ends, standard_error};
 
 /// Every second row goes when there are this many.
 const MOST_ROWS: usize = 1024;
@@ -13,6 +13,8 @@ pub(super) struct Row {
     pub time: f64,
     pub total: i64,
     pub mass: f64,
+    /// How far everything has gone along the axis, number and mass, in periods; 0 between walls.
+    pub gone: [f64; 2],
 }
 
 /// A part of what has passed.
@@ -45,12 +47,14 @@ pub(super) struct Passages {
     /// The time over which rates are means, if it is given, and what has passed in it.
     window: Option<[f64; 2]>,
     in_window: Share,
+    /// Whether nothing comes to the plane from elsewhere, so that what passes it is what goes, and what is beyond it.
+    is_closed: bool,
 }
 
 impl Passages {
     /// From a time on; `window` is the time over which rates are means, instead of that from the first to the last passage.
-    pub fn new(start: f64, window: Option<[f64; 2]>) -> Self {
-        let now = Row { time: start, total: 0, mass: 0.0 };
+    pub fn new(start: f64, window: Option<[f64; 2]>, is_closed: bool) -> Self {
+        let now = Row { time: start, total: 0, mass: 0.0, gone: [0.0; 2] };
         Self {
             rows: vec![now],
             stride: 1,
@@ -61,7 +65,14 @@ impl Passages {
             first_share: Share::default(),
             window,
             in_window: Share::default(),
+            is_closed,
         }
+    }
+
+    /// Adds how far a particle went, in periods in the direction that counts.
+    pub fn go(&mut self, periods: f64, mass: f64) {
+        self.now.gone[0] += periods;
+        self.now.gone[1] += periods * mass;
     }
 
     /// One passage of a mass, not before the last sample. Those between two samples may come in any order.
@@ -121,6 +132,9 @@ impl Passages {
 
     /// What passed in the window by its length, as far as it is over; without a window, what passed after the first passage by the time up to the last one,
     /// and `None` for fewer than two.
+    ///
+    /// Through a whole plane of a closed system passes what goes along the axis, `sum dx / L`, less what is then more beyond the plane than before. The mean of the second has but
+    /// both ends in it, and so the error.
     pub fn rate(&self, of: Of) -> Option<Estimate> {
         let amount = |share: &Share| match of {
             Of::Number => share.number as f64,
@@ -135,10 +149,18 @@ impl Passages {
             return None;
         }
         let during: Vec<&Row> = self.rows.iter().filter(|row| (from..=to).contains(&row.time)).collect();
-        let amount_at = |row: &Row| amount(&Share { number: row.total, mass: row.mass });
-        let rate = |pair: &[&Row]| (amount_at(pair[1]) - amount_at(pair[0])) / (pair[1].time - pair[0].time);
-        let rates: Vec<f64> = during.windows(2).map(rate).collect();
-        Some(Estimate { mean: passed / (to - from), standard_error: standard_error(&rates) })
+        let passed_at = |row: &Row| amount(&Share { number: row.total, mass: row.mass });
+        let gone_at = |row: &Row| row.gone[if of == Of::Number { 0 } else { 1 }];
+        let rates = |value: &dyn Fn(&Row) -> f64| -> Vec<f64> {
+            let rate = |pair: &[&Row]| (value(pair[1]) - value(pair[0])) / (pair[1].time - pair[0].time);
+            during.windows(2).map(rate).collect()
+        };
+        let balanced = || {
+            let ends = error_of_ends(&rates(&|row| passed_at(row) - gone_at(row)))?;
+            Some(ends.hypot(standard_error(&rates(&gone_at))?))
+        };
+        let standard_error = if self.is_closed { balanced() } else { standard_error(&rates(&passed_at)) };
+        Some(Estimate { mean: passed / (to - from), standard_error })
     }
 }
 
@@ -148,14 +170,14 @@ mod tests {
 
     #[test]
     fn rows_are_bounded_even_and_have_the_whole_count() {
-        let mut passages = Passages::new(0.0, None);
+        let mut passages = Passages::new(0.0, None, false);
         for k in 1..=10_000 {
             passages.count(1, 0.5, f64::from(k) - 0.5);
             passages.write(f64::from(k));
             assert!(passages.rows.len() < MOST_ROWS);
         }
         let rows = passages.rows();
-        assert_eq!(rows.last(), Some(&Row { time: 10_000.0, total: 10_000, mass: 5_000.0 }));
+        assert_eq!(rows.last(), Some(&Row { time: 10_000.0, total: 10_000, mass: 5_000.0, gone: [0.0; 2] }));
         assert!(rows.iter().all(|row| row.time == row.total as f64));
         let stride = rows[1].time - rows[0].time;
         assert!(rows[..rows.len() - 1].windows(2).all(|pair| pair[1].time - pair[0].time == stride), "{stride}");
@@ -165,7 +187,7 @@ mod tests {
 
     #[test]
     fn the_rate_is_that_of_the_time_in_which_it_flows() {
-        let mut passages = Passages::new(0.0, None);
+        let mut passages = Passages::new(0.0, None, false);
         assert_eq!(passages.rate(Of::Number), None);
         for k in 1..=100 {
             if (20..40).contains(&k) {
@@ -182,7 +204,7 @@ mod tests {
     #[test]
     fn the_rate_in_a_window_counts_what_passes_in_it() {
         let rate = |window, of| {
-            let mut passages = Passages::new(10.0, Some(window));
+            let mut passages = Passages::new(10.0, Some(window), false);
             for k in 1..=100 {
                 // One by one from 40 on, two at a time from 60 on.
                 let sign = [0, 1, 2][usize::from(k >= 30) + usize::from(k >= 50)];

@@ -2,8 +2,8 @@
 
 use super::ApplicableObservables;
 use crate::engine::event::EventCounts;
-use crate::model::Scene;
 use crate::model::space::{Boundary, Face, Space};
+use crate::model::{Scene, Thermostat};
 
 impl ApplicableObservables {
     /// Pressure on the lower or the upper wall of an axis `[energy / length^D]`, from the momentum that it gave in a time.
@@ -47,4 +47,22 @@ pub(super) fn heat_areas(scene: &Scene) -> [[Option<f64>; 2]; 3] {
             scene.space.wall_area(axis).filter(|_| exchanges)
         })
     })
+}
+
+/// The only axis between walls, unless a thermostat acts along it.
+pub(super) fn balanced(walled: &[bool; 3], thermostat: Option<&Thermostat>) -> Option<usize> {
+    let axis = walled.iter().position(|is_walled| *is_walled)?;
+    let is_driven = match thermostat {
+        None => false,
+        Some(Thermostat::Andersen { axes, .. }) => axes[axis],
+        Some(Thermostat::Rescaling { .. }) => true,
+    };
+    (!is_driven && !walled[axis + 1..].contains(&true)).then_some(axis)
+}
+
+/// The only axis whose walls exchange energy, if both do.
+pub(super) fn heated(areas: &[[Option<f64>; 2]; 3]) -> Option<usize> {
+    let mut axes = (0..3).filter(|&axis| areas[axis] != [None; 2]);
+    let axis = axes.next()?;
+    (axes.next().is_none() && areas[axis].iter().all(Option::is_some)).then_some(axis)
 }
