@@ -24,6 +24,8 @@ pub struct ApplicableObservables {
     pub conserves_momentum: bool,
     /// Whether a kinetic temperature is defined: particles that are not accelerated, at least two of them.
     pub has_temperature: bool,
+    /// Whether nothing but a scaling of all velocities changes it: no wells, no heat, no losses.
+    pub conserves_temperature: bool,
     /// Whether the virial gives a pressure: of a homogeneous fluid, or on the walls of one that nothing but walls confines.
     pub has_pressure: bool,
     /// Axes between two walls, where there are any and the virial gives a pressure.
@@ -88,6 +90,7 @@ impl ApplicableObservables {
             conserved_axes: [false; 3],
             conserves_momentum: false,
             has_temperature,
+            conserves_temperature: false,
             has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
             walled_axes,
             pressed_walls: if moving >= 2 && !has_static && has_room {
@@ -122,6 +125,7 @@ impl ApplicableObservables {
         };
         self.conserved_axes = scene.conserved_axes_with(thermostat);
         self.has_steady_state = scene.has_steady_state_with(thermostat);
+        self.conserves_temperature = !self.has_wells && scene.conserves_heat_with(thermostat);
         let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
         self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;
