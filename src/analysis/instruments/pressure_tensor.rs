@@ -153,7 +153,7 @@ impl Instrument for PressureTensor {
     }
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
-        let has_volume = system.space.is_closed() && system.moving.len() == system.masses.len();
+        let has_volume = system.has_volume();
         let inside = |average: &BlockAverage| average.estimate().filter(|_| has_volume);
         let axes: Vec<usize> = system.axes().collect();
         let numbers = &mut measured.numbers;
