@@ -196,6 +196,34 @@ fn what_is_conserved_is_told_so_and_has_no_error() {
 }
 
 #[test]
+fn integers_may_have_an_exponent_or_a_point_in_the_file_as_on_the_command_line() {
+    let typed = FLUID.replace("108", "1.08e2").replace("= 500", "= 5e2").replace("4000", "4e3");
+    let typed = format!(
+        "seed = 1.0\n{typed}\n[measure]\nradial_distribution = {{ bins = 5e1 }}\n[[measure.profile]]\nname = \"x\"\nbins = [2.0, 1, 1e0]\n"
+    );
+    let place = Place::with(&typed);
+    let set = ["--set", "fill.0.count=108", "--set", "run.until_events=4000", "--set", "run.equilibration_events=500"];
+    let more = [
+        "--set",
+        "seed=1",
+        "--set",
+        "measure.radial_distribution.bins=50",
+        "--set",
+        "measure.profile.x.bins=[2, 1, 1]",
+    ];
+    for (out, set) in
+        [("typed", vec![]), ("plain", [&set[..], &more].concat()), ("set", vec!["--set", "run.until_events=4.0e3"])]
+    {
+        let output = place.carom(&[&["run", "scene.toml", "-q", "--out", out], &set[..]].concat());
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        assert!(place.read(&format!("{out}/trajectory.xyz")) == place.read("typed/trajectory.xyz"), "{out}");
+    }
+    // The record of a run is a scene.
+    let output = place.carom(&["run", "typed/scene.toml", "-q", "--out", "again"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+}
+
+#[test]
 fn a_gas_without_events_says_so() {
     let thin = FLUID.replace("count = 108", "count = 4").replace("0.3", "1e-9");
     let place = Place::with(&thin.replace("equilibration_events = 500\nuntil_events = 4000", "until_time = 1.0"));
