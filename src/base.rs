@@ -6,3 +6,4 @@ pub(crate) mod numbers;
 pub(crate) mod shortest;
 pub mod sum;
 pub mod text;
+pub(crate) mod whole;

@@ -165,7 +165,8 @@ class Results:
             verdict = str((it.get("stationarity") or {}).get("verdict"))
             stationary = {"stationary": True, "constant": True, "drifting": False}.get(verdict)
             if it["mean"] is not None:
-                found[name] = Observable(it["mean"], it["standard_error"], units.get(name, "1"), stationary)
+                unit = units.get(name, "1")
+                found[name] = Observable(it["mean"], it["standard_error"], unit, stationary, verdict == "constant")
         for it in self._measured.get("numbers", []):
             if it["mean"] is not None:
                 found[it["name"]] = Observable(it["mean"], it["standard_error"], it["unit"])

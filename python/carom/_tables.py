@@ -25,11 +25,13 @@ class Observable:
     ----------
     mean : float
     error : float or None
-        Standard error of the mean, from block averages; ``None`` where the run is too short for one.
+        Standard error of the mean; 0 of what is conserved, ``None`` where the run is too short for one.
     unit : str
         Unit; ``1`` for a pure number.
     is_stationary : bool or None
         Whether it was stationary while it was measured; ``None`` where that cannot be told.
+    is_conserved : bool
+        Whether it did not change at all.
 
     Examples
     --------
@@ -42,13 +44,15 @@ class Observable:
     error: float | None
     unit: str
     is_stationary: bool | None = None
+    is_conserved: bool = False
 
     def __float__(self) -> float:
         return self.mean
 
     def __str__(self) -> str:
         if not self.error:
-            return f"{self.mean:.6g} [{self.unit}]"
+            conserved = " (conserved)" if self.is_conserved and self.mean != 0.0 else ""
+            return f"{self.mean:.6g}{conserved} [{self.unit}]"
         digits = max(0, 1 - int(np.floor(np.log10(self.error))))
         return f"{self.mean:.{digits}f} +- {self.error:.{digits}f} [{self.unit}]"
 

@@ -76,6 +76,13 @@ def test_tables_have_what_the_files_have(mixture: dict, tmp_path: Path) -> None:
     assert run.scene.seed == 3 and run.parameters["species"][0]["mass"] == 1.3
 
 
+def test_what_is_conserved_says_so(fluid: dict, tmp_path: Path) -> None:
+    found = carom.run(fluid, tmp_path / "run").observables
+    temperature = found["temperature"]
+    assert (temperature.error, temperature.is_conserved) == (0.0, True)
+    assert str(temperature) == "1 (conserved) [energy]" and not found["collision_rate"].is_conserved
+
+
 def test_frames_that_are_cut_off(fluid: dict, tmp_path: Path) -> None:
     run = carom.run(fluid, tmp_path / "run")
     text = (run.folder / "trajectory.xyz").read_bytes()

@@ -48,12 +48,13 @@ pub struct Row {
     pub counts: Vec<usize>,
 }
 
+const TEMPERATURE: &str = "temperature";
 const COMPRESSIBILITY: &str = "compressibility_factor";
 const HEAT_FLUX: &str = "energy / (length^(D - 1) time)";
 
 /// The quantities with a mean over a run, by name, in the order of `summary.json`.
 pub const OBSERVABLES: [(&str, &str); 17] = [
-    ("temperature", "energy"),
+    (TEMPERATURE, "energy"),
     ("pressure", "energy / length^D"),
     (COMPRESSIBILITY, "1"),
     ("collision_rate", "1 / time"),
@@ -202,7 +203,7 @@ impl Observer {
         }
     }
 
-    /// The means over all intervals so far, by name; absent if they mean nothing for the scene. What does not change at all has the error of its rounding.
+    /// The means over all intervals so far, by name; absent if they mean nothing for the scene. What does not change at all has the error 0.
     #[must_use]
     pub fn estimates(&self) -> Vec<(&'static str, Estimate)> {
         let estimate = |name: &str, average: &BlockAverage| {
@@ -211,7 +212,7 @@ impl Observer {
                 _ => self.of_wall(name, average).or_else(|| average.estimate()),
             }?;
             Some(if self.stationarity_of(name, average) == Stationarity::Constant {
-                estimate.constant()
+                Estimate { standard_error: Some(0.0), ..estimate }
             } else {
                 estimate
             })
@@ -263,6 +264,10 @@ impl Observer {
     fn stationarity_of(&self, name: &str, average: &BlockAverage) -> Stationarity {
         match (name, self.averages.first()) {
             (COMPRESSIBILITY, Some(temperature)) => average.stationarity_of_ratio(temperature),
+            // A few rows are enough for what the scene conserves; only a program that sets velocities changes it.
+            (TEMPERATURE, _) if self.applicable.conserves_temperature && average.is_constant() => {
+                Stationarity::Constant
+            }
             _ => average.stationarity(),
         }
     }

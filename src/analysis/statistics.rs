@@ -31,13 +31,6 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// The estimate of a quantity that does not change: what there is of an error is that of rounding.
-    #[must_use]
-    pub(crate) fn constant(self) -> Self {
-        let rounding = ROUNDING * self.mean.abs();
-        Self { standard_error: Some(self.standard_error.unwrap_or(rounding).min(rounding)), ..self }
-    }
-
     /// The estimate of the same quantity divided by a constant other than zero.
     #[must_use]
     pub fn over(self, divisor: f64) -> Self {
@@ -179,6 +172,12 @@ impl BlockAverage {
         } else {
             verdict
         }
+    }
+
+    /// Whether all that was added is the same but for rounding, as far as the bins tell.
+    pub(crate) fn is_constant(&self) -> bool {
+        let mean = self.mean().unwrap_or(0.0);
+        self.bins.iter().all(|x| (x - mean).abs() <= ROUNDING * mean.abs())
     }
 
     /// The second half of the bins so far.

@@ -102,7 +102,7 @@ fn of_replicas(scene: &Scene, run: SizeEstimate) -> SizeEstimate {
     SizeEstimate {
         rows: Some((time / plan.interval).round()),
         frames: Some(frames),
-        frames_limit: None,
+        frames_limit: ExchangeFolder::frames_limit(scene),
         events: run.events.map(|events| replicas * events),
         memory: replicas * run.memory,
         bytes: ExchangeFolder::expected_bytes(scene),

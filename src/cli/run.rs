@@ -123,7 +123,9 @@ impl Run {
             .checkpoint_every(self.checkpoint_every)
             .at_most(most);
         folder.keep_scene(&record)?;
-        for warning in description::unused_columns(&scene).into_iter().chain(description::burdens(&scene)) {
+        let warnings =
+            [description::unused_columns(&scene), description::unmeasurable(&scene), description::burdens(&scene)];
+        for warning in warnings.concat() {
             super::warn(&format!("warning: {warning}"));
         }
         signals::watch();

@@ -244,7 +244,8 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
         let stage = results.has_stages().then(|| means.stage.clone());
         let values = shown.iter().map(|at| match means.values[*at] {
             None => String::new(),
-            Some(it) => match it.error.or(it.scatter) {
+            // What each run conserves may differ from run to run.
+            Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
                 Some(error) if error > 0.0 => describe::estimate(&carom::analysis::statistics::Estimate {
                     mean: it.mean,
                     standard_error: Some(error),

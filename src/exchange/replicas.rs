@@ -10,10 +10,8 @@ use crate::Vector;
 use crate::engine::{EngineError, Simulation, Until};
 use crate::model::random::{Purpose, Random};
 use crate::model::{ExchangePlan, Scene, Species, Thermostat};
+use crate::run::FrameLimit;
 use crate::run::audit::Ledger;
-
-/// Frames of each temperature unless the scene says otherwise.
-const FRAMES: u64 = 20;
 
 /// Steps of the engine between two questions whether to pause: some milliseconds.
 const STEPS: u64 = 1 << 14;
@@ -78,6 +76,15 @@ pub struct ExchangeRow<'e> {
     pub potential: &'e [f64],
 }
 
+/// Attempts between two frames, of so many that are measured: those of the interval in the scene, or so many that the frames of all temperatures have room.
+pub(super) fn frame_every(scene: &Scene, plan: &ExchangePlan, measured: u64) -> u64 {
+    let given = scene.output().frame_interval.and_then(|interval| plan.attempts(interval)).filter(|every| *every > 0);
+    given.unwrap_or_else(|| {
+        let most = FrameLimit::of_replicas(scene, plan.temperatures.len()).of_exchange();
+        measured.div_ceil(u64::from(most))
+    })
+}
+
 impl Exchange {
     /// Replicas of a scene with the table `[exchange]`, at its positions and with velocities from Maxwell's distributions of their temperatures.
     ///
@@ -88,7 +95,6 @@ impl Exchange {
         let attempts = |time: Option<f64>| time.map_or(Some(0), |time| plan.attempts(time));
         let equilibration = attempts(scene.run().equilibration.time).ok_or(StartError::NoPlan)?;
         let measured = attempts(scene.run().limit.time).filter(|attempts| *attempts > 0).ok_or(StartError::NoPlan)?;
-        let frame_every = attempts(scene.output().frame_interval).filter(|attempts| *attempts > 0);
         let count = plan.temperatures.len();
         let mut example = scene.clone();
         example.run.thermostat = Some(bath(&plan, 0));
@@ -99,7 +105,7 @@ impl Exchange {
             start: scene.start_time(),
             equilibration,
             total: equilibration + measured,
-            frame_every: frame_every.unwrap_or_else(|| measured.div_ceil(FRAMES)),
+            frame_every: frame_every(&scene, &plan, measured),
             attempts: 0,
             replicas: (0..count).map(|number| Replica::new(&scene, &plan, number)).collect::<Result<_, _>>()?,
             places: (0..count).collect(),

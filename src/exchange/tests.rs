@@ -178,3 +178,16 @@ fn one_falling_particle_has_the_barometric_energy() {
         assert!((all - 1.0).abs() < 1e-9);
     }
 }
+
+#[test]
+fn frames_of_large_systems_are_few_unless_their_interval_is_given() {
+    let mut scene = fluid(1.0, 100);
+    scene.output.frame_interval = None;
+    assert_eq!((ExchangeFolder::expected_frames(&scene), ExchangeFolder::frames_limit(&scene)), (60.0, None));
+    scene.particles = vec![scene.particles[0]; 100_000];
+    assert!(ExchangeFolder::expected_bytes(&scene) < 2.1e8 && ExchangeFolder::frames_limit(&scene).is_some());
+    let frames = ExchangeFolder::expected_frames(&scene);
+    scene.output.frame_interval = Some(5.0);
+    assert_eq!((ExchangeFolder::expected_frames(&scene), ExchangeFolder::frames_limit(&scene)), (60.0, None));
+    assert!((3.0..20.0).contains(&frames), "{frames}");
+}

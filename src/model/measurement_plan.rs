@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::space::AXES;
+use crate::base::whole;
 
 /// Most bins of a distribution.
 pub(crate) const MOST_BINS: u64 = 2000;
@@ -87,6 +88,7 @@ pub struct RadialDistribution {
     pub cutoff: Option<f64>,
     /// Number of bins; 200 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = RADIAL_BINS))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
     /// Between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -135,6 +137,7 @@ pub struct Transport {
 pub struct FreePaths {
     /// Number of bins; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = 100))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
 }
 
@@ -144,12 +147,14 @@ pub struct FreePaths {
 pub struct Speeds {
     /// Number of windows of time, of which the last one lasts to the end of the measurement; 4 if not given.
     #[schemars(range(min = 1, max = MOST_WINDOWS), extend("default" = WINDOWS))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub windows: Option<u64>,
     /// Length of a window `[time]`; that of the measurement by the number of windows if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub window: Option<f64>,
     /// Number of bins; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
     /// Speed at which the last bin ends `[length / time]`; eight thermal speeds, or as far as the fastest needs, if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -167,6 +172,7 @@ pub struct Speeds {
 pub struct Chains {
     /// Number of bins of the distributions; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
     /// Between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -182,6 +188,7 @@ pub struct BondOrder {
     pub cutoff: Option<f64>,
     /// Number of bins of the distribution; 100 if not given.
     #[schemars(range(min = 1, max = MOST_BINS), extend("default" = BINS))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub bins: Option<u64>,
     /// Between two samples `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -197,6 +204,7 @@ pub struct Profile {
     pub name: String,
     /// Number of bins along x, y and z; 1 for an axis that is averaged over.
     #[schemars(inner(range(min = 1, max = MOST_CELLS)))]
+    #[serde(deserialize_with = "whole::several")]
     pub bins: [u64; 3],
     /// Lower corner `[length]`; that of the box if not given.
     pub lower: Option<[f64; 3]>,

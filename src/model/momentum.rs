@@ -101,6 +101,13 @@ impl Scene {
         falls_for_ever || !self.loses_energy() || self.is_heated_with(thermostat)
     }
 
+    /// Whether events neither supply heat nor lose it in a stage with this thermostat: it may scale all velocities, no more.
+    pub(crate) fn conserves_heat_with(&self, thermostat: Option<&Thermostat>) -> bool {
+        let heats = |what: Influence| matches!(what, Influence::ThermalWalls | Influence::AndersenCollisions);
+        let is_heated = self.influences_with(thermostat).iter().any(|(what, _)| heats(*what));
+        !is_heated && self.shear_rate.is_none() && !self.loses_energy()
+    }
+
     /// Whether a contact that is possible loses energy.
     fn loses_energy(&self) -> bool {
         let is_soft = |face: &Face| matches!(face, Face::Wall { restitution } if *restitution < 1.0);

@@ -110,6 +110,11 @@ impl<W: Write> Write for KeepsError<W> {
         self.note(result)
     }
 
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let result = self.inner.write_all(bytes);
+        self.note(result)
+    }
+
     fn flush(&mut self) -> io::Result<()> {
         let result = self.inner.flush();
         self.note(result)
@@ -129,8 +134,8 @@ pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, mani
 /// # Errors
 /// If it cannot be written.
 pub(crate) fn write_content(file: &File, content: &impl Serialize) -> io::Result<()> {
-    let inner = BufWriter::with_capacity(PIECE, file);
-    let mut out = Checked::new(inner);
+    // The serializer writes number by number, and a checksum takes long of a few bytes at a time.
+    let mut out = BufWriter::with_capacity(PIECE, Checked::new(file));
     out.write_all(MAGIC)?;
     out.write_all(&version())?;
     out.write_all(&fingerprint())?;
@@ -138,9 +143,11 @@ pub(crate) fn write_content(file: &File, content: &impl Serialize) -> io::Result
     if let Err(error) = postcard::to_io(content, &mut keeper) {
         return Err(keeper.failure.unwrap_or_else(|| io::Error::other(error)));
     }
-    let length = out.length() - HEAD as u64;
+    out.flush()?;
+    let length = out.get_ref().length() - HEAD as u64;
     out.write_all(&length.to_le_bytes())?;
-    let checksum = out.checksum();
+    out.flush()?;
+    let checksum = out.get_ref().checksum();
     out.write_all(&checksum.to_le_bytes())?;
     out.flush()?;
     file.sync_all()

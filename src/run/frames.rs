@@ -13,22 +13,36 @@ const AIM: u32 = 20;
 /// What the frames of a run take unless the scene gives their interval `[bytes]`; the last one is written whatever it takes.
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
-/// The same in words.
+/// The same in words, and where one frame takes more.
 const REASON: &str = "no more than fit into 200 MB, because output.frame_interval is not given";
+const REASON_BEYOND: &str =
+    "the last one only, which takes more than the 200 MB that frames get where output.frame_interval is not given";
 
 /// The most frames of each measured stage of a run, by what they take on the disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameLimit {
     /// `None` where the scene gives the interval.
     most: Option<u32>,
+    /// Whether the last one is larger than all are meant to be.
+    is_beyond: bool,
 }
 
 impl FrameLimit {
     /// That of a scene at its start.
     pub fn of(scene: &Scene) -> Self {
         let measured = Stage::all(&scene.run).filter(|stage| stage.is_measured()).count() as f64;
-        let most = trunc_to_u32(MOST_BYTES / frame_bytes(scene) / measured);
-        Self { most: scene.output.frame_interval.is_none().then_some(most) }
+        Self::with(scene, frame_bytes(scene), measured)
+    }
+
+    /// That of each temperature of a replica exchange.
+    pub fn of_replicas(scene: &Scene, temperatures: usize) -> Self {
+        Self::with(scene, frame_bytes(scene) * temperatures as f64, 1.0)
+    }
+
+    fn with(scene: &Scene, bytes: f64, stages: f64) -> Self {
+        let most = trunc_to_u32(MOST_BYTES / (bytes * stages));
+        let is_open = scene.output.frame_interval.is_none();
+        Self { most: is_open.then_some(most), is_beyond: is_open && bytes > MOST_BYTES }
     }
 
     /// Whether a measurement has a frame of its beginning.
@@ -57,8 +71,67 @@ impl FrameLimit {
         f64::from(self.between().saturating_add(ends).min(2 * AIM))
     }
 
+    /// How many a temperature of a replica exchange has: none of its beginning, and one of its end.
+    pub fn of_exchange(self) -> u32 {
+        self.most.map_or(AIM, |most| most.clamp(1, AIM))
+    }
+
     /// Why there are fewer than of a smaller system, if there are.
     pub fn reason(self) -> Option<&'static str> {
-        (self.between() < 2 * AIM).then_some(REASON)
+        self.reason_of(self.between() < 2 * AIM)
+    }
+
+    /// The same of a replica exchange.
+    pub fn reason_of_exchange(self) -> Option<&'static str> {
+        self.reason_of(self.of_exchange() < AIM)
+    }
+
+    fn reason_of(self, are_fewer: bool) -> Option<&'static str> {
+        are_fewer.then_some(if self.is_beyond { REASON_BEYOND } else { REASON })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::RunPlan;
+    use crate::scene::SceneBuilder;
+    use crate::{Vector, model::Limit};
+
+    /// So many particles in one place.
+    fn scene(count: usize) -> Scene {
+        let scene = SceneBuilder::new("many")
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", crate::model::potential::Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .space(crate::model::space::Space::periodic_cube(9.0))
+            .particle("A", Vector::zeros(), Vector::zeros())
+            .run(RunPlan { limit: Limit::time(1.0), ..RunPlan::default() });
+        let mut scene = scene.build().unwrap();
+        scene.particles = vec![scene.particles[0]; count];
+        scene
+    }
+
+    #[test]
+    fn a_frame_that_is_larger_than_all_are_meant_to_be_is_told() {
+        for (count, reason) in [(1_000, None), (100_000, Some(REASON)), (2_000_000, Some(REASON_BEYOND))] {
+            let mut scene = scene(count);
+            assert_eq!(FrameLimit::of(&scene).reason(), reason, "{count}");
+            scene.output.frame_interval = Some(0.5);
+            assert_eq!(FrameLimit::of(&scene).reason(), None, "{count}");
+        }
+        assert_eq!(FrameLimit::of(&scene(2_000_000)).most(Stage::Measurement), 1.0);
+    }
+
+    #[test]
+    fn frames_of_all_temperatures_of_an_exchange_fit_together() {
+        let of = |count, temperatures| FrameLimit::of_replicas(&scene(count), temperatures);
+        assert_eq!((of(1_000, 8).of_exchange(), of(1_000, 8).reason_of_exchange()), (AIM, None));
+        let some = of(20_000, 16);
+        assert!((2..AIM).contains(&some.of_exchange()) && some.reason_of_exchange() == Some(REASON));
+        let bytes = frame_bytes(&scene(20_000)) * 16.0;
+        assert!(bytes * f64::from(some.of_exchange()) <= MOST_BYTES);
+        assert!(bytes * f64::from(some.of_exchange() + 1) > MOST_BYTES);
+        let large = of(500_000, 16);
+        assert_eq!((large.of_exchange(), large.reason_of_exchange()), (1, Some(REASON_BEYOND)));
     }
 }

@@ -21,6 +21,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::base::whole;
 use crate::model::Format;
 use crate::scene::names::{SCENE, WORD, WORDS};
 use crate::scene::parse::plan::AUTOMATIC;
@@ -40,6 +41,7 @@ pub(crate) struct SceneFile {
     pub name: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub seed: Option<u64>,
     /// Simulated time at the start `[time]`.
     #[schemars(extend("default" = 0.0))]
@@ -165,12 +167,14 @@ pub(crate) struct RunFile {
     pub equilibration_time: Option<f64>,
     /// Number of events simulated first, not measured.
     #[schemars(range(min = 1))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub equilibration_events: Option<u64>,
     /// Duration of the measurement `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
     /// Number of events of the measurement.
     #[schemars(range(min = 1))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
     /// What holds the temperature while the run is measured; nothing if not given.
     pub thermostat: Option<ThermostatFile>,

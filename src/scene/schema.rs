@@ -56,6 +56,9 @@ fn plain(schema: &mut Schema) {
 
 /// A property as it is where it is given.
 fn given(property: &mut Map<String, Value>) {
+    if property.get("default") == Some(&Value::Null) {
+        property.remove("default");
+    }
     let null = json!({ "type": "null" });
     for (key, nothing) in [("type", &json!("null")), ("enum", &Value::Null), ("anyOf", &null)] {
         if let Some(Value::Array(choices)) = property.get_mut(key) {

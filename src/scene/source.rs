@@ -57,7 +57,7 @@ impl Source {
             .iter()
             .map(|(key, value)| {
                 let padding = " ".repeat((start + key.len() + 1).saturating_sub(2));
-                let padded = format!("{padding}v={}", whole(value).unwrap_or_else(|| (*value).to_owned()));
+                let padded = format!("{padding}v={value}");
                 let this = Override { key: (*key).to_owned(), value: (*value).to_owned(), start, padded };
                 start = this.value_range().end + 1;
                 this
@@ -204,17 +204,6 @@ fn index_of(array: &[Spanned<DeValue<'_>>], word: &str) -> Option<usize> {
         table.and_then(|table| table.get("name")).and_then(|name| name.get_ref().as_str()) == Some(word)
     };
     array.iter().position(named).or_else(|| word.parse().ok())
-}
-
-/// Whole numbers up to here are numbers with a decimal point, too: `2^53`.
-const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
-
-/// A value such as `1e5` as a whole number, which a key for either kind of number takes.
-fn whole(value: &str) -> Option<String> {
-    let is_plain =
-        value.contains(['e', 'E']) && value.chars().all(|c| c.is_ascii_digit() || matches!(c, 'e' | 'E' | '+' | '-'));
-    let number = value.parse::<f64>().ok().filter(|number| is_plain && number.abs() < MOST_EXACT)?;
-    (number.fract() == 0.0).then(|| format!("{number:.0}"))
 }
 
 /// The place of a whole number within a value that is larger than any that a file can have.

@@ -7,6 +7,7 @@ use super::plan::{Point, Sweep};
 use crate::analysis::instruments::Measured;
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::published::PublishedValue;
+use crate::analysis::statistics::ROUNDING;
 use crate::base::text::unit;
 use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
@@ -58,7 +59,7 @@ pub struct Pooled {
     pub mean: f64,
     /// Its standard error by those of the runs, `sqrt(sum e_i^2) / n`; `None` if one of them is not known.
     pub error: Option<f64>,
-    /// Its standard error by the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; `None` for a single run.
+    /// Its standard error by the scatter of the runs, `sqrt(sum (x_i - mean)^2 / (n (n - 1)))`; 0 where that is rounding, `None` for a single run.
     pub scatter: Option<f64>,
     /// Number of the runs that know it: the others were too short, or their curve was not straight.
     pub runs: usize,
@@ -345,11 +346,14 @@ fn pooled(values: &[Value]) -> Option<Pooled> {
     let mean = values.iter().map(|value| value.mean).sum::<f64>() / number;
     let squares = values.iter().map(|value| value.error.map(|error| error * error)).sum::<Option<f64>>();
     let scatter = values.iter().map(|value| (value.mean - mean) * (value.mean - mean)).sum::<f64>();
+    let scatter = (scatter / (number * (number - 1.0))).sqrt();
+    // What is conserved, and the same in all runs but for rounding, has no error.
+    let scatter = if scatter <= ROUNDING * mean.abs() { 0.0 } else { scatter };
     mean.is_finite().then(|| Pooled {
         mean,
         error: squares.map(|sum| sum.sqrt() / number),
         runs: values.len(),
-        scatter: (values.len() > 1).then(|| (scatter / (number * (number - 1.0))).sqrt()),
+        scatter: (values.len() > 1).then_some(scatter),
     })
 }
 

@@ -2,6 +2,7 @@
 
 use super::describe;
 use crate::Vector;
+use crate::analysis::instruments::SystemDescription;
 use crate::analysis::observables::ApplicableObservables;
 use crate::base::text::{digits, plural};
 use crate::engine::EngineChoice;
@@ -78,6 +79,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
         ));
     }
     warnings.extend(unused_columns(scene));
+    warnings.extend(unmeasurable(scene));
     warnings.extend(few_digits(scene));
     let moving = scene.particles().iter().any(|particle| !scene.species()[particle.species.0 as usize].is_static());
     if !moving {
@@ -115,6 +117,26 @@ pub fn unused_columns(scene: &Scene) -> Vec<String> {
         format!("not used of {}: {names}", input.path)
     };
     unused.map(line).collect()
+}
+
+/// What is to be measured and has no value in the scene.
+#[must_use]
+pub fn unmeasurable(scene: &Scene) -> Vec<String> {
+    let plan = scene.measure();
+    if plan.pressure_tensor.is_none() && plan.transport.is_none() {
+        return Vec::new();
+    }
+    let system = SystemDescription::of(scene);
+    let pressure = plan.pressure_tensor.is_some() && !system.has_volume();
+    let pressure = pressure.then(|| {
+        "measure.pressure_tensor gives rates of events and no pressure: with static particles it is not known which volume is that of the others".to_owned()
+    });
+    let transport = plan.transport.as_ref().and_then(|_| system.obstacle_to_transport()).map(|obstacle| {
+        format!(
+            "measure.transport gives nothing {obstacle}: Einstein-Helfand relations hold in equilibrium, where momentum and energy are conserved, in a periodic box"
+        )
+    });
+    pressure.into_iter().chain(transport).collect()
 }
 
 /// What makes the run far longer than its events, with the time that it takes.

@@ -5,6 +5,8 @@
 
 #![cfg(all(target_os = "linux", target_env = "gnu"))]
 
+#[path = "../program/files.rs"]
+mod files;
 mod place;
 mod scenarios;
 

@@ -11,6 +11,7 @@ mod errors;
 mod exchange;
 mod few_particles;
 mod granular;
+mod growth;
 mod hard_spheres;
 mod heat_flux;
 mod hopper;

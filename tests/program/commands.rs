@@ -214,3 +214,40 @@ fn check_warns_of_boxes_and_energies_that_leave_too_few_digits() {
         assert!(expected.is_none_or(|expected| words(&output).contains(expected)), "{}", words(&output));
     }
 }
+
+#[test]
+fn what_is_asked_for_and_has_no_value_in_the_scene_is_told_before_it_is_missed() {
+    let measured = |instrument: &str, more: &str| format!("{FLUID}{more}\n[measure]\n{instrument} = true\n");
+    let obstacle = "[[species]]\nname = 'post'\nstatic = true\ndiameter = 1.0\n[[particle]]\nspecies = 'post'\nposition = [0.1, 0.1, 0.1]\n\
+        [[interaction]]\nspecies = ['sphere', 'post']\npotential = 'hard-sphere'\n";
+    let sparse = ["--set", "fill.0.packing_fraction=0.1", "--set", "fill.0.arrangement=random"];
+    let elastic = ["--set", "interaction.0.restitution=1.0"];
+    let cases: [(&str, &str, &[&str], Option<&str>); 8] = [
+        ("transport", "", &elastic, None),
+        ("transport", "", &["--set", "interaction.0.restitution=0.9"], Some("nothing with contacts that lose energy")),
+        ("transport", "", &["--set", "dynamics.gravity=[0.0, 0.0, -1.0]"], Some("nothing with gravity")),
+        (
+            "transport",
+            "",
+            &["--set", "run.thermostat={ kind = 'andersen', temperature = 1.0, rate = 1.0 }"],
+            Some("nothing with a heat bath"),
+        ),
+        ("transport", obstacle, &sparse, Some("nothing in a box with sides or static particles")),
+        ("pressure_tensor", "", &elastic, None),
+        ("pressure_tensor", obstacle, &sparse, Some("rates of events and no pressure")),
+        ("free_paths", obstacle, &sparse, None),
+    ];
+    for (instrument, more, set, expected) in cases {
+        let place = Place::with(&measured(instrument, more));
+        let told = |command: &[&str]| {
+            let output = place.carom(&[command, set].concat());
+            assert_eq!(code(&output), 0, "{command:?}: {}", errors(&output));
+            words(&output) + &errors(&output)
+        };
+        for told in [told(&["check", "scene.toml"]), told(&["run", "scene.toml", "-q", "--until-events", "100"])] {
+            let warning = told.lines().find(|line| line.starts_with(&format!("warning: measure.{instrument}")));
+            let is_told = expected.map(|expected| warning.is_some_and(|line| line.contains(expected)));
+            assert_eq!(is_told, warning.map(|_| true), "{instrument}, {set:?}: {told}");
+        }
+    }
+}

@@ -5,6 +5,7 @@ mod damaged;
 mod drafts;
 mod endings;
 mod exchange;
+mod files;
 mod inputs;
 mod kept;
 mod links;

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
+use super::files::files;
 use carom::io::OutputError;
 use serde_json::Value;
 
@@ -150,16 +151,8 @@ pub fn sorted(mut words: Vec<&str>) -> Vec<&str> {
 
 /// All files of a folder but for the list that Carom keeps.
 pub fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
-    let mut contents = BTreeMap::new();
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        if path.is_dir() {
-            contents.extend(self::contents(&path).into_iter().map(|(file, bytes)| (format!("{name}/{file}"), bytes)));
-        } else if name != ".carom" {
-            contents.insert(name, fs::read(path).unwrap());
-        }
-    }
+    let mut contents = files(folder);
+    contents.retain(|name, _| name.rsplit('/').next() != Some(".carom"));
     contents
 }
 

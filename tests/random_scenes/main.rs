@@ -7,6 +7,8 @@
 //! ```
 
 mod degenerate;
+#[path = "../../benches/audits/dice.rs"]
+mod dice;
 mod generator;
 mod metamorphic;
 

@@ -7,7 +7,8 @@ use carom::model::potential::Potential;
 use carom::model::space::Boundary;
 use carom::model::{Particle, ParticleId, Scene, SceneParts};
 
-use crate::generator::{self, Dice};
+use crate::dice::Dice;
+use crate::generator;
 
 /// Scenes of each comparison.
 const SCENES: usize = 60;

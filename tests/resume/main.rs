@@ -1,5 +1,7 @@
 //! Runs that are stopped and resumed: the same bits as those that are not, whatever stopped them.
 
+#[path = "../program/files.rs"]
+mod files;
 mod runs;
 
 use std::fs;
@@ -10,7 +12,8 @@ use std::time::Duration;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-use runs::{SCENES, STOPS, assert_same, carom, contents, files_of, finish, resume, start, stop, unfinish, unwrapped};
+use files::files;
+use runs::{SCENES, STOPS, assert_same, carom, files_of, finish, resume, start, stop, unfinish, unwrapped};
 
 #[test]
 fn sixty_four_random_stops_change_no_bit() {
@@ -127,19 +130,19 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
         finish(command);
     }
     unfinish(&one);
-    let good = contents(&one);
-    let restore = || good.iter().for_each(|(path, bytes)| fs::write(path, bytes).unwrap());
+    let good = files(&one);
+    let restore = || good.iter().for_each(|(name, bytes)| fs::write(one.join(name), bytes).unwrap());
     let refused = |expected: &str| {
-        let before = contents(&one);
+        let before = files(&one);
         let output = resume(&one).output().unwrap();
         let message = unwrapped(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{message}");
         assert!(message.contains(expected), "{message}");
-        assert!(contents(&one) == before, "{expected}: something was changed");
+        assert!(files(&one) == before, "{expected}: something was changed");
         restore();
     };
     let flip = |name: &str, at: usize| {
-        let mut bytes = good[&one.join(name)].clone();
+        let mut bytes = good[name].clone();
         bytes[at] ^= 1;
         fs::write(one.join(name), bytes).unwrap();
     };
@@ -148,7 +151,7 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
     fs::copy(two.join("checkpoint"), one.join("checkpoint")).unwrap();
     fs::copy(two.join("scene.toml"), one.join("scene.toml.partial")).unwrap();
     refused("thermo.csv.partial");
-    let scene = String::from_utf8(good[&one.join("scene.toml.partial")].clone()).unwrap();
+    let scene = String::from_utf8(good["scene.toml.partial"].clone()).unwrap();
     fs::write(one.join("scene.toml.partial"), scene.replace("restitution = 0", "restitution = 1.0 # 0")).unwrap();
     refused("scene.toml.partial is not the scene");
     fs::remove_file(one.join("scene.toml.partial")).unwrap();
@@ -162,7 +165,7 @@ fn a_checkpoint_goes_with_the_files_of_its_own_run_only() {
     refused("time.npy are not those of the checkpoint");
     // The header is written anew at the end, and what is behind the checkpoint is cut off.
     flip("events/time.npy", 100);
-    let last = good[&one.join("thermo.csv.partial")].len() - 1;
+    let last = good["thermo.csv.partial"].len() - 1;
     flip("thermo.csv.partial", last);
     finish(resume(&one));
     assert_same(&whole, &one, "granular cooling");

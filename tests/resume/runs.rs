@@ -1,9 +1,10 @@
 //! Runs of the program: started, stopped, resumed and compared.
 
-use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+
+use super::files::files;
 
 /// Scenes of every kind of engine, with what acts from outside, and as many events as take some tenths of a second.
 pub const SCENES: [(&str, &str); 8] = [
@@ -169,8 +170,7 @@ pub fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
             assert!(!is_needed, "{sub}");
             continue;
         }
-        let files = contents(&folder.join(sub));
-        results.extend(files.into_iter().map(|(path, bytes)| (path.to_string_lossy().into_owned(), bytes)));
+        results.extend(files(&folder.join(sub)));
     }
     let summary = fs::read(folder.join("summary.json")).unwrap();
     let mut summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
@@ -199,20 +199,6 @@ pub fn unwrapped(message: &[u8]) -> String {
 
 pub fn files_of(folder: &Path) -> Vec<PathBuf> {
     fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect()
-}
-
-/// All files of a folder.
-pub fn contents(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut contents = BTreeMap::new();
-    for path in files_of(folder) {
-        if path.is_dir() {
-            contents.append(&mut self::contents(&path));
-        } else {
-            let bytes = fs::read(&path).unwrap();
-            contents.insert(path, bytes);
-        }
-    }
-    contents
 }
 
 /// A run as a kill behind its last checkpoint leaves it: finished, but for names and summary, with something half written at the end.

@@ -160,7 +160,7 @@ impl Instrument for PressureTensor {
     }
 
     fn report(&self, system: &SystemDescription, measured: &mut Measured) {
-        let has_volume = system.space.is_closed() && system.moving.len() == system.masses.len();
+        let has_volume = system.has_volume();
         let inside = |average: &BlockAverage| average.estimate().filter(|_| has_volume);
         let component = |axes: [usize; 2], average: &BlockAverage| {
             if is_moment(axes, system) { average.estimate_of_ends().filter(|_| has_volume) } else { inside(average) }

@@ -112,6 +112,23 @@ impl SystemDescription {
         }
     }
 
+    /// Whether the volume of the box is that of the particles that move: a pressure has one.
+    pub(crate) fn has_volume(&self) -> bool {
+        self.space.is_closed() && self.moving.len() == self.masses.len()
+    }
+
+    /// Why Einstein-Helfand relations do not hold, in words; `None` where they do.
+    pub(crate) fn obstacle_to_transport(&self) -> Option<&'static str> {
+        let obstacles = [
+            (self.moving.len() < 2, "of fewer than two particles that move"),
+            (self.is_accelerated, "with gravity"),
+            (!self.is_homogeneous, "in a box with sides or static particles"),
+            (!self.is_elastic, "with contacts that lose energy"),
+            (!self.conserves_momentum, "with a heat bath that changes the momentum"),
+        ];
+        obstacles.into_iter().find(|(is_one, _)| *is_one).map(|(_, words)| words)
+    }
+
     /// Indices of the axes that are not flat.
     pub(super) fn axes(&self) -> impl Iterator<Item = usize> + '_ {
         (0..3).filter(|&axis| self.space.boundary[axis] != Boundary::Flat)

@@ -107,10 +107,7 @@ impl Transport {
             moments: VecDeque::new(),
             virial: None,
             average: CurveAverage::new(CURVES * lags),
-            is_meaningful: system.is_homogeneous
-                && system.conserves_momentum
-                && system.is_elastic
-                && !system.is_accelerated,
+            is_meaningful: system.obstacle_to_transport().is_none(),
         }
     }
 

@@ -24,6 +24,8 @@ pub struct ApplicableObservables {
     pub conserves_momentum: bool,
     /// Whether a kinetic temperature is defined: particles that are not accelerated, at least two of them.
     pub has_temperature: bool,
+    /// Whether nothing but a scaling of all velocities changes it: no wells, no heat, no losses.
+    pub conserves_temperature: bool,
     /// Whether the virial gives a pressure: of a homogeneous fluid, or on the walls of one that nothing but walls confines.
     pub has_pressure: bool,
     /// Axes between two walls, where there are any and the virial gives a pressure.
@@ -92,6 +94,7 @@ impl ApplicableObservables {
             conserved_axes: [false; 3],
             conserves_momentum: false,
             has_temperature,
+            conserves_temperature: false,
             has_pressure: (is_homogeneous || is_confined) && scene.shear_rate.is_none(),
             walled_axes,
             pressed_walls: if moving >= 2 && !has_static && has_room {
@@ -131,6 +134,7 @@ impl ApplicableObservables {
         self.balanced_axis = walls::balanced(&self.walled_axes, thermostat);
         self.heated_axis = walls::heated(&self.heat_areas)
             .filter(|_| thermostat.is_none() && !self.is_sheared && scene.has_elastic_pairs());
+        self.conserves_temperature = !self.has_wells && scene.conserves_heat_with(thermostat);
         let conserved = self.conserved_axes.iter().filter(|is_conserved| **is_conserved).count();
         self.conserves_momentum = conserved == scene.space.dimensions() && scene.shear_rate.is_none();
         self.degrees_of_freedom = (scene.space.dimensions() * self.moving).saturating_sub(conserved) as f64;

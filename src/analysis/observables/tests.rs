@@ -1,6 +1,7 @@
 //! Means of temperature and energy against integrals from event to event.
 
 use super::Observer;
+use crate::analysis::statistics::Stationarity;
 use crate::engine::{Simulation, Until};
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
@@ -70,4 +71,70 @@ fn means_of_temperature_and_energy_are_exact_however_rare_the_rows_are() {
             assert!((observed[k] - exact[k]).abs() < 1e-11 * scale, "{what}, {k}: {observed:?} {exact:?}");
         }
     }
+}
+
+/// Hard spheres that keep their energy.
+fn elastic(space: Space, count: u64) -> SceneBuilder {
+    let fill = Fill { temperature: Some(1.3), ..Fill::new(Arrangement::Random, "A").count(count) };
+    SceneBuilder::new("elastic")
+        .space(space)
+        .species("A", 0.7, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .add_fill(fill)
+}
+
+/// The error of the temperature and whether it changes, after so many intervals.
+fn of_temperature(
+    scene: &Scene,
+    bath: Option<&Thermostat>,
+    intervals: u32,
+    change: impl Fn(&mut Simulation),
+) -> (Option<f64>, Stationarity) {
+    let mut observer = Observer::new(scene);
+    observer.set_thermostat(scene, bath);
+    let mut simulation = Simulation::without_plan(scene.clone());
+    simulation.set_thermostat(bath, 0);
+    for row in 0..=intervals {
+        simulation.advance(Until::time(0.7 * f64::from(row))).unwrap();
+        observer.row(&simulation);
+        change(&mut simulation);
+    }
+    let stationarity = observer.stationarity().into_iter().find(|(name, _)| *name == "temperature").unwrap().1;
+    let (_, estimate) = observer.estimates().into_iter().find(|(name, _)| *name == "temperature").unwrap();
+    (estimate.standard_error, stationarity)
+}
+
+#[test]
+fn a_conserved_temperature_has_no_error_however_short_or_long_the_run_is() {
+    let cube = Space::periodic_cube(5.3);
+    let slit = |e| Space { boundary: [Boundary::walls(e), Boundary::Periodic, Boundary::Periodic], ..cube.clone() };
+    let scaling = Thermostat::Rescaling { temperature: 1.3, interval: 0.25 };
+    let andersen = Thermostat::Andersen { temperature: 1.3, rate: 1.0, axes: [true; 3] };
+    let cases = [
+        ("fluid", elastic(cube.clone(), 40), None),
+        ("two", elastic(cube.clone(), 2), None),
+        ("slit", elastic(slit(1.0), 40), None),
+        ("scaled", elastic(cube.clone(), 40), Some(&scaling)),
+    ];
+    for (what, scene, bath) in &cases {
+        let scene = scene.build().unwrap();
+        for intervals in [1, 3, 30, 300] {
+            let found = of_temperature(&scene, *bath, intervals, |_| ());
+            assert_eq!(found, (Some(0.0), Stationarity::Constant), "{what}, {intervals} intervals");
+        }
+    }
+    let changing = [
+        ("heat bath", elastic(cube.clone(), 40), Some(&andersen)),
+        ("wall that dissipates", elastic(slit(0.9), 40), None),
+        ("thermal wall", elastic(slit(1.0), 40).wall_temperature(0, 1.0), None),
+        ("shear", elastic(cube.clone(), 40).shear(0.1), None),
+        ("wells", mixture(cube.clone()), None),
+    ];
+    for (what, scene, bath) in &changing {
+        let found = of_temperature(&scene.build().unwrap(), *bath, 5, |_| ());
+        assert_eq!(found, (None, Stationarity::Unknown), "{what}");
+    }
+    let scene = elastic(cube, 40).build().unwrap();
+    let faster = |simulation: &mut Simulation| simulation.scale_velocities(1.1, &crate::Vector::zeros());
+    assert_eq!(of_temperature(&scene, None, 5, faster), (None, Stationarity::Unknown), "set by a program");
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{Folder, TRAJECTORY};
-use crate::io::convert::{ConvertError, Options, convert};
+use crate::io::convert::{ConvertError, Options, convert, foreign_in};
 use crate::io::error::OutputError;
 use crate::io::owned::{Owned, listed_formats};
 use crate::model::Format;
@@ -35,13 +35,16 @@ impl Conversions {
 
 impl Folder {
     /// Makes the conversions of a run that has ended which are not there, as where the disk was full at its end: those on its list, from its trajectory, if
-    /// that is there.
+    /// that is there. Something else under the name of one is a failure.
     ///
     /// # Errors
     /// [`OutputError::Busy`] if another program writes in the folder, and the others of its list. A conversion that fails is no error here.
     pub fn convert_missing(run: &Path) -> Result<Conversions, OutputError> {
         let trajectory = run.join(TRAJECTORY);
-        let is_missing = |format: &Format| !format.target_beside(&trajectory).exists();
+        let is_missing = |format: &Format| {
+            let target = format.target_beside(&trajectory);
+            !target.exists() || !matches!(foreign_in(&target, *format), Ok(None))
+        };
         let missing: Vec<Format> = listed_formats(run).into_iter().filter(is_missing).collect();
         if missing.is_empty() || !trajectory.exists() {
             return Ok(Conversions::default());

@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
+use crate::base::whole;
 use crate::scene::parse::diameter::DISTRIBUTIONS;
 use crate::scene::schema::{keys_by_kind, words};
 
@@ -43,6 +44,7 @@ pub(crate) struct DistributionFile {
     /// Their shares, which need not add up to one; equal if not given.
     pub shares: Option<Vec<f64>>,
     /// Number of species that stand for the distribution; 16 if not given.
+    #[serde(default, deserialize_with = "whole::given")]
     pub classes: Option<u64>,
 }
 

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::base::whole;
 use crate::model::exchange_plan::MOST_TEMPERATURES;
 use crate::model::space::AXES;
 use crate::scene::names::WORDS;
@@ -29,12 +30,14 @@ pub(crate) struct StageFile {
     pub equilibration_time: Option<f64>,
     /// Number of events simulated before a measured stage is measured.
     #[schemars(range(min = 1))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub equilibration_events: Option<u64>,
     /// Longest duration of the stage, of a measured one that of its measurement `[time]`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub until_time: Option<f64>,
     /// Largest number of events of the stage, of a measured one that of its measurement.
     #[schemars(range(min = 1))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
     /// What holds the temperature during the stage; nothing if not given.
     pub thermostat: Option<ThermostatFile>,

@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::base::whole;
 use crate::scene::interactions::MOST_STEPS;
 use crate::scene::names::WORD;
 use crate::scene::parse::interaction::POTENTIALS;
@@ -51,6 +52,7 @@ pub(crate) struct InteractionFile {
     pub cutoff: Option<f64>,
     /// Number of steps of a Lennard-Jones potential.
     #[schemars(range(min = 1, max = MOST_STEPS))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub steps: Option<u64>,
     /// Energy at which a Lennard-Jones potential gets its hard core `[energy]`.
     #[schemars(extend("exclusiveMinimum" = 0))]

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_json::json;
 
+use crate::base::whole;
 use crate::prepare::surface::BoxSide;
 use crate::scene::names::WORDS;
 use crate::scene::parse::particles::{ARRANGEMENTS, REGIONS, SURFACES};
@@ -31,7 +32,7 @@ pub(crate) struct CoordinatesFile {
     /// The file; a relative path starts at the folder of the scene.
     pub path: String,
     /// Which frame of the file, from 0; from -1, the last one, backwards.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "whole::number")]
     pub frame: i64,
     /// Name of the interaction that holds the bonds of the file; if not given, each is held by the one whose name the file has.
     pub bond: Option<String>,
@@ -48,9 +49,11 @@ pub(crate) struct ChainFile {
     pub species: String,
     /// Particles per chain.
     #[schemars(range(min = 1))]
+    #[serde(deserialize_with = "whole::number")]
     pub length: u64,
     /// Number of chains.
     #[schemars(range(min = 1), extend("default" = 1))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub count: Option<u64>,
     /// Name of the interaction that bonds each particle to the next.
     pub bond: String,
@@ -83,6 +86,7 @@ pub(crate) struct FillFile {
     pub arrangement: String,
     /// Number of particles.
     #[schemars(range(min = 1))]
+    #[serde(default, deserialize_with = "whole::given")]
     pub count: Option<u64>,
     /// Particles per volume `[1 / length^D]`, `D` the number of axes that are not flat.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -194,6 +198,7 @@ pub(crate) struct MeshFile {
 pub(crate) struct BondFile {
     /// Their ids. Ids count from 0: first particles, then files, chains, fills and meshes.
     #[schemars(inner(range(min = 0, max = u32::MAX)))]
+    #[serde(deserialize_with = "whole::several")]
     pub particles: [u32; 2],
     /// Name of the interaction that holds them.
     pub interaction: String,

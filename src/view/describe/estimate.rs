@@ -23,11 +23,12 @@ fn exact(mean: f64) -> String {
 const MOST_EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// The mean of an observable over an interval with so many events: as [`estimate`], but what does not change at all is conserved, unless there was
-/// no event that could have changed it.
+/// no event that could have changed it, and a wall that nothing has given or taken was not touched.
 #[must_use]
 pub fn observable(name: &str, mean: &Estimate, stationarity: Option<Stationarity>, events: u64) -> String {
     let is_of_events = name.starts_with("pressure") || name == "compressibility_factor";
     match stationarity {
+        _ if mean.mean == 0.0 && name.ends_with("_wall") => "0 (not touched)".to_owned(),
         _ if mean.mean == 0.0 => estimate(mean),
         _ if is_of_events && events == 0 => format!("{} (no event)", exact(mean.mean)),
         Some(Stationarity::Constant) => format!("{} (conserved)", digits(mean.mean)),
@@ -101,5 +102,9 @@ mod tests {
         assert_eq!(of("compressibility_factor", 1.0, Some(0.0), constant, 0), "1 (no event)");
         assert_eq!(of("pressure", 0.25, None, None, 0), "0.25 (no event)");
         assert_eq!(of("collision_rate", 0.0, Some(0.0), constant, 0), "0");
+        let unknown = Some(Stationarity::Unknown);
+        assert_eq!(of("heat_flux_through_lower_z_wall", 0.0, None, unknown, 9), "0 (not touched)");
+        assert_eq!(of("pressure_on_upper_x_wall", 0.0, Some(0.0), constant, 0), "0 (not touched)");
+        assert_eq!(of("heat_flux_through_lower_z_wall", -1.5, Some(0.25), stationary, 9), "-1.50 +- 0.25");
     }
 }

@@ -209,6 +209,12 @@ fn with_signs(text: &str) -> String {
     escape(&parts.join(" ± "))
 }
 
+/// The mean of an observable with its error, or that it is conserved.
+pub(super) fn shown(name: &str, observable: &Observable, events: u64) -> String {
+    let plain = || value(Some(observable.mean), observable.standard_error);
+    words(name, observable, events).map_or_else(plain, |words| with_signs(&words))
+}
+
 /// An observable that is conserved, or that there was no event for; `None` for one like any other number.
 fn words(name: &str, observable: &Observable, events: u64) -> Option<String> {
     let Observable { mean, standard_error, stationarity } = *observable;

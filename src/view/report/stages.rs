@@ -2,7 +2,6 @@
 
 use super::html::{brackets, cell, escape};
 use super::inputs::{Inputs, Results};
-use super::results::value;
 use super::{figures, results};
 use crate::analysis::observables::{Answer, OBSERVABLES};
 use crate::base::text;
@@ -38,7 +37,7 @@ fn comparison(all: &[Results<'_>]) -> String {
         );
         let shown = |(name, _): &(&str, &str)| {
             let observable = results.observables.get(*name);
-            let shown = observable.map(|observable| value(Some(observable.mean), observable.standard_error));
+            let shown = observable.map(|observable| results::shown(name, observable, results.events));
             cell("td", "n", &name.replace('_', " "), &shown.unwrap_or_default())
         };
         let verdict = match results.equilibrated.verdict {

@@ -1,0 +1,67 @@
+//! What was simulated, in numbers: the box, and the species that have particles.
+
+use serde::{Deserialize, Serialize};
+
+use super::scale_of_scene;
+use crate::model::scene::own_volume;
+use crate::run::Finished;
+
+/// The system at the end of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct System {
+    /// Axes along which particles move.
+    pub dimensions: usize,
+    /// Edges of the box; 0 along flat axes.
+    pub size: [f64; 3],
+    /// Volume, area or length of the box; `None` where a side is open.
+    pub volume: Option<f64>,
+    /// Particles that move, by volume.
+    pub number_density: Option<f64>,
+    /// Part of the box that they fill.
+    pub packing_fraction: Option<f64>,
+    /// Species that have particles.
+    pub species: Vec<SpeciesSummary>,
+}
+
+/// A species at the end of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SpeciesSummary {
+    /// Its name.
+    pub name: String,
+    /// Number of its particles.
+    pub count: usize,
+    /// Their diameter.
+    pub diameter: f64,
+    /// Their mass; `None` for a static species.
+    pub mass: Option<f64>,
+}
+
+impl System {
+    pub(super) fn of(finished: &Finished) -> Self {
+        let (simulation, scene) = (&finished.simulation, finished.simulation.scene());
+        let (space, scale) = (scene.space(), scale_of_scene(simulation));
+        let all = scene.species().iter().zip(simulation.population()).filter(|(_, count)| *count > 0);
+        let species: Vec<SpeciesSummary> = all
+            .map(|(species, count)| SpeciesSummary {
+                name: species.name.clone(),
+                count,
+                diameter: species.diameter * scale,
+                mass: (!species.is_static()).then_some(species.mass),
+            })
+            .collect();
+        let dimensions = space.dimensions();
+        let volume = space.is_closed().then(|| space.volume());
+        let moving = || species.iter().filter(|species| species.mass.is_some());
+        let by_volume = |sum: f64| volume.map(|volume| sum / volume);
+        Self {
+            dimensions,
+            size: space.size.into(),
+            volume,
+            number_density: by_volume(moving().map(|species| species.count as f64).sum()),
+            packing_fraction: by_volume(
+                moving().map(|species| species.count as f64 * own_volume(species.diameter, dimensions)).sum(),
+            ),
+            species,
+        }
+    }
+}
