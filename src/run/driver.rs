@@ -58,7 +58,7 @@ pub(super) fn drive<R: Recorder>(
 struct Driver<'a, R> {
     simulation: Simulation,
     state: RunState,
-    /// What instruments are told about the system, if there are any.
+    /// Description of the system for instruments, if there are any.
     system: Option<SystemDescription>,
     /// Instruments of the user that have not begun yet.
     registry: Registry,

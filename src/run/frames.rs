@@ -10,10 +10,10 @@ use crate::trajectory::extended_xyz::frame_bytes;
 /// A measurement that chooses its interval itself aims at this many frames, and at most twice as many.
 const AIM: u32 = 20;
 
-/// What the frames of a run take unless the scene gives their interval `[bytes]`; the last one is written whatever it takes.
+/// Largest size of all frames of a run unless the scene gives their interval `[bytes]`; the last one is written in any case.
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
-/// The same in words.
+/// Reason for the limit, in words.
 const REASON: &str = "no more than fit into 200 MB, because output.frame_interval is not given";
 
 /// The most frames of each measured stage of a run, by what they take on the disk.
