@@ -103,7 +103,7 @@ impl SceneArgs {
     }
 }
 
-/// What replaces values of a scene.
+/// Overrides of a scene.
 #[derive(Debug, Args)]
 struct Changes {
     /// Seed of the random numbers that place particles and draw velocities
@@ -211,7 +211,7 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     Ok(trajectory)
 }
 
-/// What becomes of what is there already.
+/// Policy for files and folders that exist already.
 fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }

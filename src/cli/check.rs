@@ -73,7 +73,7 @@ fn per_second(scene: &Scene) -> Option<f64> {
 const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What the run will write and need, in two lines.
+/// Size of the output and memory of the run, in two lines.
 fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRate>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),
@@ -115,7 +115,7 @@ fn about(count: f64) -> String {
     if count < 1e4 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }
 
-/// What a run does only when it is asked to.
+/// Message for a run that asks for --force because of its size.
 fn too_much(estimate: &SizeEstimate, free: Option<f64>) -> Option<String> {
     let most = allowance(free);
     (estimate.bytes > most).then(|| {

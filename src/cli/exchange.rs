@@ -100,14 +100,14 @@ impl ExchangeCommand {
         Ok((scene, record, path))
     }
 
-    /// What replaces values of the scene.
+    /// Overrides of the scene.
     fn replaced(&self) -> Vec<(String, String)> {
         let mut all = self.changes.all();
         all.extend(self.until_time.map(|time| ("run.until_time".to_owned(), format!("{time:?}"))));
         all
     }
 
-    /// The same of the folder of an exchange.
+    /// Scene, record and path of the exchange in a folder.
     fn kept(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let file = ExchangeFolder::scene_of(&self.path);
         if !ExchangeFolder::is_one(&self.path) || !file.exists() {

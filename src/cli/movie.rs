@@ -40,7 +40,7 @@ pub struct Movie {
     #[arg(long, value_name = "N", default_value = "25", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u32).range(1..=120))]
     fps: u32,
-    /// What colours show
+    /// Quantity that colours show
     #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color")]
     colour: Colour,
     /// Pixels across and down

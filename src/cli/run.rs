@@ -151,7 +151,7 @@ impl Run {
         end(&result?, folder)
     }
 
-    /// What the files may take; a run that will write more is begun only if that is wanted.
+    /// Largest size of the files; a run that will write more is begun with --force only.
     fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
         if self.force {
             return Ok(f64::INFINITY);
@@ -162,7 +162,7 @@ impl Run {
         })
     }
 
-    /// What replaces the limit of the scene.
+    /// Limit that replaces that of the scene.
     fn limit(&self) -> Option<Limit> {
         let is_given = self.until_time.is_some() || self.until_events.is_some();
         is_given.then_some(Limit { time: self.until_time, events: self.until_events })
@@ -209,7 +209,7 @@ fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
     Err(Failure::failed(unconverted, None, Some(&cure)))
 }
 
-/// What became of a run that was to be replaced and was not.
+/// Message about a run that was to be replaced and was not.
 fn stay(finished: &Finished, done: &Completed) -> String {
     let Some(run) = done.kept.as_ref().map(|run| run.display()) else { return String::new() };
     let new = done.folder.display();

@@ -94,7 +94,7 @@ impl SweepCommand {
         self.end(&sweep, &folder, &fates?)
     }
 
-    /// What is to be run, and where.
+    /// The sweep and its folder.
     fn sweep(&self) -> Result<(Sweep, PathBuf), Failure> {
         let changes = self.changes.all();
         if !self.axes.is_empty() {
@@ -129,7 +129,7 @@ impl SweepCommand {
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
     }
 
-    /// What can be found out before anything is made.
+    /// Checks a sweep before anything is made.
     fn check(&self, sweep: &Sweep, path: &Path) -> Result<(), Failure> {
         let scene = sweep.check()?;
         super::refuse_exchange(

@@ -112,7 +112,7 @@ impl Verify {
     }
 }
 
-/// What a run says of itself in `summary.json`.
+/// Results of a run by its `summary.json`.
 struct Recorded {
     path: PathBuf,
     summary: Summary,

@@ -8,7 +8,7 @@ use crate::engine::EngineChoice;
 use crate::model::{InputFile, Limit, Scene, Species};
 use crate::run::{self, Burden};
 
-/// What will be simulated, a line for each part of the scene.
+/// Description of a scene, a line for each part of it.
 #[must_use]
 pub fn text(scene: &Scene) -> String {
     let mut lines = vec![format!("{}, seed {}", scene.name(), scene.seed())];
@@ -55,7 +55,7 @@ pub fn text(scene: &Scene) -> String {
     lines.join("\n") + "\n"
 }
 
-/// What is allowed, but probably not meant.
+/// Warnings: settings that are allowed, but probably not meant.
 #[must_use]
 pub fn warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -106,7 +106,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// What the files of a scene say of their particles and the scene does not take from them.
+/// Columns in the files of a scene that the scene does not use.
 #[must_use]
 pub fn unused_columns(scene: &Scene) -> Vec<String> {
     let unused = scene.inputs().iter().filter(|input| !input.unused.is_empty());
@@ -117,7 +117,7 @@ pub fn unused_columns(scene: &Scene) -> Vec<String> {
     unused.map(line).collect()
 }
 
-/// What makes the run far longer than its events, with the time that it takes.
+/// Reasons why the run takes far longer than its events, with the time that each takes.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
     run::burdens(scene).into_iter().map(line).collect()

@@ -62,7 +62,7 @@ use track::{Codec, Track};
 /// The most memory that images take while they are drawn at the same time `[bytes]`, unless one takes more.
 const MOST_MEMORY: u64 = 2 << 30;
 
-/// What a particle takes while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image.
+/// Memory of a particle while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image.
 const BYTES_PER_PARTICLE: u64 = 240;
 
 /// The most images per second that a movie can have.
@@ -147,7 +147,7 @@ pub struct MovieProgress {
     pub fraction: f64,
 }
 
-/// What is asked now and then while a movie is made: it may break it off.
+/// Callback that is asked now and then while a movie is made: it may break it off.
 pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 
 /// Writes a movie of a trajectory in extended XYZ; the ending of `path` says in which format. The file appears when it is complete.

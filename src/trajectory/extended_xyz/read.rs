@@ -19,7 +19,7 @@ const DEFAULT_RADIUS: f64 = 0.5;
 /// The most particles that memory is set aside for before they have been seen.
 const TRUSTED_COUNT: usize = 1 << 16;
 
-/// What a frame says before its particles.
+/// Properties of a frame that stand before its particles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Preamble {
     /// Number of particles.
@@ -50,7 +50,7 @@ pub struct FrameReader<R> {
     beside: Beside,
 }
 
-/// What a frame has in columns that are not part of it.
+/// Columns of a file that are not part of a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Beside {
     /// Momenta of the particles of a frame without velocities; else empty `[mass length / time]`.
@@ -107,7 +107,7 @@ impl<R: BufRead> FrameReader<R> {
         self.has_box
     }
 
-    /// What the frame read last has besides.
+    /// Further columns of the frame read last.
     pub(crate) fn beside(&mut self) -> Beside {
         std::mem::take(&mut self.beside)
     }

@@ -1,4 +1,4 @@
-//! What can go wrong with a movie.
+//! Errors of movies.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ pub enum MovieError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it should be.
+        /// Expected value, in words.
         expected: &'static str,
     },
     /// Players slow such a GIF down.
@@ -115,7 +115,7 @@ impl MovieError {
         }
     }
 
-    /// What the user can do about it, where that is not plain.
+    /// Cure: what the user can do, where that is not plain.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         match self {

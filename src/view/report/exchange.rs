@@ -24,10 +24,10 @@ const MOST_CURVES: usize = plot::COLOURS;
 /// Temperatures that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 10.0;
 
-/// What follows from fluctuations has its place beside the observables.
+/// Heat capacity, which follows from fluctuations and has its place beside the observables.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
-/// What an exchange is mostly about; all else follows.
+/// Quantities that an exchange is mostly about; all else follows.
 const FIRST: [&str; 3] = ["temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
 /// Makes the page of an exchange that is complete, from its files.
@@ -78,7 +78,7 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
 }
 
-/// What some temperature has a mean of, with its unit.
+/// Quantities with a mean at some temperature, with their units.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&'static str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let mut all: Vec<_> = OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).filter(|(name, _)| has(name)).collect();

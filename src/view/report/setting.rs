@@ -1,4 +1,4 @@
-//! What was simulated, in words.
+//! Simulated system, in words.
 
 use super::html::{brackets, escape, number};
 use super::inputs::Inputs;
@@ -8,7 +8,7 @@ use crate::io::summary::System;
 use crate::model::{Limit, Scene, Species};
 use crate::view::describe::{self};
 
-/// What it is, in one line: `1 372 hard spheres, φ = 0.3`.
+/// Subtitle of the page, in one line: `1 372 hard spheres, φ = 0.3`.
 pub(super) fn subtitle(inputs: &Inputs) -> String {
     let Some(scene) = &inputs.scene else { return plural(inputs.summary.particles, "particle") };
     let counts = describe::counts(scene);
