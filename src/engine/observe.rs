@@ -16,7 +16,7 @@ pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> 
     }
 }
 
-/// What an observer returns: nothing, or a [`ControlFlow`] whose `Break` ends the run after the event.
+/// Result of an observer: nothing, or a [`ControlFlow`] whose `Break` ends the run after the event.
 #[doc(alias = "callback")]
 #[doc(alias = "stop condition")]
 pub trait Flow: sealed::Sealed {

@@ -53,7 +53,7 @@ const CROWDED: u64 = 4;
 /// While a bucket is opened, particles this many entries ahead are prefetched.
 const AHEAD: usize = 8;
 
-/// What the queue holds between the epoch and its horizon; later entries wait outside.
+/// Event queue: entries between the epoch and its horizon; later ones wait outside.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EventQueue {
     /// The bucket that time has reached, latest first.

@@ -96,7 +96,7 @@ pub struct Style {
     pub top_speed: Option<f64>,
     /// Opacity of static particles, 0 to 1; those that hold a bond are always opaque.
     pub static_opacity: f64,
-    /// Particles that fill the image.
+    /// Framing of the image.
     pub framing: Framing,
     /// Whether the edges of the box are drawn.
     pub has_box: bool,

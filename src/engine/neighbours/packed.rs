@@ -61,7 +61,7 @@ pub struct Packed {
     width: Simd,
 }
 
-/// What is looked for.
+/// Sphere around a centre in which others are looked for.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: [f32; 3],
