@@ -51,7 +51,7 @@ impl Dice {
     }
 }
 
-/// What a scene is there for.
+/// Purpose of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Hard spheres, disks or rods in a cluster.

@@ -143,7 +143,7 @@ def _ended(run: Run, trouble: str | None) -> Run:
 
 
 class Results:
-    """What was measured: of a run, or of one of its stages."""
+    """Results of a run, or of one of its stages."""
 
     _summary: Mapping[str, Any]
     _measured: Mapping[str, Any]
@@ -173,7 +173,7 @@ class Results:
 
     @cached_property
     def curves(self) -> dict[str, Curve]:
-        """What instruments have measured as functions, by name.
+        """Curves that instruments have measured, by name.
 
         Examples
         --------
@@ -185,7 +185,7 @@ class Results:
 
     @property
     def published(self) -> list[dict[str, Any]]:
-        """What theory and other simulations say of what was measured: ``quantity``, ``value``, ``label`` and ``source`` of each.
+        """Published values, of theory and other simulations, of the measured quantities: ``quantity``, ``value``, ``label`` and ``source`` of each.
 
         Examples
         --------

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 /// Thermodynamic observables at one time, and averages since the row before: a row of `thermo.csv`.
 ///
-/// What means nothing for the scene, or cannot be known yet, is `None`.
+/// Quantities that mean nothing for the scene, or cannot be known yet, are `None`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Row {

@@ -1,4 +1,4 @@
-//! What acts from outside: thermostats, growing diameters, sheared boxes.
+//! External drive: thermostats, growing diameters, sheared boxes.
 
 use std::ops::ControlFlow;
 

@@ -207,7 +207,7 @@ fn numbers_are_only_names() {
     }
 }
 
-/// What of an event does not depend on when time starts.
+/// Numbers of an event that do not depend on when time starts.
 fn timeless(event: &Event) -> (EventKind, u32, Option<u32>, [u64; 4]) {
     let numbers = [event.impulse, event.normal.x, event.energy_step, event.dissipated].map(f64::to_bits);
     (event.kind, event.particle.0, event.partner.map(|partner| partner.0), numbers)

@@ -1,6 +1,6 @@
 //! A trajectory in the form that the player of the page reads.
 //!
-//! What never changes (radii, species, static particles, bonds) is stored once. Of each frame there are, of every moving
+//! Constants (radii, species, static particles, bonds) are stored once. Of each frame there are, of every moving
 //! particle, three coordinates of 16 bits and a byte per scalar. Coordinates are wrapped into the box along periodic axes and
 //! rounded to the nearest of 65,534 steps of the *field* of the frame: the box, with what is outside of it along open axes, but
 //! no farther than three edges to each side. Particles beyond are left out. A coordinate is off by at most 1/131,068 of the field.
