@@ -209,7 +209,7 @@ pub struct MeasurementPeriod {
     pub events_before: u64,
     /// Event counts of the measurement; the deepest overlap is that of the whole run.
     pub event_counts: EventCounts,
-    /// How long it took on the clock `[seconds]`.
+    /// Wall time that it took `[seconds]`.
     pub wall_seconds: f64,
 }
 

@@ -59,7 +59,7 @@ def run(
     force : bool
         Whether a run that is in the folder is replaced when the new one is complete, and more than 10 GB are written.
     checkpoint_every : float
-        Time on the clock between two checkpoints `[seconds]`.
+        Wall time between two checkpoints `[seconds]`.
     progress : bool
         Whether a bar is shown, where tqdm is installed.
 

@@ -47,7 +47,7 @@ pub struct ExchangeCommand {
     /// The folder of the results; runs/NAME-exchange if not given, where NAME is that of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Time on the clock between two checkpoints, in seconds
+    /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = "300")]
     checkpoint_every: Duration,
     /// Also writes more than 10 GB, or a tenth of the free disk

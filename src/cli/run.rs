@@ -53,7 +53,7 @@ pub struct Run {
     /// Measures for this many physical events, whatever the scene says; with --until-time, whichever comes first
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     until_events: Option<u64>,
-    /// Time on the clock between two checkpoints, in seconds
+    /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
     checkpoint_every: Duration,
     /// Replaces the run in the folder, when the new one is complete; also writes more than 10 GB, or a tenth of the free disk

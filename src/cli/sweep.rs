@@ -52,7 +52,7 @@ pub struct SweepCommand {
     /// Runs only the K-th of every N points
     #[arg(long = "array", value_name = "K/N", value_parser = share)]
     share: Option<Share>,
-    /// Time on the clock between two checkpoints of a run, in seconds
+    /// Wall time between two checkpoints of a run, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = "300")]
     checkpoint_every: Duration,
     /// Also writes more than 10 GB, or a tenth of the free disk

@@ -25,9 +25,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Puts a particle's pending prediction into the queue.
     #[inline]
     pub(super) fn enqueue(&mut self, particle: u32) {
-        let wake = self.schedule.predictions.wake(particle);
-        if wake.time < f64::INFINITY {
-            self.schedule.queue.push(wake);
+        let entry = self.schedule.predictions.entry(particle);
+        if entry.time < f64::INFINITY {
+            self.schedule.queue.push(entry);
         }
     }
 

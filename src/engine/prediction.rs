@@ -112,7 +112,7 @@ pub(super) struct Schedule {
 
 impl Pending for Vec<Prediction> {
     #[inline]
-    fn wake(&self, particle: u32) -> QueueEntry {
+    fn entry(&self, particle: u32) -> QueueEntry {
         let prediction = &self[particle as usize];
         let tie_order = if prediction.is_transition() { TRANSITION } else { prediction.tie_order };
         QueueEntry { time: prediction.due_time(), particle, tie_order }

@@ -12,7 +12,7 @@ use super::error::ExchangeError;
 use super::replicas::{Exchange, ExchangeRow, Replica};
 use crate::engine::{EngineError, Simulation};
 
-/// Time on the clock between two questions whether to go on.
+/// Wall time between two questions whether to go on.
 const PAUSE: Duration = Duration::from_millis(20);
 
 /// Recorder of an exchange: receives its rows, frames and checkpoints. `()` keeps nothing.

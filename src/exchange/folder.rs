@@ -284,7 +284,7 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// The replica at each temperature, from 0, by simulated time: every so many-th of the first rows of an exchange that is complete.
+    /// The replica at each temperature, from 0, by simulated time: every N-th of the first rows of an exchange that is complete.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.

@@ -235,10 +235,10 @@ pub struct Observable {
     pub stationarity: Option<Stationarity>,
 }
 
-/// Speed of the run on the clock.
+/// Speed of the run in wall time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
-    /// Time on the clock `[seconds]`.
+    /// Wall time `[seconds]`.
     pub wall_seconds: f64,
     /// Physical events per second; `None` for a run too short to time.
     pub events_per_second: Option<f64>,

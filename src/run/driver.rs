@@ -64,7 +64,7 @@ struct Driver<'a, R> {
     registry: Registry,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    /// When the measurement began, or went on, on the clock.
+    /// Wall time at which the measurement began, or went on.
     started: Option<Instant>,
     /// Whether the present stage has come to what ends it besides its limit: a pressure of growing spheres, or an equilibrium.
     is_over: bool,

@@ -6,16 +6,16 @@ use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
 
-/// Steps of the event loop in a second on the clock, to the order of magnitude: an event, a new velocity, a look at a particle.
+/// Steps of the event loop in a second of wall time, to the order of magnitude: an event, a new velocity, a look at a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
 
 /// Others that are looked at in the time of a step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// Work that takes longer than this on the clock is said beforehand, if it is more than the events themselves: 10 minutes.
+/// Work that takes more wall time than this is said beforehand, if it is more than the events themselves: 10 minutes.
 const LONG: f64 = 600.0;
 
-/// Events that take longer than this on the clock are said beforehand, where the scene asks for a time: 3 hours.
+/// Events that take more wall time than this are said beforehand, where the scene asks for a time: 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
 /// Work that is so many times that of the events is not intended.
@@ -29,7 +29,7 @@ const CROWD: f64 = 10_000.0;
 pub struct Burden {
     /// Cause of the cost, in words.
     pub cause: String,
-    /// About how long it takes on the clock `[seconds]`.
+    /// Wall time that it takes, about `[seconds]`.
     pub seconds: f64,
 }
 

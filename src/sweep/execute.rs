@@ -32,7 +32,7 @@ pub enum Fate {
     Interrupted,
 }
 
-/// A part of the points: every so many-th, for the tasks of a job array.
+/// A part of the points: every N-th, for the tasks of a job array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Share {
     /// Which one, from 1.
@@ -59,7 +59,7 @@ pub struct Orders<'o> {
     pub jobs: usize,
     /// Which of the points.
     pub share: Share,
-    /// Time on the clock between two checkpoints of a run.
+    /// Wall time between two checkpoints of a run.
     pub checkpoint_every: Duration,
     /// Largest size of the files of a run `[bytes]`.
     pub most_bytes: f64,

@@ -127,12 +127,12 @@ fn line(Burden { cause, seconds }: Burden) -> String {
     match seconds {
         // Where the number of events is not known, nor is the time.
         ..1.0 => cause,
-        _ => format!("{cause}: some {} on the clock", on_the_clock(seconds)),
+        _ => format!("{cause}: some {} of wall time", wall_time(seconds)),
     }
 }
 
-/// A time on the clock, to the order of magnitude.
-fn on_the_clock(seconds: f64) -> String {
+/// Wall time, to the order of magnitude.
+fn wall_time(seconds: f64) -> String {
     match seconds {
         ..120.0 => format!("{seconds:.0} seconds"),
         ..7_200.0 => format!("{:.0} minutes", seconds / 60.0),
@@ -239,6 +239,6 @@ mod tests {
     fn a_time_that_is_not_known_is_not_told() {
         let of = |seconds| line(Burden { cause: "large cells".to_owned(), seconds });
         assert_eq!([of(-0.0), of(0.0), of(0.25)], ["large cells"; 3]);
-        assert_eq!(of(90.4), "large cells: some 90 seconds on the clock");
+        assert_eq!(of(90.4), "large cells: some 90 seconds of wall time");
     }
 }

@@ -109,7 +109,7 @@ pub struct Movie {
     pub first: u64,
     /// The last frame, itself included; `None` goes on to the end.
     pub last: Option<u64>,
-    /// Takes every so many-th frame, from the first one on.
+    /// Use of every N-th frame, from the first one on.
     pub every: u64,
     /// Degrees by which the camera walks around the scene to the right from the first image to the last. Flat and straight scenes
     /// are seen from the front all the time.

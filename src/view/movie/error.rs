@@ -13,7 +13,7 @@ use crate::view::render::RenderError;
 #[non_exhaustive]
 pub enum MovieError {
     /// The ending of the name stands for no format.
-    #[error("{} has the ending of no movie: expected .mp4, .gif or .apng", .0.display())]
+    #[error("`{}` is not a supported movie format: expected .mp4, .gif or .apng", ending(.0))]
     Format(PathBuf),
     /// An option makes no sense.
     #[error("the {name} is {value}, expected {expected}")]
@@ -104,6 +104,12 @@ pub enum MovieError {
     /// It was broken off.
     #[error("interrupted; nothing was written")]
     Interrupted,
+}
+
+/// Extension of a path with its dot, or its name if it has none.
+fn ending(path: &Path) -> String {
+    let extension = path.extension().map(|extension| format!(".{}", extension.display()));
+    extension.unwrap_or_else(|| path.file_name().unwrap_or_default().display().to_string())
 }
 
 impl MovieError {

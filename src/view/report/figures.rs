@@ -23,7 +23,7 @@ pub(super) fn section(results: &Results<'_>) -> String {
     if curves.is_empty() && courses.is_empty() {
         return "<p>There is nothing to plot.</p>\n".to_owned();
     }
-    for (title, figures) in [("Measurements", &curves), ("In the course of time", &courses)] {
+    for (title, figures) in [("Measurements", &curves), ("Time series", &courses)] {
         if !figures.is_empty() {
             section.push_str(&format!("<h3>{title}</h3>\n<div class=\"plots\">\n{}</div>\n", figures.concat()));
         }

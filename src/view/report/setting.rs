@@ -82,7 +82,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     let rate = speed
         .events_per_second
         .map_or_else(String::new, |rate| format!(", {} events per second", grouped(trunc_to_u64(rate))));
-    list.text("time on the clock", &format!("{} s{rate}", digits(speed.wall_seconds)));
+    list.text("wall time", &format!("{} s{rate}", digits(speed.wall_seconds)));
     list.html()
 }
 
