@@ -1,4 +1,4 @@
-//! What is measured, how well it is known, and what theory and other simulations say.
+//! Measurements, their errors, and results of theory and of other simulations.
 
 pub mod instruments;
 pub mod observables;

@@ -1,4 +1,4 @@
-//! What every layer may use: exact sums, numbers as text, checksums, the memory of the machine.
+//! Tools of all layers: exact sums, numbers as text, checksums, the memory of the machine.
 
 pub(crate) mod checksum;
 pub(crate) mod memory;

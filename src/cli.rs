@@ -48,7 +48,7 @@ Examples:
 
 Exit codes:
   0  done
-  1  the simulation failed, its own audit, its proof or a comparison did, memory ended, or it was interrupted
+  1  the simulation, audit, proof or comparison failed; memory ran out; or the run was interrupted
   2  bad input";
 
 /// Event-driven dynamics of particles: hard spheres, square wells, bonds, stepped potentials, gravity and meshes.
@@ -69,7 +69,7 @@ enum Command {
     Exchange(exchange::ExchangeCommand),
     /// Says in words what will be simulated, and finds what is wrong
     Check(check::Check),
-    /// Proves that a run, or a range of its events, missed, invented and misplaced no event
+    /// Proves that no event of a run, or of a range of it, is missing, spurious or out of order
     Verify(verify::Verify),
     /// Measures pressures, rates and motions that are known, and compares
     Validate(validate::Validate),
@@ -103,7 +103,7 @@ impl SceneArgs {
     }
 }
 
-/// What replaces values of a scene.
+/// Overrides of a scene.
 #[derive(Debug, Args)]
 struct Changes {
     /// Seed of the random numbers that place particles and draw velocities
@@ -211,7 +211,7 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     Ok(trajectory)
 }
 
-/// What becomes of what is there already.
+/// Policy for files and folders that exist already.
 fn existing(force: bool) -> Existing {
     if force { Existing::Replace } else { Existing::Keep }
 }

@@ -200,13 +200,13 @@ impl Simulation {
         with_engine!(&self.engine, engine => engine.time())
     }
 
-    /// What has happened so far.
+    /// Event counts so far.
     #[must_use]
     pub fn event_counts(&self) -> &EventCounts {
         with_engine!(&self.engine, engine => &engine.counts.totals)
     }
 
-    /// What has happened so far, by kind and species.
+    /// Event counts so far, by kind and species.
     #[must_use]
     pub fn event_counts_by_species(&self) -> EventCountsBySpecies {
         if self.choice.has_table {

@@ -1,4 +1,4 @@
-//! What a run leaves behind.
+//! Files of a run.
 
 pub(crate) mod atomic;
 mod checkpoints;

@@ -1,4 +1,4 @@
-//! What is simulated, as data: species, potentials, interactions, the box, the particles, and the plans of a run.
+//! Data of a simulation: species, potentials, interactions, the box, the particles, and the plans of a run.
 //!
 //! Nothing here depends on a file or a key that a user typed; [`Scene`] is what all other layers read.
 

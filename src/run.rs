@@ -55,7 +55,7 @@ pub trait Recorder {
     /// If they cannot be kept.
     fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Self::Error>;
 
-    /// The same of a simulation as it is now, where nothing else is measured of each particle: for recorders that need no memory for a snapshot.
+    /// Keeps the state of a simulation as it is now, where nothing else is measured of each particle: for recorders that need no memory for a snapshot.
     ///
     /// # Errors
     /// If they cannot be kept.
@@ -192,7 +192,7 @@ pub struct Jam {
 }
 
 impl Jam {
-    /// What the user can do about it.
+    /// Cure: what the user can do.
     pub const CURE: &'static str = "lower the packing fraction of the stage, let the spheres grow more slowly, or up to a \
         compressibility_factor, which says when they are close enough to jamming";
 }
@@ -207,9 +207,9 @@ pub struct MeasurementPeriod {
     pub duration: f64,
     /// Physical events before it, since the start of the simulation.
     pub events_before: u64,
-    /// What happened in it; the deepest overlap is that of the whole run.
+    /// Event counts of the measurement; the deepest overlap is that of the whole run.
     pub event_counts: EventCounts,
-    /// How long it took on the clock `[seconds]`.
+    /// Wall time that it took `[seconds]`.
     pub wall_seconds: f64,
 }
 
@@ -227,7 +227,7 @@ pub struct Finished {
     pub stage: Stage,
     /// The measurement.
     pub measurement: MeasurementPeriod,
-    /// What happened in it, by kind and species.
+    /// Event counts of the measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,
     /// Means and standard errors, by name; only those that mean something for the scene.
     pub observables: Vec<(&'static str, Estimate)>,
@@ -235,11 +235,11 @@ pub struct Finished {
     pub stationarity: Vec<(&'static str, Stationarity)>,
     /// Whether it was in equilibrium, or in a steady state.
     pub equilibrium: Equilibrium,
-    /// What the instruments of the scene have measured, and those of one's own: [`Measured::number`], [`Measured::curve`].
+    /// Results of the instruments, of the scene and of the user: [`Measured::number`], [`Measured::curve`].
     pub measured: Measured,
     /// The measured stages before it, as far as they were begun.
     pub stages: Vec<MeasuredStage>,
-    /// What the run found out about its own correctness.
+    /// Audit of the run.
     pub audit: Audit,
     /// Why it has no more frames, where that is because of what they take on the disk.
     pub frames_limit: Option<&'static str>,

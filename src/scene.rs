@@ -88,7 +88,7 @@ impl Scene {
         })
     }
 
-    /// The same of a scene that may start from a run, which `open` reads.
+    /// Reads a scene that may start from a run, which `open` reads.
     pub(crate) fn from_toml_and_run(
         text: String,
         path: &Path,
@@ -141,7 +141,7 @@ impl Scene {
     }
 }
 
-/// What a scene names that it starts from.
+/// Kind of input that a scene names.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum NamedInput {
     /// A file with the positions of particles.

@@ -1,4 +1,4 @@
-//! What people look at: pictures, movies, pages, and a scene in words.
+//! Views of results: pictures, movies, pages, and a scene in words.
 
 // No bit of a run comes from here.
 #![allow(clippy::disallowed_methods)]

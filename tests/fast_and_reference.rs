@@ -16,7 +16,7 @@ use std::cell::Cell;
 /// (a mean free path against a radius); with at least eight particles and forty events, a particle has about ten.
 const EVENTS: usize = 40;
 
-/// What 1e-15 grows to by then, `1e-15 * 10^8`, and far less than the time between two events.
+/// Difference to which 1e-15 grows by then, `1e-15 * 10^8`, and far less than the time between two events.
 const TOLERANCE: f64 = 1e-7;
 
 /// Simulated time after which a scene counts as dispersed: nothing may ever happen again.
@@ -147,7 +147,7 @@ fn pair(event: &Event) -> (u32, Option<u32>) {
     }
 }
 
-/// What the reference calls it: the two share no types.
+/// Kind of the event in the terms of the reference: the two share no types.
 fn kind(event: &Event) -> Option<reference::EventKind> {
     match event.kind {
         EventKind::Pair(Outcome::Core) => Some(reference::EventKind::Pair(reference::Outcome::Core)),

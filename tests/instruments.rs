@@ -159,7 +159,7 @@ fn a_run_does_not_go_on_with_other_instruments() {
     assert!(matches!(twice, InstrumentError::Duplicate { name } if name == "probe"));
 }
 
-/// What has another state under the same name.
+/// Instrument of another state under the same name.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Other(String);
 

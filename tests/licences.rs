@@ -29,7 +29,7 @@ const PERMISSIVE: [&str; 14] = [
     "bzip2-1.0.6",
 ];
 
-/// Those that also ask for changes of their own files to be published, by crate.
+/// Licences that also ask for changes of their own files to be published, by crate.
 const BY_FILE: [(&str, &str); 1] = [("priority-queue", "MPL-2.0")];
 
 const NOTICE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/THIRD-PARTY.md");

@@ -8,7 +8,7 @@ use carom::run::{Ending, run};
 /// A run is given up after so many looks at it, some ten thousand steps each.
 const PATIENCE: u32 = 2_000;
 
-/// What became of a scene.
+/// Outcome of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Verdict {
     /// The scene is not valid, for this reason.

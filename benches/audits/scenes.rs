@@ -8,7 +8,7 @@ pub use dice::Dice;
 
 use std::fmt::Write;
 
-/// What a scene is there for.
+/// Purpose of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Hard spheres, disks or rods in a cluster.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 
 use carom::run::Finished;
 
-/// What an error may be off by.
+/// Honest ratios of scatter to claimed error.
 const HONEST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
 /// By observable: seed, mean and claimed error of each run.

@@ -76,7 +76,7 @@ fn run_one(name: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What is counted: found by its name.
+/// Counted part of a run: found by its name.
 #[inline(never)]
 fn counted_events(simulation: &mut Simulation) {
     let events = simulation.event_counts().physical() + EVENTS;

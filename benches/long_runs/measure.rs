@@ -34,7 +34,7 @@ pub fn run(name: &str, scene: &str, most: u64) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// What a run began with, and how far it is from that.
+/// Energy and momentum at the start of a run, from which deviations are measured.
 pub struct Start {
     energy: f64,
     momentum: Vector,

@@ -1,4 +1,4 @@
-//! What is measured at one number of events.
+//! Measurements at one number of events.
 
 use std::error::Error;
 use std::fmt;

@@ -18,7 +18,7 @@ pub fn measure() -> Outcome {
     heap::measure()
 }
 
-/// What the rows of Carom and of the baseline are called.
+/// Labels of the rows of Carom and of the baseline.
 const CAROM: &str = "Carom";
 const BASELINE: &str = "spring-dashpot";
 

@@ -63,7 +63,7 @@ const PLANS: [Plan; 2] = [
     },
 ];
 
-/// What one run gives.
+/// Results of one run.
 struct Measured {
     microseconds: f64,
     duration: f64,

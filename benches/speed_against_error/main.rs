@@ -41,7 +41,7 @@ mod oracle {
 use std::error::Error;
 use std::process::ExitCode;
 
-/// What a section returns.
+/// Result of a section.
 type Outcome<T = ()> = Result<T, Box<dyn Error>>;
 
 /// A part of the report.

@@ -25,7 +25,7 @@ pub struct Panel {
     pub series: Vec<Series>,
 }
 
-/// What is zero or smaller is drawn here.
+/// Value at which numbers are drawn that are zero or smaller.
 const FLOOR: f64 = 1e-17;
 
 /// Okabe and Ito's colours, told apart also by people who see red and green alike.

@@ -27,7 +27,7 @@ const MOST_EVENTS_BEFORE: u64 = 1_500_000;
 
 const TIMED_EVENTS: u64 = 300_000;
 
-/// What a system has to have free before a size is tried `[byte / particle]`.
+/// Free memory that a system must have before a size is tried `[byte / particle]`.
 const ROOM: u64 = 700;
 
 pub fn measure() -> Outcome {

@@ -1,4 +1,4 @@
-"""What users pass, checked: text and truth values are no numbers, and numbers are no truth values."""
+"""Arguments of users, checked: text and truth values are no numbers, and numbers are no truth values."""
 
 from __future__ import annotations
 

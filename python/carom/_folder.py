@@ -19,7 +19,7 @@ __all__ = ["InFolder", "json_of"]
 
 
 class InFolder:
-    """What is in a folder. It is pickled as that folder, whose path is absolute then; a temporary one stays with the object that made it and its copies."""
+    """Content of a folder. It is pickled as that folder, whose path is absolute then; a temporary one stays with the object that made it and its copies."""
 
     _temporary: tempfile.TemporaryDirectory[str] | None
 

@@ -26,7 +26,7 @@ class Progress:
 
     @property
     def callback(self) -> Callable[[str, float, float, int], None] | None:
-        """What the compiled part calls, if there is anything to show."""
+        """Callback for the compiled part, if there is anything to show."""
         return None if self._bar is None else self._see
 
     def _see(self, stage: str, fraction: float, time: float, events: int) -> None:

@@ -59,7 +59,7 @@ def run(
     force : bool
         Whether a run that is in the folder is replaced when the new one is complete, and more than 10 GB are written.
     checkpoint_every : float
-        Time on the clock between two checkpoints `[seconds]`.
+        Wall time between two checkpoints `[seconds]`.
     progress : bool
         Whether a bar is shown, where tqdm is installed.
 
@@ -143,7 +143,7 @@ def _ended(run: Run, trouble: str | None) -> Run:
 
 
 class Results:
-    """What was measured: of a run, or of one of its stages."""
+    """Results of a run, or of one of its stages."""
 
     _summary: Mapping[str, Any]
     _measured: Mapping[str, Any]
@@ -174,7 +174,7 @@ class Results:
 
     @cached_property
     def curves(self) -> dict[str, Curve]:
-        """What instruments have measured as functions, by name.
+        """Curves that instruments have measured, by name.
 
         Examples
         --------
@@ -186,7 +186,7 @@ class Results:
 
     @property
     def published(self) -> list[dict[str, Any]]:
-        """What theory and other simulations say of what was measured: ``quantity``, ``value``, ``label`` and ``source`` of each.
+        """Published values, of theory and other simulations, of the measured quantities: ``quantity``, ``value``, ``label`` and ``source`` of each.
 
         Examples
         --------

@@ -20,7 +20,7 @@ SceneLike = Union["Scene", Mapping[str, Any], str, "os.PathLike[str]"]
 
 
 def overrides(seed: int | None, set: Mapping[str, Any] | None) -> list[tuple[str, str]]:
-    """What replaces values of a scene, as the compiled part takes it."""
+    """Overrides of a scene, as the compiled part takes them."""
     pairs: list[tuple[str, str]] = []
     for key, value in (set or {}).items():
         if not isinstance(key, str):
@@ -145,7 +145,7 @@ class Scene:
         return self._core.record()
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as a dictionary, with the tables and keys of a scene file.
+        """Record of the scene as a dictionary, with the tables and keys of a scene file.
 
         Examples
         --------
@@ -155,7 +155,7 @@ class Scene:
         return _carom.parse_toml(self._core.record())
 
     def describe(self) -> str:
-        """What will be simulated, in words, with warnings of what is allowed and probably not meant: what ``carom check`` prints.
+        """Description of the scene in words, with warnings of settings that are allowed and probably not meant, as ``carom check`` prints it.
 
         Examples
         --------

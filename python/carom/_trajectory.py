@@ -1,4 +1,4 @@
-"""What runs leave in large files: frames and events, each read when it is asked for."""
+"""Large files of runs: frames and events, each read when it is asked for."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ pub fn exception(class: &str, message: &str, attributes: &[(&str, Option<String>
     })
 }
 
-/// The same with a cure, which is part of the message.
+/// An exception with a cure, which is part of the message.
 pub fn cured(class: &str, message: &str, cure: Option<&str>) -> PyErr {
     let text = cure.map_or_else(|| message.to_owned(), |cure| format!("{message}\n  help: {cure}"));
     exception(class, &text, &[("cure", cure.map(str::to_owned))])

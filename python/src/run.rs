@@ -66,7 +66,7 @@ impl Watch {
     }
 }
 
-/// What may be written in a folder, where `what` is expected to write `bytes`.
+/// Largest size that may be written in a folder, where `what` is expected to write `bytes`.
 pub fn most_bytes(what: &str, bytes: f64, folder: &Path, force: bool) -> PyResult<f64> {
     if force {
         return Ok(f64::INFINITY);

@@ -141,7 +141,7 @@ impl Scene {
 }
 
 impl Scene {
-    /// What a run keeps as its scene, and the files that it reads.
+    /// Input files of a run: those that its scene reads, and the scene.
     pub fn inputs(&self) -> impl Iterator<Item = &Path> {
         self.model.inputs().iter().map(|input| Path::new(&input.path)).chain([self.name.as_path()])
     }

@@ -110,7 +110,7 @@ impl Simulation {
         })
     }
 
-    /// The same up to `count` events of the kinds whose bits are set; these as bytes, and why it ended: `None` if there are as many as that.
+    /// Advances up to `count` events of the kinds whose bits are set; these as bytes, and why it ended: `None` if there are as many as that.
     fn events<'py>(
         &self,
         py: Python<'py>,

@@ -1,4 +1,4 @@
-"""What all tests start from."""
+"""Scenes and runs that all tests start from."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What other packages make of frames: the same times, distances, velocities and names."""
+"""Frames in other packages: the same times, distances, velocities and names."""
 
 from __future__ import annotations
 

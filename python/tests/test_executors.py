@@ -30,7 +30,7 @@ def undisturbed(fluid: dict, tmp_path: Path) -> carom.Sweep:
 
 
 def same(one: carom.Sweep, other: carom.Sweep) -> None:
-    """The same points, each once, with the same bits."""
+    """Both sweeps have the same points, each once, with the same bits."""
     assert len(one) == len(other) and not one.failures and not other.failures
     for name in TABLES:
         assert filecmp.cmp(one.folder / name, other.folder / name, shallow=False), name

@@ -1,4 +1,4 @@
-"""What is read from a folder goes to other processes, and back to what it was."""
+"""Pickles: results of a folder go to other processes, and back to what they were."""
 
 from __future__ import annotations
 

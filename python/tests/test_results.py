@@ -1,4 +1,4 @@
-"""What is read back, and what other packages make of it."""
+"""Results that are read back, and their use by other packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a `stop` function may do with the simulation that asks it."""
+"""Rights of a `stop` function over the simulation that asks it."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ pub(crate) fn has_scalars(plan: &MeasurementPlan) -> bool {
     plan.bond_order.is_some()
 }
 
-/// What is asked for of each particle, for the frames of a trajectory.
+/// Scalars of each particle that a plan asks for, for the frames of a trajectory.
 pub(crate) fn scalars(plan: &MeasurementPlan, sample: &Sample<'_>, system: &SystemDescription) -> Vec<Scalar> {
     plan.bond_order.as_ref().map_or(Vec::new(), |plan| bond_order::scalars(plan, system, sample))
 }

@@ -1,4 +1,4 @@
-//! What is measured along a run: rows at even times, and means with standard errors.
+//! Observables along a run: rows at even times, and means with standard errors.
 //!
 //! An observer only reads: a run that is watched has the same trajectory, bit for bit, as one that is not.
 
@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 /// Thermodynamic observables at one time, and averages since the row before: a row of `thermo.csv`.
 ///
-/// What means nothing for the scene, or cannot be known yet, is `None`.
+/// Quantities that mean nothing for the scene, or cannot be known yet, are `None`.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Row {
@@ -132,7 +132,7 @@ struct Piece {
     time: f64,
     /// Since the start of the simulation.
     elapsed: f64,
-    /// What has heated the particles since then, and the sum of its parts, each times its time `[energy]`, `[energy time]`.
+    /// Heat given to the particles since then, and the sum of its parts, each times its time `[energy]`, `[energy time]`.
     heated: [f64; 2],
     /// The sum of all changes of the energy of pairs, each times its time `[energy time]`.
     pair_energy_moment: f64,
@@ -272,7 +272,7 @@ impl Observer {
         }
     }
 
-    /// The same of the second half of what was seen.
+    /// Stationarity of the second half of the series.
     pub(crate) fn stationarity_of_second_half(&self) -> Vec<(&'static str, Stationarity)> {
         let halves = Self { averages: self.averages.iter().map(BlockAverage::second_half).collect(), ..self.clone() };
         halves.stationarity()

@@ -30,7 +30,7 @@ impl SamplingTimes {
         Self { chosen: Some([0, aim]), ..Self::given(start, (duration / f64::from(aim)).max(shortest)) }
     }
 
-    /// The same, and no more of them than so many.
+    /// Sampling times of which there are no more than so many.
     #[must_use]
     pub fn at_most(self, most: u32) -> Self {
         Self { left: most, ..self }
@@ -53,7 +53,7 @@ impl SamplingTimes {
         self.pass_early(time, 0.0);
     }
 
-    /// The same, where a time that is early by this part of the interval is taken for that time, because times are rounded.
+    /// Goes past a time, where one that is early by this part of the interval is taken for it, because times are rounded.
     pub fn pass_early(&mut self, time: f64, early: f64) {
         if self.left < u32::MAX {
             self.left = self.left.saturating_sub(1);

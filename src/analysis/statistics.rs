@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// Bins are merged pairwise when there are this many.
 const MOST_BINS: usize = 1024;
 
-/// What the roundings of a long run leave of a constant, relative to it: a temperature of two particles that is conserved over `1e8` events.
+/// Relative rounding error of a constant in a long run: a temperature of two particles that is conserved over `1e8` events.
 pub(crate) const ROUNDING: f64 = 1e-11;
 
 /// There is no error of fewer values,

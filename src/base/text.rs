@@ -68,7 +68,7 @@ pub fn digits(number: f64) -> String {
     }
 }
 
-/// What should be nothing.
+/// Short form of a small residual, such as a drift: `0` or one digit, `3.1e-16`.
 #[must_use]
 pub fn tiny(number: f64) -> String {
     if number == 0.0 { "0".to_owned() } else { format!("{number:.1e}") }

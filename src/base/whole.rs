@@ -15,12 +15,12 @@ pub(crate) fn number<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D
     Whole::deserialize(deserializer).map(|Whole(number)| number)
 }
 
-/// The same of a key that may be left out.
+/// Value of a key that is a whole number and may be left out.
 pub(crate) fn given<'de, D: Deserializer<'de>, T: Integer<'de>>(deserializer: D) -> Result<Option<T>, D::Error> {
     Option::deserialize(deserializer).map(|given| given.map(|Whole(number)| number))
 }
 
-/// The same of a key with several.
+/// Values of a key that are whole numbers.
 pub(crate) fn several<'de, D, T, const N: usize>(deserializer: D) -> Result<[T; N], D::Error>
 where
     D: Deserializer<'de>,

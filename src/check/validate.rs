@@ -68,9 +68,9 @@ impl Effort {
 pub struct Point {
     /// Name, such as `hard_spheres/0.30`.
     pub name: String,
-    /// What is simulated, in words.
+    /// Simulated system, in words.
     pub state: String,
-    /// What is compared.
+    /// Compared quantities.
     pub quantities: &'static [&'static str],
     effort: Effort,
     experiment: Experiment,

@@ -73,25 +73,25 @@ fn per_second(scene: &Scene) -> Option<f64> {
 const TRY: Duration = Duration::from_millis(200);
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// What the run will write and need, in two lines.
+/// Size of the output and memory of the run, in two lines.
 fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRate>) -> String {
     let count = |count: Option<f64>, noun| match count {
         Some(1.0) => format!("1 {noun}"),
         Some(count) => format!("{} {noun}s", about(count)),
-        None => format!("a number of {noun}s that is not known"),
+        None => format!("an unknown number of {noun}s"),
     };
     let least = if estimate.is_complete { "some" } else { "at least" };
     let rows = format!("{} and {}", count(estimate.rows, "row"), count(estimate.frames, "frame"));
     let few = estimate.frames_limit.map_or_else(String::new, |reason| format!(" ({reason})"));
-    let mut work = count(estimate.events, "event");
+    let mut work = format!("number of events: {}", estimate.events.map_or("cannot be estimated".to_owned(), about));
     if let (None, Some(why)) = (estimate.events, no_rate) {
-        work = format!("a number of events that cannot be estimated: {why}");
+        work.push_str(&format!(" ({why})"));
     }
     if let (Some(events), Some(per_second)) = (estimate.events, per_second) {
         work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / per_second)));
     }
     let (bytes, memory) = (size(estimate.bytes), size(estimate.memory));
-    format!("  writes {rows}{few}, {least} {bytes}\n  needs some {memory} of memory, and works through {work}\n")
+    format!("  writes {rows}{few}, {least} {bytes}\n  needs some {memory} of memory; {work}\n")
 }
 
 /// The estimate of a run, for all replicas where the scene asks for several.
@@ -115,7 +115,7 @@ fn about(count: f64) -> String {
     if count < 1e4 { format!("{count:.0}") } else { format!("{count:.1e}") }
 }
 
-/// What a run does only when it is asked to.
+/// Message for a run that asks for --force because of its size.
 fn too_much(estimate: &SizeEstimate, free: Option<f64>) -> Option<String> {
     let most = allowance(free);
     (estimate.bytes > most).then(|| {

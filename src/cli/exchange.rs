@@ -47,7 +47,7 @@ pub struct ExchangeCommand {
     /// The folder of the results; runs/NAME-exchange if not given, where NAME is that of the scene
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Time on the clock between two checkpoints, in seconds
+    /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = "300")]
     checkpoint_every: Duration,
     /// Also writes more than 10 GB, or a tenth of the free disk
@@ -100,14 +100,14 @@ impl ExchangeCommand {
         Ok((scene, record, path))
     }
 
-    /// What replaces values of the scene.
+    /// Overrides of the scene.
     fn replaced(&self) -> Vec<(String, String)> {
         let mut all = self.changes.all();
         all.extend(self.until_time.map(|time| ("run.until_time".to_owned(), format!("{time:?}"))));
         all
     }
 
-    /// The same of the folder of an exchange.
+    /// Scene, record and path of the exchange in a folder.
     fn kept(&self) -> Result<(Scene, String, PathBuf), Failure> {
         let file = ExchangeFolder::scene_of(&self.path);
         if !ExchangeFolder::is_one(&self.path) || !file.exists() {

@@ -27,7 +27,7 @@ pub struct Failure {
 
 /// The simulation failed.
 const FAILED: u8 = 1;
-/// What was typed is wrong.
+/// Exit code of wrong input.
 const BAD_INPUT: u8 = 2;
 
 impl Failure {

@@ -33,14 +33,14 @@ pub struct Movie {
     /// Only these frames, the last one included; frames count from 0, and either end may be left out
     #[arg(long, value_name = "FIRST..LAST", value_parser = frames)]
     frames: Option<(u64, Option<u64>)>,
-    /// Only every so many-th of them
+    /// Use every N-th frame
     #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = run::count)]
     every: u64,
     /// Frames that are shown in a second, 1 to 120
     #[arg(long, value_name = "N", default_value = "25", allow_negative_numbers = true,
         value_parser = clap::value_parser!(u32).range(1..=120))]
     fps: u32,
-    /// What colours show
+    /// Quantity that colours show
     #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color")]
     colour: Colour,
     /// Pixels across and down

@@ -8,7 +8,7 @@ use super::failure::Failure;
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  carom new hopper > hopper.toml && carom run hopper.toml")]
 pub struct New {
-    /// What kind of scene
+    /// Kind of scene
     kind: Kind,
 }
 

@@ -33,11 +33,11 @@ pub struct State {
     time: f64,
     events: u64,
     fraction: f64,
-    /// What is counted.
+    /// Unit of the counter.
     unit: &'static str,
 }
 
-/// What runs count.
+/// Unit of the counter of runs.
 const EVENTS: &str = "events";
 
 impl From<&run::Progress> for State {
@@ -158,7 +158,7 @@ impl Rate {
     }
 }
 
-/// What is left at the speed so far.
+/// Remaining time at the speed so far.
 fn left(fraction: f64, elapsed: Duration) -> String {
     if fraction <= 0.0 {
         return String::new();

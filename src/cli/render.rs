@@ -20,7 +20,7 @@ pub struct Render {
     /// The file to write; picture.png in the folder of the run if not given
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// What colours show
+    /// Quantity that colours show
     #[arg(long, value_name = "WHAT", default_value = "species", visible_alias = "color")]
     colour: Colour,
     /// Most pixels across and down

@@ -53,7 +53,7 @@ pub struct Run {
     /// Measures for this many physical events, whatever the scene says; with --until-time, whichever comes first
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = count)]
     until_events: Option<u64>,
-    /// Time on the clock between two checkpoints, in seconds
+    /// Wall time between two checkpoints, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = seconds, default_value = "300")]
     checkpoint_every: Duration,
     /// Replaces the run in the folder, when the new one is complete; also writes more than 10 GB, or a tenth of the free disk
@@ -153,7 +153,7 @@ impl Run {
         end(&result?, folder)
     }
 
-    /// What the files may take; a run that will write more is begun only if that is wanted.
+    /// Largest size of the files; a run that will write more is begun with --force only.
     fn most_bytes(&self, scene: &Scene, path: &Path) -> Result<f64, Failure> {
         if self.force {
             return Ok(f64::INFINITY);
@@ -164,7 +164,7 @@ impl Run {
         })
     }
 
-    /// What replaces the limit of the scene.
+    /// Limit that replaces that of the scene.
     fn limit(&self) -> Option<Limit> {
         let is_given = self.until_time.is_some() || self.until_events.is_some();
         is_given.then_some(Limit { time: self.until_time, events: self.until_events })
@@ -211,7 +211,7 @@ fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
     Err(Failure::failed(unconverted, None, Some(&cure)))
 }
 
-/// What became of a run that was to be replaced and was not.
+/// Message about a run that was to be replaced and was not.
 fn stay(finished: &Finished, done: &Completed) -> String {
     let Some(run) = done.kept.as_ref().map(|run| run.display()) else { return String::new() };
     let new = done.folder.display();

@@ -18,7 +18,7 @@ pub fn watch() {
     listen(|| {});
 }
 
-/// The same for work that leaves nothing behind: it ends soon after the first signal, whether it asks or not.
+/// Ends work that leaves nothing behind soon after the first signal, whether it asks or not.
 pub fn watch_without_traces() {
     listen(|| {
         IS_ASKED.store(false, Ordering::Relaxed);

@@ -52,7 +52,7 @@ pub struct SweepCommand {
     /// Runs only the K-th of every N points
     #[arg(long = "array", value_name = "K/N", value_parser = share)]
     share: Option<Share>,
-    /// Time on the clock between two checkpoints of a run, in seconds
+    /// Wall time between two checkpoints of a run, in seconds
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = super::run::seconds, default_value = "300")]
     checkpoint_every: Duration,
     /// Also writes more than 10 GB, or a tenth of the free disk
@@ -94,7 +94,7 @@ impl SweepCommand {
         self.end(&sweep, &folder, &fates?)
     }
 
-    /// What is to be run, and where.
+    /// The sweep and its folder.
     fn sweep(&self) -> Result<(Sweep, PathBuf), Failure> {
         let changes = self.changes.all();
         if !self.axes.is_empty() {
@@ -129,7 +129,7 @@ impl SweepCommand {
         Ok((sweep, path.unwrap_or_else(|| beside(&self.path))))
     }
 
-    /// What can be found out before anything is made.
+    /// Checks a sweep before anything is made.
     fn check(&self, sweep: &Sweep, path: &Path) -> Result<(), Failure> {
         let scene = sweep.check()?;
         super::refuse_exchange(

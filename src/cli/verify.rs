@@ -112,7 +112,7 @@ impl Verify {
     }
 }
 
-/// What a run says of itself in `summary.json`.
+/// Results of a run by its `summary.json`.
 struct Recorded {
     path: PathBuf,
     summary: Summary,
@@ -209,7 +209,7 @@ fn in_brackets(kinds: &str) -> String {
 }
 
 fn words(certificate: &Certificate) -> String {
-    let proven = "PROVEN: no event was missed, invented or out of order, and each came out right";
+    let proven = "PROVEN: no event is missing, spurious or out of order, and each came out right";
     match certificate.end {
         End::Asked => proven.to_owned(),
         End::RunEnded => format!("{proven},\nup to the end of the run"),

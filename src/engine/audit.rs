@@ -44,13 +44,13 @@ pub(super) const MOST_ROUND_OFF: f64 = 1e-6;
 /// time.
 const ROUNDINGS: f64 = 32.0;
 
-/// What no scale of a discontinuity at `distance` is below: an overlap less deep needs no further look.
+/// Whether an overlap is below the round-off of any discontinuity at `distance`, so that it needs no further look.
 #[inline]
 pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
 }
 
-/// What depths at a wall are compared with: a point particle has no length of its own.
+/// Unit of depths at a wall: a point particle has no length of its own.
 pub(super) fn unit_of_wall(radius: f64) -> f64 {
     if radius > 0.0 { radius } else { 1.0 }
 }
@@ -103,7 +103,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ROUNDINGS * f64::EPSILON * (coordinates + speed * clock + from * from / distance) + self.counts.accepted_overlap
     }
 
-    /// The same for a wall, whose overlap function is a length: of a coordinate that is never wrapped.
+    /// Round-off of a contact with a wall, whose overlap function is a length: of a coordinate that is never wrapped.
     pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, flown: f64) -> f64 {
         let body = &self.state.bodies[i as usize];
         let speed = body.velocity[axis].abs() + self.acceleration(i)[axis].abs() * flown;

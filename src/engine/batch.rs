@@ -236,7 +236,7 @@ pub(super) fn dot<F: Lanes>(a: &[F; 3], b: &[F; 3]) -> F {
     a[0].mul(b[0]).add(a[1].mul(b[1])).add(a[2].mul(b[2]))
 }
 
-/// The same as [`crate::model::space::minimum_image`] for one coordinate of many.
+/// Minimum image of one coordinate of many pairs, as [`crate::model::space::minimum_image`].
 #[inline(always)]
 pub(super) fn minimum_image<F: Lanes>(apart: F, period: f64) -> F {
     let half = F::all(0.5 * period);
@@ -322,7 +322,7 @@ pub(super) mod tests {
         assert!(ends.iter().all(|end| *end == ends[0]));
     }
 
-    /// What a particle at rest in the middle of a box meets first, given where others are from it and how they move; and who that is by id.
+    /// First contact of a particle at rest in the middle of a box, given positions of others from it and their velocities: its time, and the id of the partner.
     fn first_met(potential: &Potential, others: &[(Vector, Vector)], middle: usize) -> (f64, u32) {
         let mut scene = SceneBuilder::new("middle")
             .space(Space { lower: Vector::zeros(), size: Vector::repeat(16.0), boundary: [Boundary::Periodic; 3] })

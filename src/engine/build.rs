@@ -162,7 +162,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 /// event's time, wrapped, and subtracted.
 const ROUNDINGS: f64 = 32.0;
 
-/// What the roundings make of the distance of a pair at its discontinuity, from the largest of its coordinates `[length]`: each is below a unit in the
+/// Rounding error of the distance of a pair at its discontinuity, from the largest of its coordinates `[length]`: each is below a unit in the
 /// last place of that, or of the period by which it was wrapped.
 fn rounding_of_distances(largest: f64, periods: &Vector) -> f64 {
     let wrapped = periods.iter().filter(|period| period.is_finite()).fold(0.0, |most: f64, period| most.max(*period));

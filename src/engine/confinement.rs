@@ -1,4 +1,4 @@
-//! What the pressure between walls takes: where centres can be, and how far impulses act from the middle.
+//! Geometry for the pressure between walls: where centres can be, and how far impulses act from the middle.
 
 use super::parts::Engine;
 use crate::Vector;

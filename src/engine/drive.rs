@@ -1,4 +1,4 @@
-//! What acts on a simulation from outside: thermostats, growing diameters.
+//! External drive of a simulation: thermostats, growing diameters.
 
 use super::sources::andersen::Bath;
 use super::{Chosen, InvariantBroken, Simulation, Snapshot};

@@ -74,14 +74,14 @@ pub struct Arrest {
     pub partner: Option<ParticleId>,
     /// When.
     pub time: f64,
-    /// What stands still.
+    /// Kind of the standstill.
     pub standstill: Standstill,
     /// Whether the scene has a contact time: the TC model is no cure then.
     pub has_contact_time: bool,
 }
 
 impl Arrest {
-    /// What the user can do about it.
+    /// Cure: what the user can do.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match (self.has_contact_time, self.standstill) {
@@ -119,17 +119,17 @@ pub struct InvariantBroken {
     pub partner: Option<ParticleId>,
     /// When.
     pub time: f64,
-    /// What should have been so.
+    /// Invariant that does not hold.
     pub expected: Invariant,
 }
 
 impl InvariantBroken {
-    /// What the user can do about it.
+    /// Cure: what the user can do.
     pub const CURE: &'static str = "carom should not do this: please report the scene and the command; if it does not happen again, \
         check the memory of the machine";
 }
 
-/// What holds in every state of the engine.
+/// Invariant: it holds in every state of the engine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Invariant {

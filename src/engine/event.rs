@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::physics::response::Outcome;
 
-/// What kind of physical event took place.
+/// Kind of a physical event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum EventKind {
@@ -49,7 +49,7 @@ impl EventKind {
 pub struct Event {
     /// Simulated time `[time]`.
     pub time: f64,
-    /// What took place.
+    /// Kind of the event.
     pub kind: EventKind,
     /// The particle that it happened to.
     pub particle: ParticleId,
@@ -80,7 +80,7 @@ pub struct Event {
 pub struct EventCounts {
     /// Core events.
     pub core: u64,
-    /// Those of them with a static partner.
+    /// Core events with a static partner.
     pub core_static: u64,
     /// Capture events.
     pub capture: u64,
@@ -127,7 +127,7 @@ pub struct EventCounts {
     pub supplied: Sum,
     /// The sum of all that was supplied, each times its time since the start of the simulation, as [`Self::dissipated_moment`] `[energy time]`.
     pub supplied_moment: Sum,
-    /// The same of all changes of the potential energy of pairs `[energy time]`.
+    /// The sum of all changes of the potential energy of pairs, each times its time since the start of the simulation `[energy time]`.
     pub pair_energy_moment: Sum,
 }
 
@@ -144,7 +144,7 @@ impl EventCounts {
         2 * self.core - self.core_static
     }
 
-    /// What happened since earlier counts. The deepest overlap stays that of both.
+    /// Event counts since earlier ones. The deepest overlap stays that of both.
     pub(crate) fn since(&self, earlier: &Self) -> Self {
         let mut since = *self;
         for (count, before) in [

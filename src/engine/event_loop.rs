@@ -7,7 +7,7 @@ use super::schedule::{Pending, QueueEntry};
 use super::{EngineError, Reason, Until};
 use std::ops::ControlFlow;
 
-/// What is due next.
+/// Kind of the next entry of the queue, or of what comes before it.
 enum Due {
     /// The prediction of a particle.
     Particle(QueueEntry),
@@ -25,9 +25,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Puts a particle's pending prediction into the queue.
     #[inline]
     pub(super) fn enqueue(&mut self, particle: u32) {
-        let wake = self.schedule.predictions.wake(particle);
-        if wake.time < f64::INFINITY {
-            self.schedule.queue.push(wake);
+        let entry = self.schedule.predictions.entry(particle);
+        if entry.time < f64::INFINITY {
+            self.schedule.queue.push(entry);
         }
     }
 
@@ -40,8 +40,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// The same, but pauses with `None` after a number of steps, be they events, cell transitions, predictions anew or whatever else
-    /// takes as long. Where it pauses changes nothing.
+    /// Runs as [`Self::advance`] does, but pauses with `None` after a number of steps, be they events, cell transitions, predictions anew or whatever
+    /// else takes as long. Where it pauses changes nothing.
     ///
     /// The observer is no type parameter: the loop is compiled once for each engine, in the library, and not for each closure of each caller.
     pub fn advance_for(
@@ -135,7 +135,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(flow)
     }
 
-    /// What is due next, up to a time since the epoch.
+    /// Kind of the next entry, up to a time since the epoch.
     #[inline]
     fn next_due(&mut self, stop: f64) -> Due {
         let next_global = self.sources.next_global;

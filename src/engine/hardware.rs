@@ -1,4 +1,4 @@
-//! What depends on the machine: prefetching and large pages. Neither changes a result.
+//! Hardware: prefetching and large pages. Neither changes a result.
 
 pub mod pages;
 pub mod prefetch;

@@ -79,7 +79,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         })
     }
 
-    /// What rounding leaves uncertain of states that were streamed to now.
+    /// Rounding error of states that were streamed to now.
     fn doubt(&self, particles: &[u32]) -> Doubt {
         let mut sums = [0.0; 2];
         for &particle in particles {

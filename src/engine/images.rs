@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 /// Images of all particles, by their numbers in memory: three bytes of each, until one has travelled so far that all take twelve.
 ///
-/// A number that a period more would take beyond 32 bits goes on at the other end of them.
+/// Image numbers wrap at 32 bits.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) enum Images {
     Near(Vec<[i8; 3]>),
@@ -17,7 +17,7 @@ impl Images {
         Self::Near(vec![[0; 3]; particles])
     }
 
-    /// Those of a particle.
+    /// Images of a particle.
     #[inline]
     pub fn of(&self, particle: u32) -> [i32; 3] {
         match self {

@@ -27,9 +27,9 @@ use verlet::VerletLists;
 /// How neighbours are found.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Search {
-    /// Those in the cells around the particle's.
+    /// Cells: the neighbours are in the cells around the particle's.
     Cells,
-    /// Those in the particle's list.
+    /// Verlet lists: the neighbours are in the particle's list.
     Lists {
         /// Half of the skin: how far a particle may go from its centre before its list is rebuilt `[length]`.
         half_skin: f64,
@@ -117,8 +117,8 @@ const LISTED: [f64; 3] = [1.5, 5.5, 11.0];
 /// cells are as fast at 0.35 with 11 thousand particles and at 0.38 with ten times as many, for square wells at a reach of 1.66.
 const WORTHWHILE: f64 = 1.69;
 
-/// The same with three cells or less along a period, where all particles are candidates in several images: a packing fraction of 0.14. Between 0.1 and
-/// 0.15, ten hard spheres are as fast in cells.
+/// Limit with three cells or less along a period, where all particles are candidates in several images: a packing fraction of 0.14. Between 0.1
+/// and 0.15, ten hard spheres are as fast in cells.
 const WORTHWHILE_IN_SMALL_BOX: f64 = 2.2;
 
 /// A change from lists to cells or back pays only this far beyond.
@@ -163,7 +163,7 @@ impl Search {
         Self::choose_among(space, range, || positions.iter().copied(), current)
     }
 
-    /// The same for positions that come one by one, as often as they are asked for.
+    /// The search for positions that come one by one, as often as they are asked for.
     pub(super) fn choose_among<I: Iterator<Item = Vector>>(
         space: &Space,
         range: f64,
@@ -230,7 +230,7 @@ fn local_density<I: Iterator<Item = Vector>>(space: &Space, range: f64, position
     density
 }
 
-/// The same from counts in cells of about a given side.
+/// Number density around a particle from counts in cells of about a given side.
 fn density_in_cells<I: Iterator<Item = Vector>>(space: &Space, fair: f64, positions: impl Fn() -> I) -> f64 {
     /// Cells of the box that are counted in place, if there are no more of them than particles or than these.
     const SOME: usize = 4096;

@@ -16,7 +16,7 @@ pub(super) fn show(observe: &mut Observe<'_>, event: impl FnOnce() -> Event) -> 
     }
 }
 
-/// What an observer returns: nothing, or a [`ControlFlow`] whose `Break` ends the run after the event.
+/// Result of an observer: nothing, or a [`ControlFlow`] whose `Break` ends the run after the event.
 #[doc(alias = "callback")]
 #[doc(alias = "stop condition")]
 pub trait Flow: sealed::Sealed {
@@ -41,8 +41,8 @@ impl Flow for ControlFlow<()> {
 impl Simulation {
     /// Goes on, and shows every event to `observe` with the simulation as it is at its time: energies, positions, pair states.
     ///
-    /// What `observe` returns is as in [`Self::advance_with`], which is faster where the event itself says enough. Neither changes a bit of
-    /// what happens.
+    /// The result of `observe` is as in [`Self::advance_with`], which is faster where the event itself says enough. Neither changes a bit of
+    /// the trajectory.
     ///
     /// # Errors
     /// [`EngineError`] as [`Self::advance_with`].

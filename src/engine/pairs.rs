@@ -25,7 +25,7 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// Those of a scene, none of them captured yet; `has_states` if pairs can be.
+    /// Pairs of a scene, none of them captured yet; `has_states` if pairs can be.
     #[must_use]
     pub fn of(scene: &Scene, has_states: bool) -> Self {
         let count = scene.particles().len();

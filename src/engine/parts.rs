@@ -17,7 +17,7 @@ use crate::physics::detection::lanes::Simd;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
-/// What has happened so far.
+/// Counts of events and transitions so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Counts {
     pub totals: EventCounts,
@@ -57,7 +57,7 @@ impl Counts {
     }
 }
 
-/// What the machine decides about the way of a calculation, and never about its result.
+/// Hardware settings: they affect speed, never results.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(super) struct Hardware {
     /// The SIMD instructions.

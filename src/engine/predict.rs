@@ -133,7 +133,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// What others are to a particle.
+    /// Batch view of all bodies from one particle.
     #[inline]
     pub(super) fn others(&self, me: &Streamed, wraps: bool) -> Batch<'_> {
         let species = self.row(me.id);

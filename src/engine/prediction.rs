@@ -8,7 +8,7 @@ use crate::engine::schedule::{EventQueue, Pending, QueueEntry};
 use crate::physics::overlap::Side;
 use serde::{Deserialize, Serialize};
 
-/// What a particle is predicted to run into.
+/// Kind of a predicted contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) enum Contact {
     /// A discontinuity of its potential with the partner.
@@ -99,7 +99,7 @@ impl Prediction {
     }
 }
 
-/// What the tie orders of contacts with walls and of transitions have, and those of pairs have not.
+/// Bits in the tie orders of contacts with walls and of transitions, which those of pairs have not.
 const WALL: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 
@@ -112,7 +112,7 @@ pub(super) struct Schedule {
 
 impl Pending for Vec<Prediction> {
     #[inline]
-    fn wake(&self, particle: u32) -> QueueEntry {
+    fn entry(&self, particle: u32) -> QueueEntry {
         let prediction = &self[particle as usize];
         let tie_order = if prediction.is_transition() { TRANSITION } else { prediction.tie_order };
         QueueEntry { time: prediction.due_time(), particle, tie_order }

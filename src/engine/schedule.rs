@@ -37,7 +37,7 @@ impl QueueEntry {
 /// The pending predictions that the queue puts in order.
 pub trait Pending {
     /// When a particle is due; at an infinite time if it never is.
-    fn wake(&self, particle: u32) -> QueueEntry;
+    fn entry(&self, particle: u32) -> QueueEntry;
 
     /// Prefetches the prediction of a particle.
     fn prefetch(&self, particle: u32);
@@ -53,7 +53,7 @@ const CROWDED: u64 = 4;
 /// While a bucket is opened, particles this many entries ahead are prefetched.
 const AHEAD: usize = 8;
 
-/// What the queue holds between the epoch and its horizon; later entries wait outside.
+/// Event queue: entries between the epoch and its horizon; later ones wait outside.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct EventQueue {
     /// The bucket that time has reached, latest first.
@@ -115,16 +115,16 @@ impl EventQueue {
 
     /// Adds an entry. One beyond the horizon is dropped: moving the epoch enters every particle again.
     #[inline]
-    pub fn push(&mut self, wake: QueueEntry) {
-        let bucket = self.bucket(wake.time);
+    pub fn push(&mut self, entry: QueueEntry) {
+        let bucket = self.bucket(entry.time);
         if bucket <= self.cursor {
             let after = {
-                let key = wake.key();
+                let key = entry.key();
                 self.front.partition_point(|other| key < other.key())
             };
-            self.front.insert(after, wake);
+            self.front.insert(after, entry);
         } else if bucket < self.buckets.count() {
-            self.buckets.push(bucket, wake.particle);
+            self.buckets.push(bucket, entry.particle);
         }
     }
 
@@ -170,14 +170,14 @@ impl EventQueue {
             if let Some(&particle) = self.opened.get(at + AHEAD) {
                 pending.prefetch(particle);
             }
-            let wake = pending.wake(self.opened[at]);
-            if self.bucket(wake.time) == self.cursor {
-                self.front.push(wake);
+            let entry = pending.entry(self.opened[at]);
+            if self.bucket(entry.time) == self.cursor {
+                self.front.push(entry);
             }
         }
-        self.front.sort_unstable_by_key(|wake| !wake.key());
+        self.front.sort_unstable_by_key(|entry| !entry.key());
         // A particle may have come to the same bucket more than once.
-        self.front.dedup_by_key(|wake| wake.particle);
+        self.front.dedup_by_key(|entry| entry.particle);
     }
 
     /// Removes all entries; the epoch goes on.
@@ -227,14 +227,14 @@ mod tests {
     }
 
     impl Pending for Times {
-        fn wake(&self, particle: u32) -> QueueEntry {
+        fn entry(&self, particle: u32) -> QueueEntry {
             QueueEntry { time: self.0[particle as usize], particle, tie_order: self.1[particle as usize] }
         }
 
         fn prefetch(&self, _: u32) {}
     }
 
-    fn wake(time: f64, particle: u32) -> QueueEntry {
+    fn entry(time: f64, particle: u32) -> QueueEntry {
         QueueEntry { time, particle, tie_order: 0 }
     }
 
@@ -255,13 +255,13 @@ mod tests {
     }
 
     #[test]
-    fn ties_come_out_by_rank_then_by_number() {
+    fn ties_come_out_by_tie_order_then_by_number() {
         for time in [0.5, 300.0] {
             let mut queue = EventQueue::new(1024, 1024, 64.0);
             let mut pending = Times::new(&[time; 10]);
             pending.1[5] = 1;
             for particle in [5, 9, 3] {
-                queue.push(pending.wake(particle));
+                queue.push(pending.entry(particle));
             }
             let mut order = Vec::new();
             while let Some(next) = queue.peek(&pending) {
@@ -277,10 +277,10 @@ mod tests {
         let mut queue = EventQueue::new(1024, 1024, 64.0);
         let mut pending = Times::new(&[100.0, 200.0, 300.0]);
         for (particle, time) in [(0, 100.0), (1, 200.0), (2, 300.0), (1, 200.0)] {
-            queue.push(wake(time, particle));
+            queue.push(entry(time, particle));
         }
         pending.0[0] = 250.0;
-        queue.push(wake(250.0, 0));
+        queue.push(entry(250.0, 0));
         let mut order = Vec::new();
         while let Some(next) = queue.peek(&pending) {
             queue.pop();
@@ -298,16 +298,16 @@ mod tests {
         let pending = Times::new(&[0.0; 2]);
         for k in 0..=most {
             let time = width * f64::from(k) / f64::from(most + 1);
-            queue.push(wake(time, 0));
-            assert_eq!(queue.peek(&pending), Some(wake(time, 0)));
+            queue.push(entry(time, 0));
+            assert_eq!(queue.peek(&pending), Some(entry(time, 0)));
             queue.pop();
         }
-        queue.push(wake(1.5 * width, 1));
+        queue.push(entry(1.5 * width, 1));
         assert_eq!(queue.peek(&pending), None);
         assert_eq!(queue.reached(), width);
         queue.restart();
         assert_eq!(queue.span(), span / 512.0);
-        queue.push(wake(0.5 * queue.width, 1));
+        queue.push(entry(0.5 * queue.width, 1));
         assert!(queue.peek(&pending).is_some());
     }
 
@@ -321,7 +321,7 @@ mod tests {
             let (early, later) = times.split_at(times.len() / 2);
             let mut pending = Times::new(&times);
             for (k, &time) in (0..).zip(early) {
-                queue.push(wake(time, k));
+                queue.push(entry(time, k));
             }
             let mut expected: Vec<f64> = early.iter().copied().filter(|t| *t < queue.span()).collect();
             let mut now = 0.0;
@@ -336,7 +336,7 @@ mod tests {
                 if let Some(dt) = later.get(particle - early.len()) {
                     let time = now + dt;
                     pending.0[particle] = time;
-                    queue.push(wake(time, u32::try_from(particle).unwrap()));
+                    queue.push(entry(time, u32::try_from(particle).unwrap()));
                     if time < queue.span() { expected.push(time); }
                     particle += 1;
                 }

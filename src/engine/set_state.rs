@@ -12,7 +12,7 @@ use thiserror::Error;
 /// The largest coordinate or component that a scene may have, too.
 const LARGEST: f64 = 1e50;
 
-/// What becomes of the states of captured pairs when particles are put elsewhere.
+/// States of captured pairs after particles are put elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PairStates {

@@ -64,9 +64,9 @@ enum GlobalEvent {
     GrowthStage,
 }
 
-/// What a global event leaves to do.
+/// Result of a global event: it is shown, and makes predictions void.
 pub(super) struct GlobalOutcome {
-    /// What observers see, if anything.
+    /// Event for observers, if there is any.
     pub event: Option<Event>,
     pub repredict: Repredict,
 }
@@ -79,7 +79,7 @@ pub(super) enum Repredict {
 }
 
 impl Sources {
-    /// Those of a scene at its start; heat baths and growth come with stages of a run.
+    /// Sources of a scene at its start; heat baths and growth come with stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
         Self {
             walls: boundary::walls(scene),

@@ -6,7 +6,7 @@ use crate::model::predecessor::LastState;
 use crate::model::{Limit, Scene, Thermostat};
 use thiserror::Error;
 
-/// What a scene plans and only a run does.
+/// Part of a scene's plan that only a run carries out.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum NeedsRun {
@@ -74,7 +74,7 @@ impl Simulation {
         Self::begin(scene, true)
     }
 
-    /// The same; the particles of the scene are let go unless they are kept, before there is memory for neighbours and predictions.
+    /// The dynamics of a scene alone; the particles of the scene are let go unless they are kept, before there is memory for neighbours and predictions.
     pub(crate) fn begin(mut scene: Scene, keeps_start: bool) -> Self {
         let last = scene.last_state().and_then(Self::last_of);
         if !keeps_start && last.is_some() {

@@ -46,7 +46,7 @@ impl AtTemperature {
         self.square.add(deviation * deviation, 1.0);
     }
 
-    /// What was measured at a temperature.
+    /// Means at a temperature.
     fn measured(&self, temperature: f64) -> Vec<(&'static str, Measured)> {
         let applicable = self.observer.applicable();
         let (particles, dimensions) = (applicable.moving as f64, applicable.dimensions);
@@ -101,7 +101,7 @@ impl Averages {
         self.populations.add(energies);
     }
 
-    /// What was measured at each temperature.
+    /// Means at each temperature.
     pub fn results(&self, temperatures: &[f64]) -> Vec<TemperatureResult> {
         let population = |place: usize| {
             let levels = self.populations.all();

@@ -1,4 +1,4 @@
-//! What can be wrong with an exchange.
+//! Errors of replica exchange.
 
 use std::io;
 use std::path::PathBuf;
@@ -57,7 +57,7 @@ pub enum ExchangeFolderError {
         path: PathBuf,
         /// How far its measurement has come `[time]`.
         measured: f64,
-        /// What was asked for `[time]`.
+        /// Time that was asked for `[time]`.
         asked: f64,
     },
     /// A file in it is none that can be read.
@@ -87,7 +87,7 @@ pub enum ExchangeFolderError {
 }
 
 impl ExchangeFolderError {
-    /// What the user can do about it.
+    /// Cure: what the user can do.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {
@@ -109,7 +109,7 @@ impl ExchangeFolderError {
     }
 }
 
-/// What the user can do where an exchange cannot go on from its checkpoint, of which there is one only.
+/// Cure where an exchange cannot go on from its checkpoint, of which there is one only.
 fn cure_of(error: &CheckpointError) -> &'static str {
     match error {
         CheckpointError::Missing(_) => {

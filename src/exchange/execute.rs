@@ -12,12 +12,12 @@ use super::error::ExchangeError;
 use super::replicas::{Exchange, ExchangeRow, Replica};
 use crate::engine::{EngineError, Simulation};
 
-/// Time on the clock between two questions whether to go on.
+/// Wall time between two questions whether to go on.
 const PAUSE: Duration = Duration::from_millis(20);
 
-/// What is kept of an exchange while it runs: nothing by default.
+/// Recorder of an exchange: receives its rows, frames and checkpoints. `()` keeps nothing.
 pub trait ExchangeRecorder {
-    /// What can go wrong.
+    /// Error of the recorder, which ends the exchange.
     type Error;
 
     /// An attempt to swap has been made, after the equilibration.
@@ -68,7 +68,7 @@ struct Done {
     result: Result<bool, EngineError>,
 }
 
-/// What watches an exchange from outside: it is asked on the clock.
+/// Watch over an exchange from outside: it is asked on the clock.
 struct Watch<'w> {
     ask: &'w mut dyn FnMut([u64; 2]) -> ControlFlow<()>,
     asked: Instant,

@@ -40,7 +40,7 @@ pub(super) const SUMMARY: &str = "summary.json";
 const INTERVAL: Duration = Duration::from_secs(300);
 const FIRST: Duration = Duration::from_secs(1);
 
-/// What a checkpoint holds.
+/// Content of a checkpoint.
 #[derive(Serialize)]
 struct Content<'a> {
     exchange: &'a Exchange,
@@ -93,7 +93,7 @@ pub struct ExchangeFolder {
     is_first: bool,
 }
 
-/// What is in the folder of an exchange when it is opened.
+/// State of the folder of an exchange when it is opened.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum Opened {
@@ -286,7 +286,7 @@ impl ExchangeFolder {
         Ok(summary)
     }
 
-    /// The replica at each temperature, from 0, by simulated time: every so many-th of the first rows of an exchange that is complete.
+    /// The replica at each temperature, from 0, by simulated time: every N-th of the first rows of an exchange that is complete.
     ///
     /// # Errors
     /// [`ExchangeFolderError::Read`] if the table is missing or damaged.
@@ -307,7 +307,7 @@ impl ExchangeFolder {
         Ok(places)
     }
 
-    /// What the files of the exchange of a scene will take, but for checkpoints `[bytes]`.
+    /// Expected size of the files of the exchange of a scene, but for checkpoints `[bytes]`.
     #[must_use]
     pub fn expected_bytes(scene: &Scene) -> f64 {
         // Of a number in a table, with its comma.

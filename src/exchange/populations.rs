@@ -37,7 +37,7 @@ pub(super) struct Populations {
     width: Option<f64>,
     /// Of two energies of one level, the largest difference.
     tolerance: f64,
-    /// What a level has that has not been seen yet.
+    /// Averages of a level that has not been seen yet.
     empty: BlockAverage,
     temperatures: usize,
 }

@@ -64,7 +64,7 @@ pub struct Exchange {
     walk: Walk,
 }
 
-/// What there is after an attempt to swap.
+/// State after an attempt to swap.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ExchangeRow<'e> {
@@ -130,7 +130,7 @@ impl Exchange {
         self.replicas[replica].simulation.set_thermostat(Some(&bath(&self.plan, place)), stream);
     }
 
-    /// What the scene plans.
+    /// Exchange plan of the scene.
     #[must_use]
     pub fn plan(&self) -> &ExchangePlan {
         &self.plan
@@ -291,7 +291,7 @@ impl Exchange {
         }
     }
 
-    /// What was measured so far.
+    /// Results so far.
     #[must_use]
     pub fn results(&self) -> ExchangeResults {
         let temperatures = &self.plan.temperatures;

@@ -1,4 +1,4 @@
-//! What an exchange has measured.
+//! Results of replica exchange.
 
 use std::collections::BTreeMap;
 
@@ -32,7 +32,7 @@ pub struct Population {
     pub population: Measured,
 }
 
-/// What was measured at a temperature, over whichever replica was there.
+/// Results at a temperature, over whichever replica was there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct TemperatureResult {
@@ -76,6 +76,6 @@ pub struct ExchangeResults {
     pub neighbours: Vec<Neighbours>,
     /// Round trips from the highest temperature to the lowest and back, by replica.
     pub round_trips: Vec<u64>,
-    /// What the audits of the replicas object to, in words; empty for a sound exchange.
+    /// Faults that the audits of the replicas found, in words; empty for a sound exchange.
     pub faults: Vec<String>,
 }

@@ -16,7 +16,7 @@ const LAST: &str = "checkpoint";
 const PREVIOUS: &str = "checkpoint.previous";
 const PARTIAL: &str = "checkpoint.partial";
 
-/// Those of complete checkpoints.
+/// Names of complete checkpoints.
 pub(super) const NAMES: [&str; 2] = [LAST, PREVIOUS];
 
 /// Interval between two checkpoints unless one is given.

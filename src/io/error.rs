@@ -1,4 +1,4 @@
-//! What can go wrong while a run is written.
+//! Errors of the files of a run.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,12 +17,12 @@ pub enum OutputError {
     /// The folder holds something that is not a run.
     #[error("{} exists and holds something that is not a run of carom", .0.display())]
     Occupied(PathBuf),
-    /// What would be written is read, or holds what is read.
+    /// The target is an input file, or holds one.
     #[error("{} would take the place of {}, which is read", target.display(), input.display())]
     Input {
-        /// What would be written.
+        /// Path to be written.
         target: PathBuf,
-        /// What is read.
+        /// Path of the input.
         input: PathBuf,
     },
     /// A file stands where the folder should be.
@@ -60,9 +60,9 @@ pub enum OutputError {
     TooMuch {
         /// The folder.
         path: PathBuf,
-        /// What they take `[bytes]`.
+        /// Size of the files `[bytes]`.
         bytes: f64,
-        /// What they may take `[bytes]`.
+        /// Largest allowed size `[bytes]`.
         most: f64,
     },
     /// The folder holds a run that has ended.
@@ -74,11 +74,11 @@ pub enum OutputError {
     /// Something else is under the name of one of Carom's files, such as a link: nothing is written through it.
     #[error("{} is {found}, expected {expected} of carom", path.display())]
     NotPlain {
-        /// What is there.
+        /// Its path.
         path: PathBuf,
-        /// What it is.
+        /// Its kind, in words.
         found: &'static str,
-        /// What it was to be.
+        /// Expected kind, in words.
         expected: &'static str,
     },
     /// The folder holds a run that was not finished, and can be.
@@ -107,7 +107,7 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// What the user can do about it.
+    /// Cure: what the user can do.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {
@@ -145,7 +145,7 @@ impl OutputError {
     }
 }
 
-/// What can be done about a disk.
+/// Cure of an error of the disk.
 fn cure_of(kind: io::ErrorKind) -> &'static str {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
     match kind {

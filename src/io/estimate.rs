@@ -43,10 +43,10 @@ const CONTACT: f64 = 100.0;
 const PROGRAM: f64 = 12e6;
 const PARTICLE: f64 = 250.0;
 
-/// The same of a particle in the copy that looks ahead where instruments have to know how long a run will last `[bytes]`.
+/// Memory of a particle in the copy that looks ahead where instruments have to know how long a run will last `[bytes]`.
 const COPY: f64 = 250.0;
 
-/// What a run writes without being asked twice `[bytes]`.
+/// Largest size of a run that is written without being asked twice `[bytes]`.
 const MOST: f64 = 1e10;
 
 /// Estimated sizes of the output of a run.
@@ -136,7 +136,7 @@ fn earlier_frames(scene: &Scene, rate: Option<f64>, limit: FrameLimit) -> Option
     measured.map(frames).sum()
 }
 
-/// What a stage before the last measurement writes at even times, given or chosen; `None` where the scene does not determine it.
+/// Number of rows or frames of a stage before the last measurement, at intervals given or chosen; `None` where the scene does not determine it.
 fn at_times(settings: &Settings, rate: Option<f64>, interval: Option<f64>, most: f64) -> Option<f64> {
     if settings.is_endless() {
         return None;
@@ -175,13 +175,13 @@ fn frame_bytes(scene: &Scene) -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error("would write some {}, and writes no more than {} unasked", size(*.bytes), size(*.most))]
 pub struct TooLarge {
-    /// What it would write `[bytes]`.
+    /// Size that it would write `[bytes]`.
     pub bytes: f64,
-    /// What it may write `[bytes]`.
+    /// Largest allowed size `[bytes]`.
     pub most: f64,
 }
 
-/// What may be written in a folder without being asked twice `[bytes]`, where `bytes` are expected to be.
+/// Largest size that may be written in a folder without being asked twice `[bytes]`, where `bytes` are expected to be.
 ///
 /// # Errors
 /// [`TooLarge`] if they are more than that.
@@ -190,13 +190,13 @@ pub fn allowed(bytes: f64, folder: &Path) -> Result<f64, TooLarge> {
     if bytes <= most { Ok(most) } else { Err(TooLarge { bytes, most }) }
 }
 
-/// What a run may write without being asked twice: 10 GB, or a tenth of what is free on the disk `[bytes]`.
+/// Largest size of a run that is written without being asked twice: 10 GB, or a tenth of the free space on the disk `[bytes]`.
 #[must_use]
 pub fn allowance(free: Option<f64>) -> f64 {
     free.map_or(MOST, |free| (0.1 * free).min(MOST))
 }
 
-/// What is free on the disk of a folder that may be yet to be made `[bytes]`; `None` where the system does not report it.
+/// Free space on the disk of a folder that may be yet to be made `[bytes]`; `None` where the system does not report it.
 #[cfg(target_os = "linux")]
 #[must_use]
 pub fn free_disk(folder: &Path) -> Option<f64> {
@@ -214,7 +214,7 @@ pub fn free_disk(folder: &Path) -> Option<f64> {
     (result == 0).then_some(status.f_bavail as f64 * status.f_frsize as f64)
 }
 
-/// What is free on the disk of a folder; not known on this system.
+/// Free space on the disk of a folder; not known on this system.
 #[cfg(not(target_os = "linux"))]
 #[must_use]
 pub fn free_disk(_folder: &Path) -> Option<f64> {

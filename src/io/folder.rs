@@ -98,7 +98,7 @@ pub struct Folder {
     formats: Vec<Format>,
     flushed: Instant,
     checkpoints: Checkpoints,
-    /// What the files may take together `[bytes]`.
+    /// Largest size of all files together `[bytes]`.
     most_bytes: f64,
 }
 

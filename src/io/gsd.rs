@@ -34,11 +34,11 @@ use chunks::{Chunks, Kind};
 #[derive(Debug)]
 pub(super) struct Trajectory {
     chunks: Chunks,
-    /// What the first frame says, by chunk: a later frame says it again only if it differs.
+    /// Chunks of the first frame: a later frame writes one again only if it differs.
     first: Vec<(&'static str, Vec<u8>)>,
     /// Whether any frame so far had velocities: without a chunk, those of the first frame would be read again.
     has_velocities: bool,
-    /// The same of images.
+    /// Whether any frame so far had images.
     has_images: bool,
 }
 

@@ -1,4 +1,4 @@
-//! What is read stays as it is: neither replaced by what is written, nor changed between two parts of a run.
+//! Inputs stay as they are: neither replaced by outputs, nor changed between two parts of a run.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ pub fn refuse_link(path: &Path) -> Result<(), OutputError> {
     plain::refuse(path, false)
 }
 
-/// What a scene names with the checksum of what it holds now; `None` where it cannot be read.
+/// Input of a scene with the checksum that it has now; `None` where it cannot be read.
 pub(crate) fn present(path: &Path, kind: NamedInput) -> Option<InputFile> {
     match kind {
         NamedInput::Coordinates => Some(InputFile::new(path, &fs::read(path).ok()?)),

@@ -1,4 +1,5 @@
-//! What a run has measured, as files: `measurements.json`, and a table for each curve in the folder `measurements`, in a folder in it for those of a stage.
+//! Results of the instruments of a run, as files: `measurements.json`, and a table for each curve in the folder `measurements`, in a folder
+//! in it for those of a stage.
 
 use std::fmt::Write;
 use std::fs;
@@ -30,18 +31,18 @@ pub struct Measurements {
     pub stages: Vec<StageMeasured>,
 }
 
-/// What a stage has measured.
+/// Results of a measured stage.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StageMeasured {
     /// Its name in the scene.
     pub name: String,
-    /// What was measured in it.
+    /// Results of the instruments in it.
     #[serde(flatten)]
     pub measured: Measured,
 }
 
 impl Measurements {
-    /// Those of a run.
+    /// Results of a run.
     pub(super) fn of(finished: &Finished) -> Self {
         let stage =
             |stage: &MeasuredStage| StageMeasured { name: stage.name.clone(), measured: stage.measured.clone() };

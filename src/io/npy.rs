@@ -37,7 +37,7 @@ pub(super) struct Arrays {
     growing: Option<Growing>,
 }
 
-/// What grows with every frame, and the first frame, which all others must resemble.
+/// Arrays that grow with every frame, and the first frame, which all others must resemble.
 #[derive(Debug)]
 struct Growing {
     first: Frame,

@@ -1,4 +1,4 @@
-//! What a folder holds before a run writes there: nothing, a run that has ended or not, or something else.
+//! Content of a folder before a run writes there: nothing, a run that has ended or not, or something else.
 
 use std::fs;
 use std::io;
@@ -11,7 +11,7 @@ use super::owned::{self, Replacement, is_run};
 use super::partial::partial_of;
 use super::{checkpoints, replacement};
 
-/// What a folder holds of a run.
+/// State of the run in a folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum FolderState {
@@ -36,7 +36,7 @@ pub(super) fn state_of(path: &Path) -> Result<FolderState, OutputError> {
     }
 }
 
-/// What there is.
+/// Content of a folder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Contents {
     /// Nothing, or what a run left that was killed before its first checkpoint.

@@ -1,5 +1,5 @@
-//! What Carom wrote in the folder of a run: by this list a run is known, and nothing else in its folder is replaced or removed. It also
-//! notes how far a run has come that is to replace this one: no other folder is ever taken for such a run.
+//! List of all files that Carom wrote in the folder of a run: by this list a run is known, and nothing else in its folder is replaced or removed. It
+//! also notes how far a run has come that is to replace this one: no other folder is ever taken for such a run.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -215,7 +215,7 @@ impl Owned {
     }
 }
 
-/// What commands write beside the files of a run unless another path is given.
+/// Files that commands write beside those of a run unless another path is given.
 const ABOUT: [&str; 2] = [PAGE, PICTURE];
 
 /// Notes that Carom has written a page or an image in the folder of a run, or has converted its trajectory, under the default
@@ -233,7 +233,7 @@ pub(crate) fn note(path: &Path) {
     }
 }
 
-/// What a list says.
+/// Content of a list.
 #[derive(Debug, Default)]
 struct List {
     /// The names that were added and not taken off.

@@ -64,7 +64,7 @@ impl PartialFile {
         Ok(Self { path, partial, file: buffered(file), head: 0 })
     }
 
-    /// What it contains so far.
+    /// Content so far.
     pub fn text(&mut self) -> Result<String, OutputError> {
         self.flush()?;
         fs::read_to_string(&self.partial).map_err(OutputError::write(&self.partial))

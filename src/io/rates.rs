@@ -16,7 +16,7 @@ pub struct Rate {
     pub species: Vec<String>,
     /// Number of such events.
     pub events: u64,
-    /// The same by time `[1 / time]`; `None` where no time passed.
+    /// Number of such events by time `[1 / time]`; `None` where no time passed.
     pub per_time: Option<f64>,
     /// How many of them a particle of each of the species takes part in, by time `[1 / time]`; two of one species both do. `None` for
     /// static particles.
@@ -33,14 +33,14 @@ pub fn rates(counts: &EventCountsBySpecies, scene: &Scene, duration: f64) -> Vec
     rates_among(&numbers, counts, scene, duration)
 }
 
-/// Those of the measurement of a run.
+/// Event rates of the measurement of a run.
 #[must_use]
 pub fn rates_of(finished: &Finished) -> Vec<Rate> {
     let (simulation, duration) = (&finished.simulation, finished.measurement.duration);
     rates_among(&simulation.population(), &finished.event_counts_by_species, simulation.scene(), duration)
 }
 
-/// Those of a measured stage of a run.
+/// Event rates of a measured stage of a run.
 #[must_use]
 pub fn rates_of_stage(stage: &MeasuredStage, simulation: &Simulation) -> Vec<Rate> {
     let duration = stage.measurement.duration;
@@ -67,7 +67,7 @@ fn rates_among(numbers: &[usize], counts: &EventCountsBySpecies, scene: &Scene, 
 }
 
 impl Rate {
-    /// What took place, in words: `core, A and B`.
+    /// Kind and species of the events, in words: `core, A and B`.
     #[must_use]
     pub fn title(&self) -> String {
         format!("{}, {}", self.kind, self.species.join(" and "))

@@ -98,7 +98,7 @@ fn open(folder: &Path) -> Result<LastRun, SceneErrorKind> {
     Ok(LastRun { simulation, checkpoint: InputFile::of_checkpoint(&path, checksum) })
 }
 
-/// What can be done about a checkpoint that nothing can start from.
+/// Cure of an error of a checkpoint from which nothing can start.
 fn cure(error: &CheckpointError) -> String {
     match error {
         CheckpointError::OtherVersion { .. } => {

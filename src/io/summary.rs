@@ -46,7 +46,7 @@ pub struct Summary {
     /// The measurement.
     #[serde(default)]
     pub measured: Option<Period>,
-    /// What was simulated, in numbers.
+    /// System that was simulated, in numbers.
     #[serde(default)]
     pub system: Option<System>,
     /// Factor by which diameters have grown since the start of the scene; 1 without growth, and in files that do not have it.
@@ -60,7 +60,7 @@ pub struct Summary {
     /// not have it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trouble: Option<String>,
-    /// What the audit objects to, in words; empty for a sound run.
+    /// Faults that the audit found, in words; empty for a sound run.
     pub faults: Vec<String>,
     /// Whether the observables were stationary while they were measured.
     #[serde(default)]
@@ -69,7 +69,7 @@ pub struct Summary {
     /// The measured stages before, in their order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stages: Vec<StageSummary>,
-    /// What theory and other simulations say of what was measured, at its mean temperature.
+    /// Published values, of theory and other simulations, of the measured quantities at the mean temperature.
     #[serde(default)]
     pub published: Vec<PublishedValue>,
     /// The columns of the tables of the run with their units, by file; empty where there is no folder, and in files that do not have it.
@@ -178,10 +178,10 @@ pub struct Observable {
     pub stationarity: Option<Stationarity>,
 }
 
-/// Speed of the run on the clock.
+/// Speed of the run in wall time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Speed {
-    /// Time on the clock `[seconds]`.
+    /// Wall time `[seconds]`.
     pub wall_seconds: f64,
     /// Physical events per second; `None` for a run too short to time.
     pub events_per_second: Option<f64>,
@@ -311,7 +311,7 @@ fn observables(
     estimates.iter().map(observable).collect()
 }
 
-/// What is published about a system with diameters that are larger by a factor than those of its scene, at its mean temperature.
+/// Published values of a system with diameters that are larger by a factor than those of its scene, at its mean temperature.
 fn published(
     estimates: &[(&'static str, Estimate)],
     simulation: &Simulation,

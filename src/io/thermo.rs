@@ -42,12 +42,12 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// Those of a scene from its start on.
+    /// Columns of a scene from its start on.
     pub fn of(scene: &Scene) -> Self {
         Self::with(scene, ApplicableObservables::of(scene))
     }
 
-    /// Those of a run that goes on: its scene may have no particles any more.
+    /// Columns of a run that goes on: its scene may have no particles any more.
     pub fn with(scene: &Scene, applicable: ApplicableObservables) -> Self {
         let regions = scene.output.regions.iter().map(|region| region.name.clone()).collect();
         Self { applicable, is_driven: scene.is_driven(), regions, plan: scene.run.clone() }

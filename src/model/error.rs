@@ -1,4 +1,4 @@
-//! What can go wrong, by kind. The library returns these and prints nothing.
+//! Errors of potentials. The library returns them and prints nothing.
 
 use thiserror::Error;
 

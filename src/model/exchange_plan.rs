@@ -1,4 +1,4 @@
-//! What a scene plans of replica exchange: the table `[exchange]`.
+//! Plan of replica exchange: the table `[exchange]`.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! What a scene asks to be measured: the table `[measure]`.
+//! Plans of all instruments: the table `[measure]`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! What from outside changes the momentum of everything that moves.
+//! External influences on the total momentum.
 
 use crate::Vector;
 use crate::model::space::{Boundary, Face};
@@ -23,13 +23,13 @@ pub enum Influence {
 }
 
 impl Scene {
-    /// What changes the total momentum of the particles that move in the last measurement, each with the axes along which it does.
+    /// All influences on the total momentum of the moving particles in the last measurement, each with the axes along which it acts.
     #[must_use]
     pub fn influences(&self) -> Vec<(Influence, [bool; 3])> {
         self.influences_with(self.run.thermostat.as_ref())
     }
 
-    /// The same of a stage with another thermostat.
+    /// Influences in a stage with another thermostat.
     fn influences_with(&self, thermostat: Option<&Thermostat>) -> Vec<(Influence, [bool; 3])> {
         let wall = |face: &Face| if let Face::Wall { restitution } = face { Some(*restitution) } else { None };
         let walls = |k: usize| match &self.space.boundary[k] {
@@ -69,7 +69,7 @@ impl Scene {
         self.conserved_axes_with(self.run.thermostat.as_ref())
     }
 
-    /// The same of a stage with another thermostat.
+    /// Axes along which the total momentum is conserved in a stage with another thermostat.
     pub(crate) fn conserved_axes_with(&self, thermostat: Option<&Thermostat>) -> [bool; 3] {
         let influences = self.influences_with(thermostat);
         std::array::from_fn(|k| {

@@ -1,4 +1,4 @@
-//! What a run writes, and when its audit fails.
+//! Plan of the files of a run, and of its audit.
 
 use serde::{Deserialize, Serialize};
 

@@ -30,7 +30,7 @@ pub(crate) struct LastState {
     pub captured: Vec<([ParticleId; 2], u16)>,
     /// Of each interaction of the scene, whether its pairs had the same discontinuities, so that they keep their states.
     pub is_kept: Vec<bool>,
-    /// What differs from that run, in words.
+    /// Differences from that run, in words.
     pub differences: Vec<&'static str>,
     /// The whole simulation, serialized; `None` where something differs that it depends on.
     pub simulation: Option<Vec<u8>>,
@@ -47,8 +47,8 @@ impl LastState {
 }
 
 impl Predecessor {
-    /// What the scene changes of that run, in words, so that a new engine begins from its last state. Without any, or where a simulation has
-    /// begun already, nothing.
+    /// Differences between the scene and that run, in words, because of which a new engine begins from its last state. Empty without any, or where
+    /// a simulation has begun already.
     #[must_use]
     pub fn differences(&self) -> &[&'static str] {
         self.state.as_ref().map_or(&[], |state| &state.differences)

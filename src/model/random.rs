@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::Vector;
 use crate::model::space::{Boundary, Space};
 
-/// What random numbers are drawn for. Each purpose has its own stream, so that a change of one part of a scene leaves
-/// the others as they were.
+/// Purpose of random numbers. Each purpose has its own stream, so that a change of one part of a scene leaves the others as they
+/// were.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Purpose {
     Placement,

@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-/// What tables call the stage before anything is measured,
+/// Name in tables of the equilibration before the last measurement.
 pub(crate) const EQUILIBRATION: &str = "equilibration";
 
-/// and the measured one.
+/// Name in tables of the last measurement.
 pub(crate) const MEASUREMENT: &str = "measurement";
 
 /// Limit of a stage: a time, after a number of physical events, or at whichever comes first.
@@ -34,7 +34,7 @@ impl Limit {
 /// Run plan of a scene: its stages, equilibration, limit and thermostat.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct RunPlan {
-    /// What is done first, one after the other.
+    /// Stages before the run, one after the other.
     pub stages: Vec<StagePlan>,
     /// Simulated then, without measuring.
     pub equilibration: Limit,
@@ -42,7 +42,7 @@ pub struct RunPlan {
     pub until_stationary: bool,
     /// The measurement, at the end.
     pub limit: Limit,
-    /// What holds the temperature in the measurement.
+    /// Thermostat of the measurement.
     pub thermostat: Option<Thermostat>,
 }
 
@@ -125,7 +125,7 @@ impl StagePlan {
     }
 }
 
-/// What holds the temperature.
+/// Thermostat: it controls the temperature.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Thermostat {

@@ -75,14 +75,14 @@ pub struct Interaction {
 pub struct Bond {
     /// The two particles, in ascending order.
     pub pair: [ParticleId; 2],
-    /// What holds them.
+    /// Interaction of the bonded pair.
     pub interaction: InteractionId,
 }
 
 /// Initial state of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Particle {
-    /// What kind it is.
+    /// Species of the particle.
     pub species: SpeciesId,
     /// Position `[length]`, inside the box along periodic axes.
     pub position: Vector,
@@ -161,9 +161,9 @@ scene! {
     audit: AuditPlan,
     /// How long.
     run: RunPlan,
-    /// What to write.
+    /// Output plan.
     output: OutputPlan,
-    /// What to measure.
+    /// Measurement plan.
     measure: MeasurementPlan,
     /// Replicas at several temperatures in place of one run; `None` for none.
     exchange: Option<ExchangePlan>,
@@ -276,13 +276,13 @@ impl Scene {
         &self.run
     }
 
-    /// What a run writes.
+    /// Output plan: the files that a run writes.
     #[must_use]
     pub fn output(&self) -> &OutputPlan {
         &self.output
     }
 
-    /// What a run measures.
+    /// Measurement plan: the instruments of a run.
     #[must_use]
     pub fn measure(&self) -> &MeasurementPlan {
         &self.measure

@@ -21,7 +21,7 @@ pub enum Face {
 /// Boundary condition along one axis: periodic, bounded or flat.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Boundary {
-    /// What leaves on one side enters on the other; pairs use the minimum image.
+    /// Periodic boundary: particles that leave on one side enter on the other; pairs use the minimum image.
     Periodic,
     /// The two sides of the box, each open or a wall.
     Bounded {
@@ -54,7 +54,7 @@ pub struct Space {
     /// Edge lengths `[length]`; 0 along flat axes, positive elsewhere. Along an open axis the length only
     /// sizes the grid of cells and the picture.
     pub size: Vector,
-    /// What happens at the sides, per axis.
+    /// Boundary conditions, per axis.
     pub boundary: [Boundary; 3],
 }
 

@@ -1,4 +1,4 @@
-//! What happens at a discontinuity: Core, Capture, Release or Bounce.
+//! Response at a discontinuity: Core, Capture, Release or Bounce.
 //!
 //! An entry of the event queue says only that a pair reaches a discontinuity from one side. When that time has come, the energy
 //! step and the radial kinetic energy decide the outcome (theory: Bannerman and Strobl, section 1).
@@ -38,7 +38,7 @@ pub struct Approach {
 /// An outcome with the radial motion after it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
-    /// What happened.
+    /// Outcome of the event.
     pub outcome: Outcome,
     /// `B' = v_ij' . r_ij` afterwards `[length^2 / time]`.
     pub radial: f64,

@@ -21,7 +21,7 @@ pub(crate) fn straight(start: &Vector, direction: &Vector, length: u64, spacing:
     (0..length).map(|k| start + step * k as f64).collect()
 }
 
-/// What a grown chain is made of.
+/// Links of a grown chain: their number, spacing and size.
 pub(crate) struct Links {
     pub length: usize,
     pub spacing: f64,

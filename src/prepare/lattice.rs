@@ -85,7 +85,7 @@ pub(crate) struct TooTight {
     pub contact: f64,
 }
 
-/// What a lattice has sites for.
+/// Particles for which a lattice has sites.
 pub(crate) struct Sites {
     /// Number of particles.
     pub count: usize,

@@ -94,7 +94,7 @@ impl RandomFill<'_> {
         self.species[kind.0 as usize].diameter
     }
 
-    /// The same as a compression, which needs a periodic box without anything else in it.
+    /// Compression of the fill, which needs a periodic box without anything else in it.
     fn compression(&self) -> Option<Compression<'_>> {
         let is_moving = self.kinds.iter().all(|kind| !self.species[kind.0 as usize].is_static());
         (self.has_box && self.space.is_fully_periodic() && is_moving).then(|| {

@@ -29,7 +29,7 @@ pub(crate) fn tight_spacing(surface: SpeciesId, species: &[Species], contacts: &
     default_spacing(contacts.reduce(f64::min).unwrap_or(species[surface.0 as usize].diameter))
 }
 
-/// The same for one contact distance.
+/// Largest spacing for one contact distance `[length]`.
 fn default_spacing(contact: f64) -> f64 {
     HOLE_TO_CONTACT * contact * SQRT_2
 }

@@ -1,4 +1,4 @@
-//! What a run finds out about its own correctness.
+//! Audit of a run: how correct it was.
 //!
 //! Energy and momentum are compared with the exact ledger: what restitution dissipated is counted at every contact, so that
 //! kinetic and potential energy and the dissipated energy add up to the same sum, but for round-off.
@@ -18,7 +18,7 @@ use crate::model::AuditPlan;
 /// `|r|^2`, the quotient, and the new velocities, of three terms each.
 const ROUNDINGS: f64 = 32.0;
 
-/// What rounding leaves of a sum over all particles and events.
+/// Round-off limit of a sum over all particles and events, relative to it.
 ///
 /// A rounding is at most `eps / 2` of what it rounds, and as often up as down. Those of `n` events add up to a random walk, whose
 /// standard deviation is below `ROUNDINGS eps / 2 sqrt(n)`, even if every event touched all of the energy. Four times that is
@@ -98,7 +98,7 @@ pub enum AuditFault {
     Ledger {
         /// Relative error.
         error: f64,
-        /// What is allowed.
+        /// Largest allowed error.
         limit: f64,
     },
     /// Momentum came from nowhere or went away.
@@ -106,7 +106,7 @@ pub enum AuditFault {
     Momentum {
         /// Relative drift.
         drift: f64,
-        /// What is allowed.
+        /// Largest allowed drift.
         limit: f64,
     },
     /// Particles overlap deeper than the scene allows.
@@ -114,7 +114,7 @@ pub enum AuditFault {
     Overlap {
         /// Relative depth.
         depth: f64,
-        /// What is allowed.
+        /// Largest allowed depth.
         limit: f64,
     },
     /// Particles overlap deeper than round-off explains, though they did not at the start.
@@ -133,7 +133,7 @@ pub enum AuditFault {
 }
 
 impl Audit {
-    /// What is wrong with the run; empty if it is sound.
+    /// Faults of the run; empty if it is sound.
     #[must_use]
     pub fn faults(&self) -> Vec<AuditFault> {
         let mut faults = Vec::new();

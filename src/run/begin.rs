@@ -78,9 +78,9 @@ impl Run {
         Self { simulation, state, registry: Registry::default(), is_new: true }
     }
 
-    /// The same with less memory: the positions and velocities of the start, 56 bytes of each particle, are let go as soon as the simulation has
-    /// them. `simulation.scene().particles()` of what has [`Finished`] is empty then, unless the scene has static particles or a stage of
-    /// growth, which need them.
+    /// From the start of a scene, with less memory: the positions and velocities of the start, 56 bytes of each particle, are let go as soon as the
+    /// simulation has them. `simulation.scene().particles()` of a run that has [`Finished`] is empty then, unless the scene has static particles or a
+    /// stage of growth, which need them.
     pub fn without_start(scene: Scene) -> Self {
         let keeps_start =
             scene.species.iter().any(Species::is_static) || scene.run.stages.iter().any(|stage| stage.growth.is_some());

@@ -33,7 +33,7 @@ use crate::engine::{EngineError, Simulation, Until};
 use crate::model::Limit;
 use crate::run::RunState;
 
-/// What every checkpoint begins with.
+/// First bytes of every checkpoint.
 const MAGIC: &[u8; 16] = b"carom checkpoint";
 
 /// Fingerprint of the sources that the program was built from.
@@ -66,7 +66,7 @@ pub struct Checkpoint {
     pub manifest: Manifest,
 }
 
-/// The same to be written.
+/// Content of a checkpoint to be written.
 #[derive(Serialize)]
 struct Content<'a> {
     simulation: &'a Simulation,
@@ -129,7 +129,7 @@ pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, mani
     write_content(file, &Content { simulation, state, manifest })
 }
 
-/// The same of any content.
+/// Writes any content in the form of a checkpoint, and makes it safe on the disk.
 ///
 /// # Errors
 /// If it cannot be written.
@@ -153,7 +153,7 @@ pub(crate) fn write_content(file: &File, content: &impl Serialize) -> io::Result
     file.sync_all()
 }
 
-/// What the ends of a file say about all between them, which is read in pieces.
+/// State of a file by its first and last bytes; all between them is read in pieces.
 enum Sound {
     Whole { version: [u8; VERSION], sources: [u8; FINGERPRINT.len() / 2] },
     Damaged(&'static str),

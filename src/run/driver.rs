@@ -58,13 +58,13 @@ pub(super) fn drive<R: Recorder>(
 struct Driver<'a, R> {
     simulation: Simulation,
     state: RunState,
-    /// What instruments are told about the system, if there are any.
+    /// Description of the system for instruments, if there are any.
     system: Option<SystemDescription>,
     /// Instruments of the user that have not begun yet.
     registry: Registry,
     recorder: &'a mut R,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
-    /// When the measurement began, or went on, on the clock.
+    /// Wall time at which the measurement began, or went on.
     started: Option<Instant>,
     /// Whether the present stage has come to what ends it besides its limit: a pressure of growing spheres, or an equilibrium.
     is_over: bool,

@@ -1,4 +1,4 @@
-//! What takes long in a run though nothing happens in it: said before it begins.
+//! Costs of a run besides its events, estimated before it begins.
 
 use super::stage::{Settings, Stage};
 use crate::analysis::published::{contact_value, contact_value_of_disks};
@@ -6,16 +6,16 @@ use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Face};
 use crate::model::{Growth, GrowthTarget, Scene, Thermostat};
 
-/// Steps of the event loop in a second on the clock, to the order of magnitude: an event, a new velocity, a look at a particle.
+/// Steps of the event loop in a second of wall time, to the order of magnitude: an event, a new velocity, a look at a particle.
 const STEPS_PER_SECOND: f64 = 1e6;
 
 /// Others that are looked at in the time of a step.
 const OTHERS_PER_STEP: f64 = 300.0;
 
-/// Work that takes longer than this on the clock is said beforehand, if it is more than the events themselves: 10 minutes.
+/// Work that takes more wall time than this is said beforehand, if it is more than the events themselves: 10 minutes.
 const LONG: f64 = 600.0;
 
-/// Events that take longer than this on the clock are said beforehand, where the scene asks for a time: 3 hours.
+/// Events that take more wall time than this are said beforehand, where the scene asks for a time: 3 hours.
 const VERY_LONG: f64 = 10_800.0;
 
 /// Work that is so many times that of the events is not intended.
@@ -27,13 +27,13 @@ const CROWD: f64 = 10_000.0;
 /// A reason for which a run takes far longer than its events do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Burden {
-    /// What takes the time, in words.
+    /// Cause of the cost, in words.
     pub cause: String,
-    /// About how long it takes on the clock `[seconds]`.
+    /// Wall time that it takes, about `[seconds]`.
     pub seconds: f64,
 }
 
-/// What makes a run of a scene far longer than its events, by orders of magnitude.
+/// Reasons why a run of a scene takes far longer than its events, by orders of magnitude.
 ///
 /// Rates follow from Enskog's kinetic theory at the speed of the particles. Particles at rest give no rate.
 #[must_use]
@@ -125,7 +125,7 @@ struct Pace {
 }
 
 impl Pace {
-    /// What is done at a rate for some time, if that is out of proportion to the events.
+    /// Cost of work at a rate for some time, if that is out of proportion to the events.
     fn burden(&self, cause: String, rate: f64, duration: f64) -> Option<Burden> {
         let (steps, events) = (rate * duration, self.events * duration);
         let seconds = steps / STEPS_PER_SECOND;
@@ -158,7 +158,7 @@ impl Pace {
     }
 }
 
-/// What a particle that moves meets others with, on average over their species: the cross section of each step `[length^(D - 1)]`, twice where a pair
+/// Collision cross section of a moving particle, on average over the species of the others: that of each step `[length^(D - 1)]`, twice where a pair
 /// goes in and out, and that of the core as often as Enskog's factor says.
 fn section(scene: &Scene) -> f64 {
     let dimensions = scene.space.dimensions();

@@ -10,10 +10,10 @@ use crate::trajectory::extended_xyz::frame_bytes;
 /// A measurement that chooses its interval itself aims at this many frames, and at most twice as many.
 const AIM: u32 = 20;
 
-/// What the frames of a run take unless the scene gives their interval `[bytes]`; the last one is written whatever it takes.
+/// Largest size of all frames of a run unless the scene gives their interval `[bytes]`; the last one is written in any case.
 pub(crate) const MOST_BYTES: f64 = 2e8;
 
-/// The same in words, and where one frame takes more.
+/// Reason for the limit, in words, also where a single frame takes more.
 const REASON: &str = "no more than fit into 200 MB, because output.frame_interval is not given";
 const REASON_BEYOND: &str =
     "the last one only, which takes more than the 200 MB that frames get where output.frame_interval is not given";
@@ -81,7 +81,7 @@ impl FrameLimit {
         self.reason_of(self.between() < 2 * AIM)
     }
 
-    /// The same of a replica exchange.
+    /// Reason why a replica exchange has fewer frames than the aim, if it has.
     pub fn reason_of_exchange(self) -> Option<&'static str> {
         self.reason_of(self.of_exchange() < AIM)
     }

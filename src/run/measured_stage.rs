@@ -1,4 +1,4 @@
-//! What a measured stage of a scene leaves.
+//! Results of a measured stage of a scene.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub struct MeasuredStage {
     pub name: String,
     /// Its measurement.
     pub measurement: MeasurementPeriod,
-    /// What happened in it, by kind and species.
+    /// Event counts of its measurement, by kind and species.
     pub event_counts_by_species: EventCountsBySpecies,
     /// Means and standard errors, by name; only those that mean something for the scene.
     #[serde(with = "by_place")]
@@ -26,7 +26,7 @@ pub struct MeasuredStage {
     pub stationarity: Vec<(&'static str, Stationarity)>,
     /// Whether it was in equilibrium, or in a steady state.
     pub equilibrium: Equilibrium,
-    /// What the instruments of the scene have measured in it.
+    /// Results of the instruments of the scene in it.
     pub measured: Measured,
     /// Factor by which diameters had grown since the start of the scene.
     pub diameter_factor: f64,

@@ -20,7 +20,7 @@ const FEWEST: u64 = 10;
 /// Events by simulated time `[1 / time]`: those of a try, of which each particle has some; of more particles than can be tried so, what kinetic theory
 /// says of a fluid at the speeds of the start. `None` where neither gives one.
 ///
-/// The same scene always has the same one: nothing depends on the clock.
+/// It is a function of the scene: nothing depends on the clock.
 #[must_use]
 pub fn expected_rate(scene: &Scene) -> Option<f64> {
     let is_moving = |id: crate::model::SpeciesId| !scene.species[id.0 as usize].is_static();

@@ -22,7 +22,7 @@ pub enum Stage {
     Measurement,
 }
 
-/// What acts on a stage of a run.
+/// Settings of a stage of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Settings {
     pub limit: Limit,
@@ -82,7 +82,7 @@ impl Stage {
         matches!(self, Self::MeasurementOf(_) | Self::Measurement)
     }
 
-    /// What acts on it in a run.
+    /// Settings of the stage in a run.
     pub(crate) fn settings(self, plan: &RunPlan) -> Settings {
         let listed = |number: u32| (&plan.stages[number as usize], plan.first_stream_of(number as usize));
         let plain =
@@ -109,7 +109,7 @@ impl Stage {
         }
     }
 
-    /// What tables call it in a run.
+    /// Name of the stage in the tables of a run.
     #[must_use]
     pub fn name(self, plan: &RunPlan) -> Cow<'_, str> {
         let listed = |number: u32| plan.stages.get(number as usize).map_or("", |stage| stage.name.as_str());

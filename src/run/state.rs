@@ -73,7 +73,7 @@ pub(super) struct Aim {
 }
 
 impl Aim {
-    /// The same, or another end that comes first.
+    /// End of the way there, or another one that comes first.
     pub fn until(&self, time: f64, events: u64) -> Until {
         Until { time: time.min(self.time), events: events.min(self.events) }
     }
@@ -88,7 +88,7 @@ pub(super) struct Pilot {
     pub patience: u64,
 }
 
-/// What the measurement has so far.
+/// Rows, frames and instruments of the measurement so far.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Measurement {
     pub rows: SamplingTimes,
@@ -124,11 +124,11 @@ pub struct RunState {
     /// When rows are written in a stage before the measurement.
     pub(super) rows: Option<SamplingTimes>,
     pub(super) measurement: Option<Measurement>,
-    /// What had happened before the measurement.
+    /// Event counts before the measurement.
     pub(super) before: EventCounts,
-    /// The same, by kind and species.
+    /// Event counts before the measurement, by kind and species.
     pub(super) counts_before: EventCountsBySpecies,
-    /// What the measurement took on the clock in earlier sittings `[seconds]`.
+    /// Wall time that the measurement took in earlier sittings `[seconds]`.
     pub(super) earlier_seconds: f64,
     /// Whether what acts on the present stage has been set up.
     pub(super) has_begun: bool,
@@ -146,7 +146,7 @@ pub struct RunState {
     pub(super) measured_stages: Vec<MeasuredStage>,
 }
 
-/// What a run takes from the start of its scene.
+/// Properties of a scene at its start that its run needs.
 pub(crate) struct Beginning {
     observer: Observer,
     crossing: f64,
@@ -171,7 +171,7 @@ impl RunState {
         Self::begin(simulation, Beginning::of(simulation.scene()))
     }
 
-    /// The same, of a simulation that may have let go of the start of its scene.
+    /// State at the start of a simulation that may have let go of the start of its scene.
     pub(crate) fn begin(simulation: &Simulation, Beginning { observer, crossing, rate, frames }: Beginning) -> Self {
         let moving = observer.applicable().moving as u64;
         Self {
@@ -242,7 +242,7 @@ impl RunState {
         self.observer.applicable()
     }
 
-    /// What was measured so far.
+    /// Results of the instruments so far.
     pub(super) fn measured(&self, system: Option<&SystemDescription>) -> crate::analysis::instruments::Measured {
         let measurement = self.measurement.as_ref().zip(system);
         measurement.map(|(measurement, system)| measurement.instruments.report(system)).unwrap_or_default()

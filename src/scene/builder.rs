@@ -120,7 +120,7 @@ impl SceneBuilder {
         self
     }
 
-    /// What happens at the sides of a box whose size follows from a fill.
+    /// Boundary conditions of a box whose size follows from a fill.
     pub fn boundary(mut self, boundary: [Boundary; 3]) -> Self {
         self.boundary = boundary;
         self
@@ -181,7 +181,7 @@ impl SceneBuilder {
         self
     }
 
-    /// What particles of two species do to each other.
+    /// Interaction of two species: a potential and a restitution.
     pub fn interaction(mut self, first: &str, second: &str, potential: Potential, restitution: f64) -> Self {
         self.interactions.push(UnvalidatedInteraction {
             name: None,
@@ -293,13 +293,13 @@ impl SceneBuilder {
         self
     }
 
-    /// What to write.
+    /// Output plan.
     pub fn output(mut self, output: OutputPlan) -> Self {
         self.output = output;
         self
     }
 
-    /// What to measure.
+    /// Measurement plan.
     pub fn measure(mut self, plan: MeasurementPlan) -> Self {
         self.measure = plan;
         self

@@ -189,7 +189,7 @@ pub(crate) struct Origins {
 }
 
 impl Origins {
-    /// The same error at the place in the file.
+    /// Moves an error to its place in the file.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
         error.moved(|at| at.entry_moved("species", &self.species).entry_moved("interaction", &self.interactions))
     }

@@ -62,7 +62,7 @@ impl SceneBuilder {
         next.starting_from(&last).map_err(|error| next.origins.located(error))
     }
 
-    /// The same with what the scene leaves out, as it is in the run.
+    /// Builder in which everything that the scene leaves out is as in the run.
     fn inheriting(&self, start: &UnvalidatedStart, simulation: &Simulation) -> Result<Self, SceneError> {
         let (mut next, run) = (self.clone(), simulation.scene());
         (next.start_time, next.displacement) = (simulation.time(), simulation.displacement());
@@ -300,7 +300,7 @@ fn has_same_walls(run: &Scene, species: &[Species], space: &Space) -> bool {
         && walls(space) == walls(&run.space)
 }
 
-/// What the dynamics of a run depends on and a scene has otherwise, in words.
+/// Differences between a scene and a run on which the dynamics depends, in words.
 fn differences(scene: &Scene, run: &Scene) -> Vec<&'static str> {
     let is_driven_by_walls = scene.has_thermal_walls();
     let differences = [

@@ -1,4 +1,4 @@
-//! What is wrong with a scene, where, and what was expected instead.
+//! Errors of a scene: where they are, and what was expected instead.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -132,7 +132,7 @@ impl SceneErrorKind {
         Self::UnknownWord { what, word: word.to_owned(), nearest: nearest(word, &known), known }
     }
 
-    /// What to do about it, where one thing is likely.
+    /// Help: the likely cure, where there is one.
     fn help(&self) -> Option<String> {
         match self {
             Self::UnknownKey { nearest: Some(nearest), .. } | Self::UnknownWord { nearest: Some(nearest), .. } => {
@@ -243,13 +243,13 @@ impl SceneError {
         Self(Box::new(Inner { kind: kind.into(), at, source: None }))
     }
 
-    /// What is wrong.
+    /// Kind of the error.
     #[must_use]
     pub fn kind(&self) -> &SceneErrorKind {
         &self.0.kind
     }
 
-    /// The same mistake, with every place that it names moved.
+    /// Error with every place that it names moved.
     pub(crate) fn moved(mut self, to: impl Fn(&ConfigPath) -> ConfigPath) -> Self {
         self.0.at = to(&self.0.at);
         if let SceneErrorKind::Duplicate { first, .. } = &mut self.0.kind {
@@ -272,7 +272,7 @@ impl SceneError {
         Some(1 + before.iter().filter(|&&byte| byte == b'\n').count())
     }
 
-    /// The same mistake, with the text that contains it.
+    /// Error with the text that contains it.
     pub(crate) fn in_source(mut self, name: &str, text: Arc<String>, span: std::ops::Range<usize>) -> Self {
         // Of the same length, so that the span stays where it is.
         let text = match printable(&text) {

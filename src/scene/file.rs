@@ -1,4 +1,4 @@
-//! What was typed: the TOML of a scene, key by key, before anything is made of it.
+//! File of a scene: its TOML, key by key, before anything is made of it.
 //!
 //! The comments of the fields, with their units, and the ranges beside them are also what an editor shows: they are the
 //! descriptions and the limits of [`schema`](fn@crate::scene::schema).
@@ -59,7 +59,7 @@ pub(crate) struct SceneFile {
     #[serde(default)]
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
-    /// What two species, or two bonded particles, do to each other; with `start`, what they do in that run if not given.
+    /// Interactions of two species, or of two bonded particles; with `start`, those of that run if not given.
     #[serde(default)]
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
@@ -90,10 +90,10 @@ pub(crate) struct SceneFile {
     pub run: Option<RunFile>,
     /// Replicas at several temperatures, swapped now and then, in place of one run.
     pub exchange: Option<ExchangeFile>,
-    /// What to measure.
+    /// Measurements.
     #[serde(default)]
     pub measure: MeasureFile,
-    /// What to write.
+    /// Output.
     #[serde(default)]
     pub output: OutputFile,
 }
@@ -176,7 +176,7 @@ pub(crate) struct RunFile {
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
-    /// What holds the temperature while the run is measured; nothing if not given.
+    /// Thermostat while the run is measured; none if not given.
     pub thermostat: Option<ThermostatFile>,
 }
 
@@ -196,7 +196,7 @@ pub(crate) struct OutputFile {
     /// Whether every event is written to the folder `events`, by columns, with positions and velocities.
     #[serde(default)]
     pub events: bool,
-    /// What the trajectory is converted to at the end of the run.
+    /// Formats into which the trajectory is converted at the end of the run.
     #[serde(default)]
     #[schemars(extend("items" = json!({ "type": "string", "enum": Format::ALL.map(Format::name) }), "default" = json!([])))]
     pub formats: Vec<String>,

@@ -109,7 +109,7 @@ impl Groups {
         Self { particles, bonds, static_surfaces, starts: Vec::new() }
     }
 
-    /// Those of another run.
+    /// Particles, bonds and meshes of another run.
     pub(crate) fn of_run(
         particles: Vec<Particle>,
         bonds: Vec<(Bond, ConfigPath)>,

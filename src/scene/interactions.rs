@@ -166,12 +166,12 @@ impl<'a> Interactions<'a> {
         self.list.len()
     }
 
-    /// Those of pairs of species.
+    /// Interactions of pairs of species.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = ([usize; 2], InteractionId)> + '_ {
         self.table.iter().filter_map(|(pair, id)| Some((pair, id?)))
     }
 
-    /// What has been made so far.
+    /// Interaction by its id, of those made so far.
     pub(crate) fn get(&self, id: InteractionId) -> &Interaction {
         &self.list[id.0 as usize]
     }

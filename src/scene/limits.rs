@@ -63,7 +63,7 @@ fn check(value: f64, is_good: bool, expected: &str, at: ConfigPath) -> Result<f6
     if is_good { Ok(value) } else { Err(SceneError::new(at, SceneErrorKind::value(shortest(value), expected))) }
 }
 
-/// What is expected instead of a number: one of this kind, or if it is of this kind, one in this range.
+/// Expected value in a message: a number of this kind, or if it is of this kind, one in this range.
 fn instead(is_of_kind: bool, kind: &'static str, range: &'static str) -> &'static str {
     if is_of_kind { range } else { kind }
 }

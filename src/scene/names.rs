@@ -1,4 +1,4 @@
-//! What can be a name: it stands in files, tables, pages and on terminals, and must mean nothing else there.
+//! Names: they stand in files, tables, pages and on terminals, and must mean nothing else there.
 
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind};
@@ -7,7 +7,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 const LONGEST_WORD: usize = 64;
 const LONGEST_WORDS: usize = 100;
 
-/// The same rules for the JSON Schema of scenes, in the regular expressions that all its readers have: what is not ASCII may be a letter there.
+/// Regular expressions of names for the JSON Schema of scenes, of a kind that all its readers have: characters that are not ASCII may be letters there.
 pub(crate) const WORD: &str = r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7f]{0,63}$";
 pub(crate) const WORDS: &str =
     r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";

@@ -30,7 +30,7 @@ impl Scene {
         self.record_of(read_text(path)?, path, overrides)
     }
 
-    /// The same of a text that has been read from `path`, or stands for it.
+    /// TOML of [`Self::record`] from a text that has been read from `path`, or stands for it.
     ///
     /// # Errors
     /// As [`Scene::from_toml_with`], if the text is not that of the scene.

@@ -1,4 +1,4 @@
-//! What a scene says of the region of a fill: shapes with an extent, inside of the box.
+//! Regions of fills: shapes with an extent, inside of the box.
 
 use crate::Vector;
 use crate::model::Region;

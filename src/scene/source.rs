@@ -66,7 +66,7 @@ impl Source {
         Self { name: name.to_owned(), text: Arc::new(text), overrides }
     }
 
-    /// What was typed.
+    /// Reads the text, with the overrides, as the file of a scene.
     ///
     /// # Errors
     /// [`SceneErrorKind::Syntax`], [`SceneErrorKind::UnknownKey`], [`SceneErrorKind::Empty`] or
@@ -84,7 +84,7 @@ impl Source {
         SceneFile::deserialize(Deserializer::from(tree)).map_err(|error| self.refused(&error))
     }
 
-    /// The same error with the text that it is about.
+    /// Adds the text and the place in it to an error.
     pub(crate) fn located(&self, error: SceneError) -> SceneError {
         if error.has_source() {
             return error;

@@ -1,4 +1,4 @@
-//! What a scene says of static-sphere surfaces: names of the sides of a box, and which shapes have an extent.
+//! Surfaces of static spheres: names of the sides of a box, and shapes with an extent.
 
 use crate::Vector;
 use crate::model::space::Space;
@@ -69,7 +69,7 @@ impl Surface {
         Ok(())
     }
 
-    /// The same for shapes of a plane.
+    /// Checks a shape of a plane.
     fn check_in_plane(&self, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
         let Some(axes) = plane_axes(space) else {
             let (is_in, cure) = match space.dimensions() {

@@ -31,7 +31,7 @@ pub struct Axis {
     values: Vec<Vec<String>>,
 }
 
-/// What is wrong with an axis.
+/// Error of an axis.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum AxisError {
@@ -61,7 +61,7 @@ pub enum AxisError {
     Spacing {
         /// The range.
         range: String,
-        /// What stands there.
+        /// The word that was found.
         word: String,
     },
     /// Keys that are to change together have different numbers of values.

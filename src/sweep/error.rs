@@ -1,4 +1,4 @@
-//! What can be wrong with a sweep.
+//! Errors of sweeps.
 
 use std::io;
 use std::path::PathBuf;
@@ -96,7 +96,7 @@ pub enum SweepError {
     Other {
         /// The folder.
         folder: PathBuf,
-        /// What is different.
+        /// The difference, in words.
         why: String,
     },
     /// The folder holds something else.
@@ -116,7 +116,7 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    /// What the user can do about it.
+    /// Cure: what the user can do.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         Some(match self {

@@ -16,7 +16,7 @@ use crate::base::text::with_causes;
 use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
 use crate::run::{Ending, Finished, Progress, Run, RunError};
 
-/// What became of a point.
+/// Outcome of a point.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Fate {
@@ -32,7 +32,7 @@ pub enum Fate {
     Interrupted,
 }
 
-/// A part of the points: every so many-th, for the tasks of a job array.
+/// A part of the points: every N-th, for the tasks of a job array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Share {
     /// Which one, from 1.
@@ -59,15 +59,15 @@ pub struct Orders<'o> {
     pub jobs: usize,
     /// Which of the points.
     pub share: Share,
-    /// Time on the clock between two checkpoints of a run.
+    /// Wall time between two checkpoints of a run.
     pub checkpoint_every: Duration,
-    /// What the files of a run may take `[bytes]`.
+    /// Largest size of the files of a run `[bytes]`.
     pub most_bytes: f64,
     /// The text of `report.txt` in the folder of a run.
     pub report: &'o (dyn Fn(&Finished) -> String + Sync),
 }
 
-/// What happens to a point.
+/// Progress or outcome of a point.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum News<'n> {
@@ -175,7 +175,7 @@ impl SweepFolder {
         }
     }
 
-    /// What has become of a run that has ended. A conversion that is not there, as where the disk was full, is made now.
+    /// Outcome of a run that has ended. A conversion that is not there, as where the disk was full, is made now.
     fn over(&self, point: &Point, path: &Path) -> Fate {
         // One that was killed, and went on by itself, has failed without a word of it here.
         let trouble = || Summary::read(path).ok().and_then(|summary| trouble_of(&summary));

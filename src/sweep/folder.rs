@@ -18,7 +18,7 @@ use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
 use crate::run::Ending;
 use crate::scene::read_text;
 
-/// What is in the folder.
+/// File that describes the sweep in its folder.
 const SWEEP: &str = "sweep.toml";
 
 /// The scene, where it has no file of its own.
@@ -37,7 +37,7 @@ const HEADER: &str = "\
 struct SweepFile {
     /// The scene; a relative path starts at the folder of this file.
     scene: String,
-    /// What its text must be.
+    /// Checksum of the text of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     checksum: Option<String>,
     /// `KEY=VALUE` for all points.
@@ -45,7 +45,7 @@ struct SweepFile {
     set: Vec<String>,
     /// The axes, as on the command line.
     vary: Vec<String>,
-    /// What the files must hold that the scenes read, by path.
+    /// Checksums of the files that the scenes read, by path.
     #[serde(default, skip_serializing_if = "Inputs::is_empty")]
     inputs: Inputs,
 }
@@ -85,7 +85,7 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// What `sweep.toml` says of it.
+    /// Content of `sweep.toml`.
     fn file(&self) -> SweepFile {
         let absolute = match self.text_alone() {
             Some(_) => PathBuf::from(SCENE),
@@ -172,7 +172,7 @@ impl SweepFolder {
         Ok(())
     }
 
-    /// What the files that its runs start from have to hold.
+    /// Checksums of the files that its runs start from.
     pub(super) fn inputs(&self) -> &Inputs {
         &self.inputs
     }

@@ -1,4 +1,4 @@
-//! What a sweep runs: a scene, the axes, and the points that are all combinations of their values.
+//! Plan of a sweep: a scene, the axes, and the points that are all combinations of their values.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -70,8 +70,8 @@ impl Sweep {
         Self::of(scene, true, text, set, axes)
     }
 
-    /// The same of a scene that has no file: its text is kept in the folder of the sweep, where its relative paths start, and `name` stands for the file in
-    /// messages.
+    /// A sweep of a scene that has no file: its text is kept in the folder of the sweep, where its relative paths start, and `name` stands for the file
+    /// in messages.
     ///
     /// # Errors
     /// As [`Sweep::new`], but for those of the file.
@@ -163,7 +163,7 @@ impl Sweep {
         (!self.has_file).then_some(&self.text)
     }
 
-    /// What replaces values of the scene at all points.
+    /// Overrides of the scene at all points.
     #[must_use]
     pub fn set(&self) -> &[(String, String)] {
         &self.set
@@ -263,7 +263,7 @@ impl Sweep {
         Ok(())
     }
 
-    /// What the runs of all points write, if they are like `scene` `[bytes]`, within a factor of two.
+    /// Expected size of the runs of all points, if they are like `scene` `[bytes]`, within a factor of two.
     #[must_use]
     pub fn expected_bytes(&self, scene: &Scene) -> f64 {
         SizeEstimate::of(scene, expected_rate(scene)).bytes * self.points.len() as f64

@@ -13,7 +13,7 @@ use crate::io::summary::Observable;
 use crate::io::{FolderState, Measurements, Summary};
 use crate::model::run_plan::MEASUREMENT;
 
-/// What a study is mostly about, in this order; all else follows in the order in which it first appears, and then what is checked only.
+/// Quantities that a study is mostly about, in this order; all else follows in the order in which it first appears, and then what is checked only.
 const FIRST: [&str; 8] = [
     "compressibility_factor",
     "pressure",
@@ -32,7 +32,7 @@ fn rank(name: &str) -> usize {
     place(&FIRST).or_else(|| place(&LAST).map(|at| FIRST.len() + 1 + at)).unwrap_or(FIRST.len())
 }
 
-/// What all runs measure, as far as some run has measured it.
+/// Quantity measured by the runs of a sweep: by some of them at least.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
     /// Name: that of an observable, or of the number of an instrument.
@@ -101,7 +101,7 @@ pub struct StageResult {
     pub events: u64,
     /// Its values, in the order of [`Results::quantities`].
     pub values: Vec<Option<Value>>,
-    /// What is published about its system.
+    /// Published values of its system.
     pub published: Vec<PublishedValue>,
 }
 
@@ -128,7 +128,7 @@ pub struct StageMeans {
     pub runs: usize,
     /// The means, in the order of [`Results::quantities`].
     pub values: Vec<Option<Pooled>>,
-    /// What is published, in the mean.
+    /// Published values, in the mean.
     pub published: Vec<PublishedValue>,
 }
 
@@ -136,7 +136,7 @@ pub struct StageMeans {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Results {
-    /// What was measured: first what is looked for most often.
+    /// Measured quantities: first those that are looked for most often.
     pub quantities: Vec<Quantity>,
     /// Names of the measured stages that some run has, in order, and `measurement`, the last one.
     pub stages: Vec<String>,

@@ -2,7 +2,8 @@
 //! `sweep-columns.csv`, which has the units. Where runs have measured stages, each of them has a row of its own, and a column says which.
 //!
 //! A column `x` has beside it `x_error`, the standard error; `sweep-mean.csv` has `x_error` by the errors of the runs and `x_scatter` by how far the runs
-//! are apart, which should agree, and, where not all runs of a state point know `x`, `x_runs`, how many do. What is not known is an empty cell.
+//! are apart, which should agree, and, where some runs of a state point are too short for `x`, `x_runs`, the number of those that provide it. Unknown
+//! values are empty cells.
 
 use std::fmt::Write;
 use std::path::PathBuf;

@@ -116,7 +116,7 @@ pub struct Frame {
     /// [`Frame::unwrapped`] undoes the wrapping.
     #[doc(alias = "image flags")]
     pub images: Vec<[i32; 3]>,
-    /// What else is known of each particle, in their order.
+    /// Further scalars of each particle, in their order.
     pub scalars: Vec<Scalar>,
 }
 
@@ -198,12 +198,12 @@ impl Frame {
         nearest_image(separation, &self.space().periods(), self.displacement)
     }
 
-    /// What readers that refuse a box without volume get for the extent of flat axes: the largest diameter, or 1.
+    /// Extent of flat axes for readers that refuse a box without volume: the largest diameter, or 1.
     pub(super) fn thickness(&self) -> f64 {
         Self::thickness_for(self.particles.iter().map(|particle| particle.radius))
     }
 
-    /// The same for particles of some radii.
+    /// Extent of flat axes for particles of some radii.
     pub(crate) fn thickness_for(radii: impl Iterator<Item = f64>) -> f64 {
         let widest = radii.map(|radius| 2.0 * radius).fold(0.0, f64::max);
         if widest > 0.0 && widest.is_finite() { widest } else { 1.0 }

@@ -1,4 +1,4 @@
-//! What a scene is, in words, and numbers as people read them: for the terminal and for the page about a run.
+//! Descriptions of a scene in words, and numbers as people read them: for the terminal and for the page about a run.
 
 mod estimate;
 
@@ -32,7 +32,7 @@ pub fn population(scene: &Scene) -> String {
     population_of(scene, &counts(scene))
 }
 
-/// The same of numbers by species that are known.
+/// Known numbers of particles by species, in words.
 #[must_use]
 pub fn population_of(scene: &Scene, counts: &[usize]) -> String {
     let of = |is_static: bool| {
@@ -210,7 +210,7 @@ fn equilibrates(equilibration: &Equilibration) -> String {
     }
 }
 
-/// What a stage does: `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor of 1000`.
+/// Description of a stage: `growth: diameters grow by 0.05 of themselves per time up to a compressibility factor of 1000`.
 #[must_use]
 pub fn stage(stage: &StagePlan) -> String {
     let mut parts = Vec::new();
@@ -245,7 +245,7 @@ pub fn exchange(plan: &ExchangePlan) -> String {
     )
 }
 
-/// What holds a temperature.
+/// Description of a thermostat.
 #[must_use]
 pub fn thermostat(thermostat: &Thermostat) -> String {
     match thermostat {

@@ -9,7 +9,7 @@ use crate::engine::EngineChoice;
 use crate::model::{InputFile, Limit, Scene, Species};
 use crate::run::{self, Burden};
 
-/// What will be simulated, a line for each part of the scene.
+/// Description of a scene, a line for each part of it.
 #[must_use]
 pub fn text(scene: &Scene) -> String {
     let mut lines = vec![format!("{}, seed {}", scene.name(), scene.seed())];
@@ -56,7 +56,7 @@ pub fn text(scene: &Scene) -> String {
     lines.join("\n") + "\n"
 }
 
-/// What is allowed, but probably not meant.
+/// Warnings: settings that are allowed, but probably not meant.
 #[must_use]
 pub fn warnings(scene: &Scene) -> Vec<String> {
     let mut warnings = Vec::new();
@@ -108,7 +108,7 @@ pub fn warnings(scene: &Scene) -> Vec<String> {
     warnings
 }
 
-/// What the files of a scene say of their particles and the scene does not take from them.
+/// Columns in the files of a scene that the scene does not use.
 #[must_use]
 pub fn unused_columns(scene: &Scene) -> Vec<String> {
     let unused = scene.inputs().iter().filter(|input| !input.unused.is_empty());
@@ -119,7 +119,7 @@ pub fn unused_columns(scene: &Scene) -> Vec<String> {
     unused.map(line).collect()
 }
 
-/// What is to be measured and has no value in the scene.
+/// Measurements of the plan that have no value in the scene, each with the reason.
 #[must_use]
 pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     let plan = scene.measure();
@@ -139,7 +139,7 @@ pub fn unmeasurable(scene: &Scene) -> Vec<String> {
     pressure.into_iter().chain(transport).collect()
 }
 
-/// What makes the run far longer than its events, with the time that it takes.
+/// Reasons why the run takes far longer than its events, with the time that each takes.
 #[must_use]
 pub fn burdens(scene: &Scene) -> Vec<String> {
     run::burdens(scene).into_iter().map(line).collect()
@@ -149,12 +149,12 @@ fn line(Burden { cause, seconds }: Burden) -> String {
     match seconds {
         // Where the number of events is not known, nor is the time.
         ..1.0 => cause,
-        _ => format!("{cause}: some {} on the clock", on_the_clock(seconds)),
+        _ => format!("{cause}: some {} of wall time", wall_time(seconds)),
     }
 }
 
-/// A time on the clock, to the order of magnitude.
-fn on_the_clock(seconds: f64) -> String {
+/// Wall time, to the order of magnitude.
+fn wall_time(seconds: f64) -> String {
     match seconds {
         ..120.0 => format!("{seconds:.0} seconds"),
         ..7_200.0 => format!("{:.0} minutes", seconds / 60.0),
@@ -261,6 +261,6 @@ mod tests {
     fn a_time_that_is_not_known_is_not_told() {
         let of = |seconds| line(Burden { cause: "large cells".to_owned(), seconds });
         assert_eq!([of(-0.0), of(0.0), of(0.25)], ["large cells"; 3]);
-        assert_eq!(of(90.4), "large cells: some 90 seconds on the clock");
+        assert_eq!(of(90.4), "large cells: some 90 seconds of wall time");
     }
 }

@@ -11,7 +11,7 @@ use crate::view::describe;
 /// Rates that have a line.
 const MOST_RATES: usize = 12;
 
-/// What was simulated, how it ended, what was measured, and whether it can be trusted.
+/// Table of the results of a run: the system, the ending, the means and the audit.
 #[must_use]
 pub fn text(finished: &Finished) -> String {
     let simulation = &finished.simulation;

@@ -62,7 +62,7 @@ use track::{Codec, Track};
 /// The most memory that images take while they are drawn at the same time `[bytes]`, unless one takes more.
 const MOST_MEMORY: u64 = 2 << 30;
 
-/// What a particle takes while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image.
+/// Memory of a particle while its frame is drawn `[bytes]`: its line in the frame, its place and its rectangle in the image.
 const BYTES_PER_PARTICLE: u64 = 240;
 
 /// The most images per second that a movie can have.
@@ -109,7 +109,7 @@ pub struct Movie {
     pub first: u64,
     /// The last frame, itself included; `None` goes on to the end.
     pub last: Option<u64>,
-    /// Takes every so many-th frame, from the first one on.
+    /// Use of every N-th frame, from the first one on.
     pub every: u64,
     /// Degrees by which the camera walks around the scene to the right from the first image to the last. Flat and straight scenes
     /// are seen from the front all the time.
@@ -147,7 +147,7 @@ pub struct MovieProgress {
     pub fraction: f64,
 }
 
-/// What is asked now and then while a movie is made: it may break it off.
+/// Callback that is asked now and then while a movie is made: it may break it off.
 pub type Watch<'a> = dyn FnMut(&MovieProgress) -> ControlFlow<()> + 'a;
 
 /// Writes a movie of a trajectory in extended XYZ; the ending of `path` says in which format. The file appears when it is complete.

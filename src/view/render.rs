@@ -56,7 +56,7 @@ use shade::Scenery;
 /// The most pixels of an image, enough for 3840 x 2160.
 const MOST_PIXELS: u32 = 1 << 23;
 
-/// What drawing takes for each pixel, besides the maps of the lights, so that the largest image takes 2 GB `[bytes]`.
+/// Memory of each pixel while it is drawn, besides the maps of the lights, so that the largest image takes 2 GB `[bytes]`.
 pub(super) const BYTES_PER_PIXEL: u64 = 240;
 
 /// Colouring of the particles.
@@ -88,7 +88,7 @@ pub struct Style {
     pub width: u32,
     /// The most rows of pixels.
     pub height: u32,
-    /// What colours show.
+    /// Quantity that colours show.
     pub colour_by: ColourBy,
     /// Colours of the species that move, in the order of the table and over again, in sRGB.
     pub palette: Vec<[u8; 3]>,
@@ -96,7 +96,7 @@ pub struct Style {
     pub top_speed: Option<f64>,
     /// Opacity of static particles, 0 to 1; those that hold a bond are always opaque.
     pub static_opacity: f64,
-    /// What fills the image.
+    /// Framing of the image.
     pub framing: Framing,
     /// Whether the edges of the box are drawn.
     pub has_box: bool,
@@ -172,7 +172,7 @@ fn paint(frame: &Frame, style: &Style, camera: &Camera, fastest: f64, fineness: 
     pixels
 }
 
-/// What has to be in the image.
+/// Spheres and corners that have to be in the image.
 fn framed(frame: &Frame, style: &Style) -> Vec<Extent> {
     let upper = frame.lower + frame.size;
     let is_inside = |position: &Vector| (0..3).all(|k| (frame.lower[k]..=upper[k]).contains(&position[k]));

@@ -55,7 +55,7 @@ const STYLE: &str = include_str!("report/page.css");
 pub struct Page {
     /// The whole document.
     pub html: String,
-    /// What is not in it, and why; also on the page.
+    /// Notes on everything that is left out, and why; also on the page.
     pub notes: Vec<String>,
 }
 

@@ -20,7 +20,7 @@ def find():
 
 
 class Failure(Exception):
-    """What the page or the browser did wrong."""
+    """Fault of the page or the browser."""
 
 
 class Browser:

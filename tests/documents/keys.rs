@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 
 use crate::markdown::{Page, cells, heading};
 
-/// What is said of a key.
+/// Row of a table of keys.
 #[derive(Debug, PartialEq)]
 struct Key {
     kind: String,

@@ -1,5 +1,6 @@
 //! The documents agree with the program: keys, links, commands, scenes and names of files.
 
+mod comments;
 mod examples;
 mod keys;
 mod markdown;
@@ -171,6 +172,31 @@ fn every_file_of_the_repository_that_is_named_is_there() {
         }
     }
     assert!(count > 20, "{count} paths");
+}
+
+/// Names with their files in a text, which stand there as "`name` in `file`".
+fn names_in_files(text: &str) -> Vec<(&str, &str)> {
+    let pairs = text.match_indices("` in `").filter_map(|(at, mark)| {
+        let name = text[..at].rsplit('`').next()?;
+        let file = text[at + mark.len()..].split('`').next()?;
+        file.ends_with(".rs").then_some((name, file))
+    });
+    pairs.collect()
+}
+
+#[test]
+fn every_name_that_a_document_finds_in_a_file_is_there() {
+    let mut count = 0;
+    for page in pages() {
+        let text = page.text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for (name, file) in names_in_files(&text) {
+            let path = [root().join(file), root().join("src").join(file)].into_iter().find(|path| path.exists());
+            let source = fs::read_to_string(path.unwrap_or_default()).unwrap_or_default();
+            assert!(source.contains(name), "{}: there is no {name} in {file}", page.path);
+            count += 1;
+        }
+    }
+    assert!(count >= 10, "{count} names");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What the checks need of Markdown: headings, links, code, and tables.
+//! Markdown: headings, links, code, and tables.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ pub struct Page {
 
 /// A fenced block, or lines that are indented by four spaces.
 pub struct Block {
-    /// What stands behind the fence; empty for indented lines.
+    /// Info string behind the fence; empty for indented lines.
     pub info: String,
     pub text: String,
     /// The line of its first line, from 1.
@@ -112,7 +112,7 @@ pub fn heading(line: &str) -> Option<&str> {
     (line.starts_with('#') && text.starts_with(' ')).then(|| text.trim())
 }
 
-/// What a heading is called in a link.
+/// Anchor of a heading.
 pub fn anchor(heading: &str) -> String {
     let kept = heading.chars().filter(|c| c.is_alphanumeric() || " -_".contains(*c));
     kept.flat_map(char::to_lowercase).map(|c| if c == ' ' { '-' } else { c }).collect()

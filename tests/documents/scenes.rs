@@ -8,7 +8,7 @@ use toml::Table;
 use crate::markdown::pages;
 use crate::validator::mistakes;
 
-/// What a fragment is a part of.
+/// Scene that a fragment is a part of.
 const BASE: &str = r#"
 [[species]]
 name = "sphere"

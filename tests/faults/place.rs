@@ -82,7 +82,7 @@ pub type Files = BTreeMap<String, Vec<u8>>;
 pub struct Place {
     folder: tempfile::TempDir,
     shim: PathBuf,
-    /// What a command leaves that meets no fault, by scenario.
+    /// Folders that commands leave which meet no fault, by scenario.
     template: PathBuf,
 }
 

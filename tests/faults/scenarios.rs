@@ -9,11 +9,11 @@ pub struct Scenario {
     pub command: &'static str,
     /// Where names may change; all other files are as they were.
     pub touches: &'static [&'static str],
-    /// What holds at once.
+    /// Check at once after the fault.
     pub kept: fn(&Files, &Files, &str),
-    /// What a user does next.
+    /// Next command of the user.
     pub go_on: fn(&Place, &Path, &str),
-    /// What is there in the end.
+    /// Check in the end.
     pub check: fn(&Files, &str),
 }
 
@@ -194,7 +194,7 @@ fn is_new(files: &Files, folder: &str, other: &str) -> bool {
     files.get(&format!("{folder}/thermo.csv")) == files.get(&format!("{other}/thermo.csv"))
 }
 
-/// The same results, whatever happened on the way.
+/// Whether results are the same, whatever happened on the way.
 fn same_run(files: &Files, expected: &str, found: &str, what: &str) {
     let is_result =
         |name: &str| !["checkpoint", ".carom", "report.txt", "notes.txt"].iter().any(|other| name.starts_with(other));

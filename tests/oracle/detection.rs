@@ -83,7 +83,7 @@ impl Algorithm {
         }
     }
 
-    /// What the answer is to be compared with.
+    /// Overlap function by which the answer is judged.
     pub fn overlap(self, state: &State) -> Overlap {
         match self {
             Self::Plane => {

@@ -69,7 +69,7 @@ impl Overlap {
         self.rounding.iter().rev().fold(0.0, |sum, d| sum * t + d)
     }
 
-    /// The same for the derivative.
+    /// Error bound of the derivative.
     pub fn error_of_derivative_at(&self, t: f64) -> f64 {
         let terms = self.rounding.iter().enumerate().skip(1);
         terms.rev().fold(0.0, |sum, (k, d)| sum * t + k as f64 * d)

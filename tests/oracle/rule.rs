@@ -5,7 +5,7 @@ use super::dyadic::Dyadic;
 use super::polynomial::Polynomial;
 use super::sturm::Chain;
 
-/// What happens at an event after now.
+/// Kind of an event after now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// `f` falls through zero: a root of `f`.

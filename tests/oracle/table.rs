@@ -91,7 +91,7 @@ fn closed_form_row(page: &mut String, polynomial: &str, algorithm: Algorithm, er
     );
 }
 
-/// What one family came to.
+/// Row of one family.
 pub fn family_row(table: &mut String, algorithm: Algorithm, family: &str, tally: &mut Tally) {
     let median = number(spread(&mut tally.errors)[0]);
     let worst = number(spread(&mut tally.ratios)[2]);

@@ -1,4 +1,4 @@
-//! What many comparisons come to.
+//! Sums over many comparisons.
 
 use crate::cases::FAMILIES;
 use crate::compare::{Comparison, Judgement, compare};
@@ -20,7 +20,7 @@ pub struct Tally {
     pub wrong_count: usize,
     /// Errors of times [ulp].
     pub errors: Vec<f64>,
-    /// The same in units of what rounding allows.
+    /// Errors in units of the rounding that is allowed.
     pub ratios: Vec<f64>,
     pub evaluations: Evaluations,
 }

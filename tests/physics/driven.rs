@@ -1,4 +1,4 @@
-//! What acts from outside: thermostats, sheared boxes, walls that are hot.
+//! External drive: thermostats, sheared boxes, thermal walls.
 
 use std::ops::ControlFlow;
 

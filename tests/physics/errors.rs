@@ -105,8 +105,8 @@ fn claimed_errors_are_those_of_many_other_seeds() {
     assert_honest(256, 0.73..=1.36);
 }
 
-/// What was wrong most in short runs: the virial of a crystal and the push on walls, which cancel in time, by up to three times too large; the diffusion of few
-/// spans, up to twice too small.
+/// Errors that were most wrong in short runs: of the virial of a crystal and of the push on walls, which cancel in time, by up to three times too large;
+/// of the diffusion of few spans, up to twice too small.
 #[test]
 fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
     let hard = || Potential::hard_sphere(1.0).unwrap();

@@ -67,7 +67,7 @@ fn three_on_a_line(restitution: f64, contact_time: Option<f64>) -> Simulation {
     drifting_line(restitution, contact_time, 0.0)
 }
 
-/// The same, seen from a frame in which all of them drift.
+/// Line of particles, seen from a frame in which all of them drift.
 fn drifting_line(restitution: f64, contact_time: Option<f64>, drift: f64) -> Simulation {
     let space = Space {
         lower: Vector::new(-10.0, 0.0, 0.0),

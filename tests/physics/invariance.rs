@@ -1,4 +1,4 @@
-//! What must not change a trajectory: how it is cut into stretches; and axes that it never leaves.
+//! Invariance of trajectories: how they are cut into stretches changes nothing; and particles never leave an axis by themselves.
 
 use carom::Vector;
 use carom::engine::{Simulation, Until};

@@ -30,7 +30,7 @@ impl Mean {
     }
 }
 
-/// What happened in one block of a run.
+/// Event counts and means of one block of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Block {
     /// Simulated time.

@@ -1,4 +1,4 @@
-//! What a run reads: kept apart from what is written, and known again by its checksum.
+//! Inputs of a run: kept apart from outputs, and known again by their checksums.
 
 use std::fs;
 

@@ -1,4 +1,4 @@
-//! What is there already: nothing is replaced unasked, and nothing is lost on the way.
+//! Files that are there already: nothing is replaced unasked, and nothing is lost on the way.
 
 use std::fs;
 use std::ops::ControlFlow;

@@ -1,4 +1,4 @@
-//! What is shown of what users and files say.
+//! Names and other text of users and files as the program shows it.
 
 use std::fs;
 

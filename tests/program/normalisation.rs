@@ -1,4 +1,4 @@
-//! What `measurements.json` says of how its curves were normalised.
+//! Normalisation of curves as `measurements.json` states it.
 
 use serde_json::Value;
 

@@ -194,7 +194,7 @@ pub fn ended(place: &Place, folder: &str) -> Output {
     measured.map_or(output, |events: u64| to(events + 1))
 }
 
-/// What is opened while other tests start programs: until such a process has become its program, it has the locks of this one, too.
+/// Opens files while other tests start programs: until such a process has become its program, it has the locks of this one, too.
 pub fn when_free<T>(open: impl Fn() -> Result<T, OutputError>) -> T {
     for _ in 0..1000 {
         match open() {

@@ -26,7 +26,7 @@ fn number(row: &BTreeMap<String, String>, name: &str) -> f64 {
     row[name].parse().unwrap_or_else(|_| panic!("{name} in {row:?}"))
 }
 
-/// What the runs of a sweep have in common with undisturbed ones: everything but times on the clock.
+/// Results of a sweep that have to be those of an undisturbed one: everything but wall times.
 fn bits(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut files = BTreeMap::new();
     for run in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).filter(|path| path.is_dir()) {

@@ -1,4 +1,4 @@
-//! What the runs of a sweep start from: the same for all of them, and other for each that counts.
+//! Inputs of the runs of a sweep: the same for all of them, and other for each that counts.
 
 use std::fs;
 

@@ -1,6 +1,6 @@
 //! Choices out of bytes, which a fuzzer or a test has at random.
 
-/// What is chosen next; once the bytes are used up, the first of everything.
+/// Choices by random bytes; once the bytes are used up, the first of everything.
 #[derive(Debug)]
 pub struct Choices<'b>(&'b [u8]);
 

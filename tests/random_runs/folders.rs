@@ -95,7 +95,7 @@ const NAMES: [&str; 34] = [
     "exchange.csv.partial",
 ];
 
-/// Those that Carom opens to write, of which every second one is.
+/// Files that Carom opens to write, of which every second one is.
 const WRITTEN: [&str; 8] = [
     ".carom",
     "checkpoint.partial",
@@ -107,7 +107,7 @@ const WRITTEN: [&str; 8] = [
     ".exchange",
 ];
 
-/// What users have beside it, where links lead.
+/// Files of the user beside it, where links lead.
 const OTHERS: [&str; 3] = ["thesis.tex", "data/rows.csv", "data/.carom"];
 
 /// How a file may have become another one.
@@ -234,7 +234,7 @@ fn link(to: &Path, path: &Path) {
 #[cfg(not(unix))]
 fn link(_to: &Path, _path: &Path) {}
 
-/// What is called in the folder.
+/// Call of Carom in the folder.
 #[derive(Debug, Clone, Copy)]
 enum Call {
     Run,

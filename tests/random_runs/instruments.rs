@@ -153,7 +153,7 @@ fn measurements(text: &mut String, choices: &mut Choices<'_>, middle: f64) {
     }
 }
 
-/// What became of a scene.
+/// Outcome of a scene.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum End {
     Refused(String),

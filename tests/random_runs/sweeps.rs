@@ -53,7 +53,7 @@ const VALUES: [&str; 24] = [
     "1..3,2",
 ];
 
-/// The same numbers in other words.
+/// Numbers of one value in other words.
 const SPELLED: [&str; 5] = ["+1", "0x1", "1_0", "01", "1.00"];
 
 /// A scene of two balls; its mass tells a replaced one from the first.
@@ -83,8 +83,8 @@ pub fn axes(choices: &mut Choices<'_>) -> Vec<String> {
     (0..count).map(axis).collect()
 }
 
-/// What the axes of these bytes make of a scene: every axis is refused or written as it can be read again, every point has a folder of its own
-/// within that of the sweep, and a scene that no other point has.
+/// Plan of a sweep by the axes of these bytes: every axis is refused or written as it can be read again, every point has a folder of its own within that
+/// of the sweep, and a scene that no other point has.
 ///
 /// # Panics
 /// Where this is not so.

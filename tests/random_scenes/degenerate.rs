@@ -60,7 +60,7 @@ const LIMITS: [&str; 5] = [
     "run = { until_time = 3.0, until_events = 1000 }",
 ];
 
-/// What an instrument that means nothing in a scene is refused with, so that the others are left.
+/// Scene without the instruments that are refused because they mean nothing in it, so that the others are left.
 fn without_refused(text: &str) -> Option<Scene> {
     let mut lines: Vec<&str> = text.lines().collect();
     loop {

@@ -9,7 +9,7 @@ struct Species {
     is_static: bool,
 }
 
-/// What all parts of a scene share.
+/// Common shape of all parts of a scene.
 struct Shape {
     dimensions: usize,
     size: [f64; 3],

@@ -28,7 +28,7 @@ fn setting(name: &str, usual: u64) -> u64 {
     std::env::var(name).ok().map_or(usual, |text| text.parse().unwrap_or_else(|_| panic!("{name} = {text}")))
 }
 
-/// What became of a scene.
+/// Outcomes of scenes.
 #[derive(Debug, Default)]
 struct Count {
     refused: usize,
@@ -39,7 +39,7 @@ struct Count {
     events: u64,
 }
 
-/// What is wrong with a proof, if anything is.
+/// Objection to a proof, if anything is wrong with it.
 fn objection(certificate: &Certificate, count: &mut Count) -> Option<String> {
     count.events += certificate.counts.events();
     match certificate.end {

@@ -1,4 +1,4 @@
-//! What changes no physics: where a stretch ends, far-off spheres, a mirror, a shift, units of powers of two, the numbers of the
+//! Changes that leave physics as it is: where a stretch ends, far-off spheres, a mirror, a shift, units of powers of two, the numbers of the
 //! particles. Each is done to scenes at random, and the events are compared.
 
 use carom::engine::event::{Event, EventKind};
@@ -14,7 +14,7 @@ use crate::generator;
 const SCENES: usize = 60;
 /// Events that are compared where rounding differs: a difference grows by a factor of ten or so with each event of a particle.
 const FEW: u64 = 20;
-/// What 1e-15 grows to by then, far less than the time between two events.
+/// Difference to which 1e-15 grows by then, far less than the time between two events.
 const TOLERANCE: f64 = 1e-7;
 
 /// The scenes of the first seeds that can be built.

@@ -20,7 +20,7 @@ def thick(frame):
 
 
 def same_scalars(column, frame, tolerance=0.0):
-    """What else the file has of each particle."""
+    """Compares the further scalars of each particle in the file."""
     for name, values in frame.scalars.items():
         same(name, column(name), values, tolerance)
 

@@ -159,7 +159,7 @@ pub fn stop(child: &mut Child, way: u32) -> bool {
     !child.wait().unwrap().success()
 }
 
-/// What a run leaves that depends on nothing but its scene and seed.
+/// Results of a run that depend on nothing but its scene and seed.
 pub fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let mut results = Vec::new();
     for name in ["thermo.csv", "trajectory.xyz", "contacts.csv", "scene.toml"] {

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-/// What a schema finds wrong with a value, each with its place.
+/// Mistakes that a schema finds in a value, each with its place.
 pub fn mistakes(schema: &Value, value: &Value) -> Vec<String> {
     let mut found = Vec::new();
     check(schema, value, "scene", &mut found);

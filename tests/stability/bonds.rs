@@ -93,7 +93,7 @@ fn hanging(range: f64, position: Vector, restitution: f64) -> SceneBuilder {
         .bond(0, 1, "link")
 }
 
-/// The same from an angle against the vertical, in the middle between the ends of the bond.
+/// Pendulum that starts at an angle against the vertical, in the middle between the ends of the bond.
 fn pendulum(range: f64, angle: f64, restitution: f64, contact_time: Option<f64>) -> SceneBuilder {
     let position = Vector::new(libm::sin(angle), 0.0, -libm::cos(angle)) * (1.0 + 0.5 * range);
     let mut builder = hanging(range, position, restitution);

@@ -13,7 +13,7 @@ use rand_core::{Rng, SeedableRng};
 /// Particles.
 const COUNT: usize = 500;
 
-/// What a random start is made of.
+/// Ingredients of a random start.
 struct Recipe {
     name: &'static str,
     potential: fn(f64) -> Potential,

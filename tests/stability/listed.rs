@@ -64,7 +64,7 @@ pub fn hard_sphere() -> Potential {
     Potential::hard_sphere(1.0).unwrap()
 }
 
-/// The same with a well that reaches to 1.5.
+/// Spheres of diameter 1 with a well that reaches to 1.5.
 pub fn well() -> Potential {
     Potential::square_well(1.0, 1.5, 1.0).unwrap()
 }

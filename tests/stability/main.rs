@@ -9,6 +9,7 @@ mod bonds;
 mod corner;
 mod cradle;
 mod dense;
+mod fingerprints;
 mod half_a_period;
 mod heap;
 mod invalid;

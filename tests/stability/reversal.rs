@@ -32,7 +32,7 @@ impl Fluid {
     }
 }
 
-/// What became of a run there and back.
+/// Result of a run there and back.
 struct Retraced {
     events: u64,
     events_back: u64,

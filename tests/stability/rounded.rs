@@ -1,6 +1,6 @@
 //! Round-off is no fault: valid runs in long boxes, in far ones, and across their sides pass their audit.
 //!
-//! What a coordinate loses is a unit in the last place of the largest one that it had: a pair next to coordinate 0 may have been predicted
+//! A coordinate loses a unit in the last place of the largest one that it had: a pair next to coordinate 0 may have been predicted
 //! with one of the two at the other side of the box.
 
 use carom::Vector;
@@ -94,7 +94,7 @@ fn rods_on_a_long_ring_pass() {
     }
 }
 
-/// What an inelastic pair takes along from a fast flight is still there when it hardly moves.
+/// An overlap that an inelastic pair takes along from a fast flight is still there when it hardly moves.
 #[test]
 fn balls_that_fall_far_and_come_to_rest_pass() {
     for height in [10.0, 1e3, 1e5] {
@@ -158,7 +158,7 @@ fn growth_much_faster_than_the_thermal_speed_passes() {
     }
 }
 
-/// What costs time in a box of any length are the neighbours that come near, not the way.
+/// Neighbours that come near cost time, in a box of any length; the length of the way does not.
 #[test]
 fn few_particles_in_a_long_box_are_looked_at_seldom() {
     for boundary in [Boundary::Periodic, Boundary::walls(1.0)] {

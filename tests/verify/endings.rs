@@ -19,7 +19,7 @@ fn spheres(head: &str, potential: &str, particles: &[([f64; 3], [f64; 3])]) -> S
 
 const HARD: &str = "potential = \"hard-sphere\"";
 
-/// What the verifier says if a run ends at its start.
+/// Verdict of the verifier on a run that ends at its start.
 fn end_of(scene: &Scene) -> Result<(), Fault> {
     let mut states = States::default();
     Simulation::without_plan(scene.clone()).states(&mut states);

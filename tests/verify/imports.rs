@@ -1,4 +1,4 @@
-//! What the verifier and the reference engine take from the rest of the program: the scene, and what the verifier is shown; and the verifier
+//! Imports of the verifier and the reference engine from the rest of the program: the scene, and the states that the verifier is shown; and the verifier
 //! Algorithm 1 as printed. Whatever they shared with the engine they could not check.
 
 use std::fs;

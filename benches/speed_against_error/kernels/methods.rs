@@ -1,4 +1,4 @@
-//! What is compared.
+//! Methods that are compared.
 
 use super::problem::{Pair, Problem};
 use super::{paper, textbook};

@@ -1,4 +1,4 @@
-//! What detection is asked: four problems, one for each of the paper's algorithms.
+//! Problems of detection: four of them, one for each of the paper's algorithms.
 
 use crate::oracle::exact::{Overlap, ROUNDINGS_OF_QUADRATIC, ROUNDINGS_OF_QUARTIC, State};
 use carom::physics::motion::RelativeState;
@@ -28,7 +28,7 @@ impl Problem {
         }
     }
 
-    /// What the oracle decides about.
+    /// Overlap function about which the oracle decides.
     pub fn overlap(self, state: &State) -> Overlap {
         let roundings = if self.is_accelerated { ROUNDINGS_OF_QUARTIC } else { ROUNDINGS_OF_QUADRATIC };
         Overlap::of_pair(state, self.side, roundings)

@@ -1,4 +1,4 @@
-//! What both methods are asked for.
+//! Thermodynamic means, which both methods give.
 
 use carom::Vector;
 
@@ -12,7 +12,7 @@ pub struct Thermodynamics {
 }
 
 impl Thermodynamics {
-    /// The same statistic of each quantity.
+    /// One statistic of each quantity.
     pub fn each(statistic: impl Fn(fn(&Self) -> f64) -> f64) -> Self {
         Self {
             temperature: statistic(|x| x.temperature),

@@ -41,7 +41,7 @@ pub fn per_particle(system: &SystemDescription, sample: &Sample<'_>, cutoff: f64
     values
 }
 
-/// What a plan asks for of each particle: `q6` and `q4`, or `psi6` and `psi4` in two dimensions; nothing on a line.
+/// Scalars of each particle that a plan asks for: `q6` and `q4`, or `psi6` and `psi4` in two dimensions; nothing on a line.
 pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample: &Sample<'_>) -> Vec<Scalar> {
     let Some(symbol) = symbol(system) else { return Vec::new() };
     let cutoff = cutoff(plan, system);
@@ -50,7 +50,7 @@ pub(super) fn scalars(plan: &plan::BondOrder, system: &SystemDescription, sample
     DEGREES.map(scalar).into()
 }
 
-/// What the bond order is called; `None` on a line, where there is none.
+/// Symbol of the bond order; `None` on a line, where there is none.
 fn symbol(system: &SystemDescription) -> Option<&'static str> {
     match system.space.dimensions() {
         3 => Some("q"),

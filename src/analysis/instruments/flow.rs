@@ -39,7 +39,7 @@ pub(super) struct Flow {
     positions: Vec<Vector>,
     time: f64,
     blocks: BlockTimes,
-    /// What a passage towards larger coordinates counts for.
+    /// Sign of a passage towards larger coordinates.
     forwards: i64,
     passages: Passages,
     /// By species, where there are some but not very many.
@@ -158,7 +158,7 @@ impl Instrument for Flow {
         self.blocks.pass(sample.time);
     }
 
-    /// What came after the last sample counts, too.
+    /// Counts passages after the last sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }

@@ -59,7 +59,7 @@ struct Flight {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Flown {
     histogram: Histogram,
-    /// What all particles fly by the number of flights that end, in each block, and what they have flown in this one.
+    /// Distance or time that all particles fly by the number of flights that end, in each block, and that of this block so far.
     per_flight: BlockAverage,
     flown: f64,
 }

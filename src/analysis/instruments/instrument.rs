@@ -126,7 +126,7 @@ instruments! {
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Instruments {
     kinds: Vec<Kind>,
-    /// Those that the user has registered.
+    /// Instruments that the user has registered.
     registered: Vec<Registered>,
 }
 
@@ -160,7 +160,7 @@ impl Instruments {
         self.registered = registry.begin(setup);
     }
 
-    /// Those that are registered go on from a checkpoint.
+    /// Goes on with the registered instruments of a checkpoint.
     pub(crate) fn restore(&mut self, registry: &Registry) -> Result<(), InstrumentError> {
         registry.restore(&mut self.registered)
     }
@@ -216,7 +216,7 @@ impl Instruments {
         }
     }
 
-    /// What was measured so far.
+    /// Results so far.
     #[must_use]
     pub fn report(&self, system: &SystemDescription) -> Measured {
         let mut measured = Measured::default();

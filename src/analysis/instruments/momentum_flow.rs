@@ -17,7 +17,7 @@ pub(super) fn trace(tensor: &Tensor) -> f64 {
     tensor[0] + tensor[1] + tensor[2]
 }
 
-/// What an event does to momentum and energy, in the frame of the centre of mass.
+/// Transfer of momentum and energy in an event, in the frame of the centre of mass.
 pub(super) struct Transfer {
     /// `r_ij`, the shortest; zero for a wall `[length]`.
     pub apart: Vector,

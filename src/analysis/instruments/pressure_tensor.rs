@@ -87,7 +87,7 @@ impl PressureTensor {
     }
 }
 
-/// What the kinetic part is to be multiplied by along axes on which the momentum is conserved, because it misses the motion of the centre of mass.
+/// Factor of the kinetic part along axes on which the momentum is conserved, because it misses the motion of the centre of mass.
 ///
 /// Relative to that, with the mass `M` of all, a component of a velocity has a mean square of `T / m_i (1 - m_i / M)`: the velocities of all have the
 /// variance `T / m_i` each, the centre of mass that of `T / M`, and the two are independent. With the crowding `c_i = V / V_i`, the sum of
@@ -131,7 +131,7 @@ impl Instrument for PressureTensor {
         self.blocks.pass(sample.time);
     }
 
-    /// What came after the last sample counts, too.
+    /// Counts events after the last sample.
     fn end(&mut self, sample: &Sample<'_>, system: &SystemDescription) {
         self.sample(sample, system);
     }

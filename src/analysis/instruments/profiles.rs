@@ -12,7 +12,7 @@ use crate::model::measurement_plan::MOST_CELLS;
 use crate::model::space::{Boundary, Space};
 use serde::{Deserialize, Serialize};
 
-/// What is averaged in each cell: number, mass, momentum along three axes, and relative to what streams `m |v|^2` and its momentum along x.
+/// Quantities averaged in each cell: number, mass, momentum along three axes, and relative to what streams `m |v|^2` and its momentum along x.
 const ELEMENTS: usize = 7;
 
 /// Means over time in cells: number density, velocity of flow and kinetic temperature.
@@ -169,7 +169,7 @@ impl Instrument for Profile {
     }
 }
 
-/// What is known of a cell.
+/// Values of a cell.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cell {
     /// Mean mass in it, and the number of components of velocities that are free, in a sample.

@@ -1,4 +1,4 @@
-//! What a run has measured: numbers and curves with standard errors, in the form in which they are written and drawn.
+//! Results of instruments: numbers and curves with standard errors, in the form in which they are written and drawn.
 
 use serde::{Deserialize, Serialize};
 
@@ -115,7 +115,7 @@ pub struct Curve {
     pub method: String,
     /// The independent variables: one for a curve, up to three for a grid. All columns have the same length.
     pub variables: Vec<Variable>,
-    /// What was measured.
+    /// Measured series.
     pub series: Vec<Series>,
     /// Whether a plot has logarithmic axes, of the variable and of the values.
     pub is_logarithmic: [bool; 2],
@@ -158,7 +158,7 @@ impl Curve {
         self
     }
 
-    /// What the quantity that was added last was divided by.
+    /// Adds the divisors of the quantity that was added last.
     #[must_use]
     pub fn normalised(mut self, by: Normalisation) -> Self {
         if let Some(series) = self.series.last_mut() {
@@ -216,11 +216,11 @@ pub struct Series {
     pub normalisation: Option<Normalisation>,
 }
 
-/// What the values of a series were divided by: a value times all its divisors is what was counted, or summed up.
+/// Divisors of the values of a series: a value times all its divisors is what was counted, or summed up.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Normalisation {
-    /// What was counted, or summed up: `pairs in the bin, over all samples`.
+    /// Sum or count that is divided: `pairs in the bin, over all samples`.
     pub sum: String,
     /// The divisors; none of what is a count itself.
     pub divisors: Vec<Divisor>,
@@ -265,7 +265,7 @@ impl Normalisation {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Published {
-    /// What it is, for the legend: `Carnahan and Starling`.
+    /// Label in the legend: `Carnahan and Starling`.
     pub label: String,
     /// Authors, journal, DOI.
     pub source: String,

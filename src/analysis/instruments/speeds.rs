@@ -43,7 +43,7 @@ pub(super) struct Speeds {
     /// End of all histograms, if it is given `[length / time]`.
     end: Option<f64>,
     classes: Vec<Class>,
-    /// Those that have begun and have samples.
+    /// Windows that have begun and have samples.
     windows: Vec<Window>,
 }
 
@@ -57,7 +57,7 @@ struct Class {
     width: f64,
 }
 
-/// What is seen in a stretch of time.
+/// Histograms of speeds in a window of time.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Window {
     number: usize,

@@ -33,7 +33,7 @@ pub(super) struct StructureFactor {
     sliding: Option<Sliding>,
 }
 
-/// What chooses the wave vectors of a sheared box anew, at each sample.
+/// Sheared box, of which the wave vectors are chosen anew at each sample.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Sliding {
     largest: f64,

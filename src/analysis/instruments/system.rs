@@ -1,4 +1,4 @@
-//! What an instrument measures: the description of the system, constant in time, and its state at one time.
+//! System that an instrument measures: its description, constant in time, and its state at one time.
 
 use crate::Vector;
 use crate::analysis::observables::ApplicableObservables;
@@ -195,8 +195,8 @@ impl SystemDescription {
         Vector::from_fn(|k, _| if self.conserved_axes[k] { common[k] } else { 0.0 })
     }
 
-    /// What remains of the mean square of a component of the thermal velocity of a particle of some mass, `T / m`, where the momentum along
-    /// the axis is conserved: a part `1 - m / M`, with the mass `M` of everything that moves. Relative to all of it, elsewhere 1.
+    /// Factor of the mean square of a component of the thermal velocity of a particle of some mass, `T / m`, where the momentum along
+    /// the axis is conserved: `1 - m / M`, with the mass `M` of everything that moves, because velocities are relative to it. Elsewhere 1.
     pub(super) fn free_part(&self, mass: f64, axis: usize) -> f64 {
         if self.conserved_axes[axis] { 1.0 - mass / self.moving_mass() } else { 1.0 }
     }

@@ -35,7 +35,7 @@ impl fmt::Display for Answer {
 /// slowest of what a few hundred particles do together takes some more.
 const FEWEST_EVENTS: f64 = 10.0;
 
-/// What else there is to know of a measurement.
+/// Further conditions of equilibrium of a measurement.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Conditions {
     /// Dimensions of the scene.
@@ -51,7 +51,7 @@ pub(super) struct Conditions {
 pub struct Equilibrium {
     /// The answer.
     pub verdict: Answer,
-    /// What drifts, or is not known, in words.
+    /// Reasons against equilibrium: drifts, and quantities that are not known, in words.
     pub reasons: Vec<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What is published about the system that a scene describes.
+//! Published results for the system that a scene describes.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,7 +16,7 @@ pub struct PublishedValue {
     pub quantity: String,
     /// The value, in the units of the scene.
     pub value: f64,
-    /// What it is called: `mKLM`.
+    /// Label of the result: `mKLM`.
     pub label: String,
     /// Where it is published, and what it holds for.
     pub source: String,
@@ -26,7 +26,7 @@ pub struct PublishedValue {
 const FLUID: [f64; 2] = [0.53, 0.70];
 const CRYSTAL: f64 = 0.52;
 
-/// What a heat bath changes.
+/// Transport coefficients, which a heat bath changes.
 const TRANSPORT: [&str; 4] = ["diffusion_coefficient", "shear_viscosity", "bulk_viscosity", "thermal_conductivity"];
 
 const MKLM: &str = "Pieprzyk et al., Phys. Chem. Chem. Phys. 21, 6886 (2019), doi:10.1039/C9CP00903E; infinite fluid";

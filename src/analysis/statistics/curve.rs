@@ -47,8 +47,8 @@ impl CurveAverage {
         self.elements.iter_mut().zip(values).for_each(|(average, value)| average.add(value, 1.0));
     }
 
-    /// The same number of elements, of which each is the sum of two neighbours and the upper half is zero: a histogram whose bins are twice as
-    /// wide. All elements must have been added together.
+    /// Curve of the same number of elements, of which each is the sum of two neighbours and the upper half is zero: a histogram whose bins are twice
+    /// as wide. All elements must have been added together.
     #[must_use]
     pub(crate) fn joined_in_pairs(&self) -> Self {
         let length = self.elements.len();

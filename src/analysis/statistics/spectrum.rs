@@ -35,9 +35,9 @@ const MOST_IN_SLOWEST: f64 = 0.6;
 /// as [`MOST_DOUBT`] times what it seems.
 const DOUBTFUL: [f64; 2] = [0.5, 0.7];
 
-/// What is as slow as that may be slower still, so that the density at frequency zero is above what can be seen, and the lowest frequencies are
-/// too few to tell. So the errors of autoregressive series under white noise, of three independent values and more, are those of theory (measured: see
-/// `claimed_errors_are_honest_where_noise_hides_slow_motion`).
+/// Largest factor between the true density at frequency zero and the one that is seen, where a motion may be slower still than it seems: the lowest
+/// frequencies are too few to tell. So the errors of autoregressive series under white noise, of three independent values and more, are those of theory
+/// (measured: see `claimed_errors_are_honest_where_noise_hides_slow_motion`).
 const MOST_DOUBT: f64 = 3.0;
 
 /// Of the frequencies, so many are taken one by one, those above in groups of a part of their number: the models are smooth, and a group of them costs no
@@ -52,7 +52,7 @@ const LEAST: f64 = 0.3;
 /// Part of the power that may be at the lowest frequency: with more, the series is one swing, or a drift.
 const MOST_IN_ONE_SWING: f64 = 0.5;
 
-/// What counts as nothing beside the variance.
+/// Negligible part of the variance.
 const NOTHING: f64 = 1e-12;
 
 #[cfg(test)]
@@ -131,7 +131,7 @@ pub(super) fn density_at_zero(deviations: &[f64], variance: f64) -> Option<Densi
     Some(Density { at_zero: at_zero(&parts).max(LEAST * lowest), doubt })
 }
 
-/// What a periodogram has in groups of frequencies: how many they are, and the sum of their powers.
+/// Powers of a periodogram in groups of frequencies: the numbers of frequencies, and the sums of their powers.
 struct Powers {
     sizes: Vec<f64>,
     sums: Vec<f64>,
@@ -221,7 +221,7 @@ fn part(at_zero: f64, cosines: &[f64], groups: &[Range<usize>], density: impl Fn
     Part { density: groups.iter().map(mean).collect(), at_zero, weight: 0.0 }
 }
 
-/// What a series of `n` values may contain. White noise comes first, then the relaxations from the slowest on.
+/// Components that a series of `n` values may contain. White noise comes first, then the relaxations from the slowest on.
 fn parts(n: usize, cosines: &[f64], groups: &[Range<usize>]) -> Vec<Part> {
     let mut parts = vec![part(1.0, cosines, groups, |_| 1.0)];
     let mut time = SLOWEST * n as f64;

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// hides slow motion that is worth no more than three to five independent values.
 const LIMIT: (f64, f64) = (4.5, 10.0);
 
-/// The same where the error comes from what is left of the series, or of its second half, beside a straight line: less than it should be.
+/// Limit where the error comes from the residuals of the series, or of its second half, beside a straight line: less than it should be.
 const LIMIT_BESIDE_A_LINE: (f64, f64) = (6.0, 12.0);
 
 /// The second half has to be worth so many independent values to call a series stationary;
@@ -88,7 +88,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// What a series does about its mean or about a straight line.
+/// Noise of a series about its mean or about a straight line.
 struct Noise {
     /// Its spectral density at frequency zero.
     density: f64,

@@ -4,7 +4,7 @@ use super::response::Outcome;
 use crate::Vector;
 use crate::model::ParticleId;
 
-/// What kind of event took place.
+/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum EventKind {
     /// Two particles at a discontinuity of their potential.
@@ -23,7 +23,7 @@ pub enum EventKind {
 pub struct Event {
     /// Simulated time `[time]`.
     pub time: f64,
-    /// What took place.
+    /// Kind of the event.
     pub kind: EventKind,
     /// The particle; of a pair, the one with the lower id.
     pub particle: ParticleId,

@@ -1,9 +1,9 @@
-//! What a discontinuity does to the motion along the line of centres, and what the TC model makes of infinite barriers.
+//! Response at a discontinuity along the line of centres, and the TC model at infinite barriers.
 
 use super::rules::{Discontinuity, Side};
 use crate::Vector;
 
-/// What a pair does at a discontinuity (paper, figure 1).
+/// Outcome of a pair event (paper, figure 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Outcome {
     /// Off an infinite inner barrier.

@@ -1,4 +1,4 @@
-//! What a pair sees of its potential, in the state that it is in (paper, figures 1 and 2).
+//! Discontinuities on both sides of a pair, in its state (paper, figures 1 and 2).
 
 use crate::model::potential::Potential;
 

@@ -93,7 +93,7 @@ impl Recipe {
     }
 }
 
-/// What the reference makes of each event of the engine.
+/// Comparison of each event of the engine with the reference.
 struct Judge<'a> {
     reference: &'a mut Reference,
     /// With contact times that are shorter and longer by rounding, and as they are.

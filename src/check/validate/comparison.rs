@@ -22,7 +22,7 @@ pub struct Source {
 pub struct Allowance {
     /// In the quantity's unit; 0 for none.
     pub amount: f64,
-    /// What it stands for.
+    /// Reason: the systematic difference that it stands for.
     pub reason: &'static str,
 }
 
@@ -34,7 +34,7 @@ impl Allowance {
 /// Comparison of a measured quantity with its published value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Comparison {
-    /// What it is.
+    /// Name of the quantity.
     pub quantity: &'static str,
     /// The measured value; `None` for insufficient data.
     pub measured: Option<f64>,
@@ -92,7 +92,7 @@ impl Comparison {
         Self::statistical(quantity, measured, published, source)
     }
 
-    /// The same with an allowance.
+    /// Adds an allowance.
     pub(super) fn allow(self, amount: f64, reason: &'static str) -> Self {
         Self { allowance: Allowance { amount, reason }, ..self }
     }

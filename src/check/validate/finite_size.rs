@@ -1,4 +1,4 @@
-//! What a fixed, finite number of particles changes.
+//! Corrections for a fixed, finite number of particles.
 //!
 //! A periodic system of `N` particles differs from the same volume of an infinite fluid in that its number does not fluctuate. To the first
 //! order in `1 / N`, for any mean `A` (Lebowitz and Percus, Phys. Rev. 122, 1675, 1961):

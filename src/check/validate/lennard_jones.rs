@@ -40,7 +40,7 @@ pub(super) fn compare(seed: u64, watch: Watch<'_>) -> Compared {
     Ok(compared.map(|((quantity, published), (wide, narrow))| finest(quantity, wide, narrow, published)).collect())
 }
 
-/// What is left at a width of zero, from that of steps and of steps half as wide: `(4 narrow - wide) / 3`.
+/// Extrapolation to steps of zero width, from steps and from steps half as wide: `(4 narrow - wide) / 3`.
 fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimate>, published: f64) -> Comparison {
     let pair = wide.zip(narrow);
     let extrapolated = pair.map(|(wide, narrow)| Estimate {

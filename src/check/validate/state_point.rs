@@ -99,7 +99,7 @@ pub(super) fn mean(values: &[f64]) -> Option<Estimate> {
     (values.len() > 1).then(|| Estimate { mean, standard_error: Some((variance / n).sqrt()) })
 }
 
-/// What a point gives.
+/// Comparisons of a state point, or why there are none.
 pub(super) type Compared = Result<Vec<Comparison>, StatePointError>;
 
 /// Contacts per particle that take a lattice and its velocities out of step before anything is measured: many times the

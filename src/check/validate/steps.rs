@@ -22,7 +22,7 @@ const BANNERMAN_LUE: Source = Source {
 };
 const FIXED_ENERGY: &str = "first order in 1 / (3 N - 3): the energy is fixed, not the temperature";
 
-/// What took place in one block.
+/// Events of one block.
 #[derive(Debug, Clone, Copy, Default)]
 struct Block {
     captures: f64,

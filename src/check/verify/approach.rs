@@ -7,7 +7,7 @@ use crate::check::reference::{Polynomial, next_event};
 /// The derivative of a quartic has three roots.
 const MOST_TURNS: usize = 3;
 
-/// What is approached.
+/// Discontinuity that a flight approaches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Boundary {
     /// A sphere of this radius around the partner `[length]`, from one of its sides.
@@ -70,7 +70,7 @@ impl Approach {
         }
     }
 
-    /// The same flight, from a later time in the window on.
+    /// Flight from a later time in the window on.
     pub fn streamed(&self, time: f64) -> Self {
         let (position, velocity) = fly(&self.position, &self.velocity, &self.acceleration, time - self.since);
         Self { since: time, position, velocity, ..*self }

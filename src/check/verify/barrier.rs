@@ -1,4 +1,4 @@
-//! What an infinite barrier leaves of a motion: restitution, and the TC model with its memory.
+//! Motion after an infinite barrier: restitution, and the TC model with its memory.
 
 use super::bounds::rounded;
 use crate::engine::Elapsed;

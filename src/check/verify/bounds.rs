@@ -1,4 +1,4 @@
-//! What round-off explains: no tolerance is chosen, each is counted from the numbers that were rounded.
+//! Round-off bounds: no tolerance is chosen, each is counted from the numbers that were rounded.
 
 use super::world::World;
 use crate::Vector;
@@ -33,7 +33,7 @@ pub(super) struct Flight {
     length: f64,
     /// Largest speed since then `[length / time]`.
     pub speed: f64,
-    /// What the rounding of event times adds to the speed, as a speed `[length / time]`.
+    /// Error of the velocity from the rounding of event times, under acceleration `[length / time]`.
     falling: f64,
     /// Time since then `[time]`.
     duration: f64,
@@ -84,7 +84,7 @@ impl Flight {
     }
 }
 
-/// What round-off explains at a contact.
+/// Round-off bounds at a contact.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
     /// Of a distance `[length]`.

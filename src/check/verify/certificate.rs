@@ -1,4 +1,4 @@
-//! What a verification has found.
+//! Result of a verification.
 
 use super::replay::RunEnd;
 use super::violation::Violation;
@@ -106,7 +106,7 @@ pub struct Certificate {
     pub start: f64,
     /// Simulated time that the range takes.
     pub duration: f64,
-    /// What was proven.
+    /// Counts of the verified events.
     pub counts: Counts,
     /// How close to the bounds.
     pub margins: Margins,

@@ -6,7 +6,7 @@
 use super::approach::{Approach, Boundary};
 use super::rules::Side;
 
-/// What rounding leaves uncertain of a position, in parts of the lengths that add up to it.
+/// Rounding error of a position, relative to the lengths that add up to it.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Pieces of a flight that are searched before nothing is shown.

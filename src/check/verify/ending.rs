@@ -12,7 +12,7 @@ use crate::model::ParticleId;
 /// So many images of all pairs together are searched before that is given up.
 const MOST_IMAGES: f64 = 1e6;
 
-/// What is left of a search to infinite time.
+/// Result of a search to infinite time.
 enum Search {
     /// Nothing will ever be due.
     Never,

@@ -150,7 +150,7 @@ impl Encounter<'_> {
         (if crosses { crossing } else { Outcome::Bounce }, crosses)
     }
 
-    /// What an infinite barrier leaves of the motion. `arriving` are the bounds before the contact, `distance` the radius of the
+    /// Checks the motion after an infinite barrier. `arriving` are the bounds before the contact, `distance` the radius of the
     /// barrier's curvature.
     fn check_barrier(
         &mut self,

@@ -14,7 +14,7 @@ struct Start {
     distance: f64,
     /// Positive where the two part.
     parting: f64,
-    /// What round-off explains of the distance.
+    /// Round-off bound of the distance.
     rounding: f64,
 }
 

@@ -33,7 +33,7 @@ pub struct RunEnd {
 }
 
 impl RunEnd {
-    /// What the roundings of adding up a simulated time explain.
+    /// Round-off bound of a simulated time.
     fn rounding(&self, start: f64) -> f64 {
         4.0 * f64::EPSILON * self.time.abs().max(start.abs())
     }
@@ -42,7 +42,7 @@ impl RunEnd {
 /// Progress of a verification.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VerifyProgress {
-    /// What is to be done.
+    /// Range of events to verify.
     pub range: EventRange,
     /// Events so far, since the start of the simulation.
     pub events: u64,
@@ -172,7 +172,7 @@ impl Replay {
         self.ends
     }
 
-    /// What is left of a run that has been: its events first, and then a time without any. An event there is one too many.
+    /// Limit of the next step of a run that is over: its events first, and then a time without any. An event there is one too many.
     fn left_of(&self, recorded: &RunEnd) -> Option<Until> {
         let rounding = recorded.rounding(self.simulation.scene().start_time);
         let events = recorded.events.unwrap_or(u64::MAX);
@@ -326,7 +326,7 @@ impl Replay {
     }
 }
 
-/// What ends a proof early.
+/// Reason why a proof ends early.
 enum Stop {
     Engine(EngineError),
     Violated(Violation),

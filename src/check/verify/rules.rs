@@ -32,7 +32,7 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// What a pair in a state of a potential sees on one of its sides.
+    /// Discontinuity on one side of a pair in a state of a potential.
     pub fn seen(potential: &Potential, state: usize, side: Side) -> Option<Self> {
         let (radii, energies) = (potential.radii(), potential.energies());
         let (radius, beyond) = match side {

@@ -103,7 +103,7 @@ impl Verifier {
         self.witness_watched(event, after, &mut || ControlFlow::Continue(()))
     }
 
-    /// The same, unless `watch`, which is asked now and then, breaks.
+    /// Proves an event as [`Self::witness`] does, unless `watch`, which is asked now and then, breaks.
     pub(super) fn witness_watched(
         &mut self,
         event: &Event,
@@ -148,7 +148,7 @@ impl Verifier {
         self.witness_quiet_watched(now, &mut || ControlFlow::Continue(()))
     }
 
-    /// The same, unless `watch`, which is asked now and then, breaks.
+    /// Proves a time without events as [`Self::witness_quiet`] does, unless `watch`, which is asked now and then, breaks.
     pub(super) fn witness_quiet_watched(
         &mut self,
         now: &States,

@@ -1,4 +1,4 @@
-//! What a run can do wrong.
+//! Violations of the event rule by a run.
 
 use super::contact::Contact;
 use crate::engine::event::Outcome;
@@ -73,7 +73,7 @@ pub enum Fault {
         due: f64,
         /// By how much the overlap function's distance decreased while it was negative.
         deeper: f64,
-        /// What round-off explains.
+        /// Round-off bound.
         bound: f64,
     },
     /// An event at a distance from its discontinuity.
@@ -83,7 +83,7 @@ pub enum Fault {
         contact: Contact,
         /// How far.
         gap: f64,
-        /// What round-off explains.
+        /// Round-off bound.
         bound: f64,
     },
     /// An event of two that move apart.
@@ -109,9 +109,9 @@ pub enum Fault {
     WrongOutcome {
         /// The contact.
         contact: Contact,
-        /// What the energies demand.
+        /// Outcome by the energies.
         expected: Outcome,
-        /// What was reported.
+        /// Outcome in the run.
         found: Outcome,
     },
     /// The right outcome with wrong numbers.
@@ -123,7 +123,7 @@ pub enum Fault {
         quantity: Quantity,
         /// By how much.
         by: f64,
-        /// What round-off explains.
+        /// Round-off bound.
         bound: f64,
     },
     /// The velocity of a particle changed without an event.
@@ -141,7 +141,7 @@ pub enum Fault {
         particle: ParticleId,
         /// How far.
         by: f64,
-        /// What round-off explains.
+        /// Round-off bound.
         bound: f64,
     },
     /// A particle that goes round the box in less time than the digits of the simulated time resolve.
@@ -209,6 +209,6 @@ pub struct Violation {
     pub event: u64,
     /// Simulated time.
     pub time: f64,
-    /// What is wrong.
+    /// Kind of the violation.
     pub fault: Fault,
 }

@@ -69,7 +69,7 @@ pub(super) struct Window {
     versions: Vec<u32>,
 }
 
-/// What pairs are asked for with.
+/// Data of a search for the next events of pairs.
 struct Scan<'a> {
     world: &'a World,
     pairs: &'a Pairs,
@@ -137,7 +137,7 @@ impl Window {
         elapsed.after(&self.origin)
     }
 
-    /// What was due before a time in the window, earliest first, and is not void.
+    /// Predicted events before a time in the window, earliest first, without void ones.
     pub fn due_before(&mut self, time: f64) -> Vec<Due> {
         let mut due = Vec::new();
         while self.due.peek().is_some_and(|first| first.time < time) {
@@ -251,7 +251,7 @@ pub(super) fn reach(velocity: &Vector, acceleration: &Vector, time: f64) -> f64 
     (velocity.norm() + 0.5 * acceleration.norm() * time) * time
 }
 
-/// The same along each axis: 0 for ever where nothing moves `[length]`.
+/// Largest displacement of a flight along each axis: 0 for ever where nothing moves `[length]`.
 pub(super) fn reach_along(velocity: &Vector, acceleration: &Vector, time: f64) -> Vector {
     Vector::from_fn(|k, _| {
         let (v, a) = (velocity[k].abs(), acceleration[k].abs());

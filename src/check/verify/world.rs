@@ -1,4 +1,4 @@
-//! What never changes: masses, accelerations, interactions, the box.
+//! Constants of a run: masses, accelerations, interactions, the box.
 
 use super::contact::Contact;
 use crate::Vector;

@@ -31,7 +31,7 @@ use scenes::Dice;
 struct Dropped {
     /// How deep the overlap was when the contact came late, of the distance.
     depth: f64,
-    /// What round-off explains of it.
+    /// Round-off bound of it.
     round_off: f64,
     /// Whether another event of one of the two came first.
     is_disturbed: bool,

@@ -29,9 +29,9 @@ pub enum CountedKind {
 }
 
 impl CountedKind {
-    /// Those of two particles.
+    /// Kinds of events of two particles.
     const OF_PAIRS: [Self; 5] = [Self::Core, Self::Capture, Self::Release, Self::Bounce, Self::Bond];
-    /// Those of one particle.
+    /// Kinds of events of one particle.
     const OF_ONE: [Self; 2] = [Self::Wall, Self::Thermostat];
 
     /// Its name in files and tables.
@@ -92,7 +92,7 @@ impl EventCountsBySpecies {
         Self { pairs, singles: BTreeMap::new() }
     }
 
-    /// Those of one species of hard spheres, from the totals.
+    /// Event counts of one species of hard spheres, from the totals.
     pub(crate) fn of_one_species(species: usize, event_counts: &EventCounts) -> Self {
         let mut counts = Self::new(0);
         counts.pairs = Pairs::Sparse(BTreeMap::from([((id(species), id(species)), [event_counts.core, 0, 0, 0, 0])]));
@@ -100,7 +100,7 @@ impl EventCountsBySpecies {
         counts
     }
 
-    /// What an engine has counted by the rows of its tables, which are those of `species`, by species.
+    /// Event counts by species, from those that an engine has by the rows of its tables, which are those of `species`.
     pub(crate) fn of_rows(&self, species: &[SpeciesId]) -> Self {
         if species.iter().zip(0..).all(|(id, row)| id.0 == row) {
             return self.clone();
@@ -157,7 +157,7 @@ impl EventCountsBySpecies {
         counts[usize::from(kind == CountedKind::Thermostat)] += 1;
     }
 
-    /// What happened: kind, species (one, or two with the lower one first) and number, for all that happened at all.
+    /// Counts of all kinds that took place: kind, species (one, or two with the lower one first) and number.
     #[must_use]
     pub fn entries(&self) -> Vec<(CountedKind, Vec<u32>, u64)> {
         let mut entries = Vec::new();
@@ -175,7 +175,7 @@ impl EventCountsBySpecies {
         entries
     }
 
-    /// What happened since an earlier count.
+    /// Event counts since earlier ones.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         let mut since = self.clone();

@@ -16,7 +16,7 @@ pub fn prefetch<T>(slice: &[T], index: usize) {
     let _ = (slice, index);
 }
 
-/// The same for an element of two cache lines.
+/// Asks for an element of two cache lines.
 #[inline(always)]
 pub fn prefetch_both<T>(slice: &[T], index: usize) {
     #[cfg(target_arch = "x86_64")]

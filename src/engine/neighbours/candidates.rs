@@ -104,14 +104,14 @@ impl Candidates {
         self.length = kept;
     }
 
-    /// Those found.
+    /// The candidates.
     #[inline]
     #[must_use]
     pub fn found(&self) -> &[u32] {
         &self.found[..self.length]
     }
 
-    /// Those found, filled up to a multiple of eight with `with`, and how many there are.
+    /// The candidates, filled up to a multiple of eight with `with`, and how many there are.
     #[inline]
     pub fn filled_up(&mut self, with: u32) -> (&[u32], usize) {
         let filled_up = self.length.next_multiple_of(8);

@@ -118,7 +118,7 @@ impl CellList {
     }
 }
 
-/// What the cells cover: the box along periodic axes, the points along others.
+/// Extent of the cells: the box along periodic axes, the points along others.
 fn bounds(space: &Space, positions: &[Vector]) -> Space {
     let (mut lower, mut upper, mut boundary) = (space.lower, space.upper(), space.boundary);
     for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Periodic) {

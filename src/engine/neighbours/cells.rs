@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 /// No particle: the end of a cell's list.
 pub const NO_PARTICLE: u32 = u32::MAX;
 
-/// What a transition did.
+/// Result of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Transition {
     /// The new cell.

@@ -309,7 +309,7 @@ impl Grid {
         }
     }
 
-    /// The same for the faces that a particle with a constant velocity flies towards, one per axis at most.
+    /// Calls `visit` for the faces that a particle with a constant velocity flies towards, one per axis at most.
     #[inline]
     pub fn for_each_face_ahead(&self, cell: u32, velocity: &Vector, mut visit: impl FnMut(Face, f64)) {
         let at = self.split(cell);

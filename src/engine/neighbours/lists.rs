@@ -97,7 +97,7 @@ impl Lists {
         &self.entries[span.start()..span.start() + span.length() as usize]
     }
 
-    /// The same, filled up to a multiple of eight with the particle itself, and how many there are.
+    /// The others in a particle's list, filled up to a multiple of eight with the particle itself, and how many there are.
     #[inline]
     #[must_use]
     pub fn filled_up(&self, particle: u32) -> (&[u32], usize) {

@@ -1,6 +1,6 @@
 //! Centres of Verlet lists, packed by cell: eight next to each other, so that all near a place are read in one stream.
 //!
-//! What is packed is rounded to single precision: it says which *may* be within reach, and never leaves out one that is. Some of the
+//! Packed centres are rounded to single precision: they say which *may* be within reach, and never leave out one that is. Some of the
 //! others may be listed as well, which is harmless while they are hardly further: see [`super::verlet::VerletLists`].
 
 use super::candidates::Candidates;
@@ -61,7 +61,7 @@ pub struct Packed {
     width: Simd,
 }
 
-/// What is looked for.
+/// Sphere around a centre in which others are looked for.
 #[derive(Debug, Clone, Copy)]
 struct Ball {
     centre: [f32; 3],

@@ -22,7 +22,7 @@ pub struct Ranges {
 }
 
 impl Ranges {
-    /// Those of the species that have a row.
+    /// Ranges of the species that have a row.
     #[must_use]
     pub fn of(scene: &Scene, species: &[SpeciesId]) -> Self {
         Self {

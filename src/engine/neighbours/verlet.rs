@@ -23,7 +23,7 @@ pub struct VerletLists {
     pub half_skin: f64,
     /// Where each particle was when its list was built.
     pub centres: Vec<Vector>,
-    /// The same, packed by cell.
+    /// The centres, packed by cell.
     pub cells: Packed,
     /// The pairs within reach; somewhat further ones may be in both lists of a pair, too.
     pub lists: Lists,

@@ -17,7 +17,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Those of a scene.
+    /// Rows of the species of a scene.
     #[must_use]
     pub fn of(scene: &Scene) -> Self {
         let count = scene.species.len();

@@ -84,7 +84,7 @@ pub struct Edges {
     pub outer: f64,
 }
 
-/// What an uncaptured pair (in state 0) of given species does when it approaches.
+/// First discontinuity of an uncaptured pair (in state 0) of given species.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Meeting {
     /// The square of the potential's range `[length^2]`.
@@ -144,9 +144,9 @@ pub struct Rules {
     pub steps: Vec<Steps>,
     /// `species x species`, row by row.
     meetings: Vec<Meeting>,
-    /// The same: squared ranges of those without relative acceleration, negative infinity for others.
+    /// Squared ranges of pairs without relative acceleration, `species x species`, negative infinity for others.
     inertial: Vec<f64>,
-    /// The same: squared ranges of those with a relative acceleration, infinite if the second accelerates, negative infinity for others.
+    /// Squared ranges of pairs with a relative acceleration, `species x species`, infinite if the second accelerates, negative infinity for others.
     accelerated: Vec<f64>,
     /// By row, whether any of these is not negative.
     is_met_accelerated: Vec<bool>,
@@ -207,7 +207,7 @@ impl Rules {
         self.is_met_accelerated[usize::from(species)].then(|| &self.accelerated[first..first + self.species.len()])
     }
 
-    /// What uncaptured pairs of two species do.
+    /// First discontinuity of uncaptured pairs of two species.
     #[inline]
     #[must_use]
     pub fn meeting(&self, a: u16, b: u16) -> &Meeting {

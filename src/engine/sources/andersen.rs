@@ -53,7 +53,7 @@ impl Andersen {
     }
 }
 
-/// What gives the bath.
+/// Settings of a heat bath.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bath {
     /// Temperature `[energy]`.
@@ -124,7 +124,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(GlobalOutcome { event: Some(event), repredict: Repredict::One(particle) })
     }
 
-    /// Starts or ends bath.
+    /// Starts or ends the heat bath.
     pub(in crate::engine) fn set_bath(&mut self, bath: Option<Bath>, seed: u64, stage: usize) {
         let moving = self.particles().filter(|&particle| !self.is_static(particle)).count();
         let boundary = self.state.space.boundary;

@@ -35,7 +35,7 @@ impl GrowingDiameters {
         1.0 + self.rate * (time - self.start)
     }
 
-    /// The same, and how fast it grows `[1, 1 / time]`.
+    /// The factor of all diameters at a time since the epoch, and how fast it grows `[1, 1 / time]`.
     #[inline]
     pub fn factor(&self, time: f64) -> [f64; 2] {
         [self.scale(time), self.rate]
@@ -64,7 +64,7 @@ pub(in crate::engine) fn next_contact(state: &RelativeState, distance: f64, spee
     plane::next_event(height, 2.0 * (r.dot(v) - distance * speed), 2.0 * (v.norm_squared() - speed * speed))
 }
 
-/// What outlives an engine.
+/// Counts that outlive an engine.
 #[derive(Debug, Clone)]
 pub(in crate::engine) struct Carried {
     event_counts: EventCounts,
@@ -91,7 +91,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.sources.growth.as_ref().map_or(0.0, |growing| growing.rate * distance)
     }
 
-    /// What outlives the engine when another one takes over with other diameters.
+    /// Counts that outlive the engine when another one takes over with other diameters.
     pub fn carried(&self) -> Carried {
         Carried {
             event_counts: self.counts.totals,

@@ -63,7 +63,7 @@ impl LeesEdwards {
         self.displacement + self.speed * time
     }
 
-    /// The same less whole periods, in `(-period / 2, period / 2]`, and the number of these.
+    /// Displacement of the next image up less whole periods, in `(-period / 2, period / 2]`, and the number of these.
     pub fn displacement_within(&self, time: f64, period: f64) -> (f64, i32) {
         let whole = self.displacement(time);
         let within = displacement_within_period(whole, period);

@@ -36,7 +36,7 @@ struct Encounter {
     approach: Approach,
 }
 
-/// What the line of centres is multiplied by, so that its squared length is an ordinary divisor.
+/// Factor of the line of centres, which makes its squared length an ordinary divisor.
 ///
 /// Spheres of diameter 1 meet at `|r|^2` within some floats of 1. To divide by `1 + k eps` rounds up more often than down, by
 /// a twentieth of a rounding in the mean, and that heats a fluid by the same amount in every event. Nine sixteenths spread

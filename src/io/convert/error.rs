@@ -1,4 +1,4 @@
-//! What can go wrong with a conversion.
+//! Errors of conversions.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub enum ConvertError {
     /// There is something under the name of the target.
     #[error("{} exists", .0.display())]
     Exists(PathBuf),
-    /// What stands under the name of the target, or of its unfinished state, is not a conversion into this format.
+    /// The name of the target, or of its unfinished state, is that of something that is not a conversion into this format.
     #[error("{} holds something that is not such a conversion", .0.display())]
     Foreign(PathBuf),
     /// The target is the source, or would be written over it.
@@ -65,7 +65,7 @@ impl ConvertError {
         move |source| Self::Write { path, source }
     }
 
-    /// What the user can do about it, where that is not plain.
+    /// Cure: what the user can do, where that is not plain.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         match self {

@@ -132,8 +132,8 @@ fn refuse_foreign(path: &Path, format: Format) -> Result<(), ConvertError> {
     if foreign.is_none() { Ok(()) } else { Err(ConvertError::Foreign(path.to_owned())) }
 }
 
-/// What stands where a conversion is to go and is none into that format: a folder where a file belongs, the reverse, or something in a
-/// folder besides files of the format.
+/// Foreign file or folder where a conversion is to go, which is none into that format: a folder where a file belongs, the reverse, or something in
+/// a folder besides files of the format.
 ///
 /// # Errors
 /// If the folder cannot be read.

@@ -47,7 +47,7 @@ pub(in crate::io) fn trajectory(path: &Path, frames: &[Frame]) {
     fs::write(path, text).unwrap();
 }
 
-/// What a conversion into a single file gives.
+/// Content of a conversion into a single file.
 pub(crate) fn converted(frames: &[Frame], format: Format) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let (source, target) = (folder.path().join("source.xyz"), folder.path().join("target"));

@@ -8,11 +8,11 @@ use crate::io::error::OutputError;
 use crate::io::owned::{Owned, listed_formats};
 use crate::model::Format;
 
-/// What became of the conversions of a trajectory.
+/// Results of the conversions of a trajectory.
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Conversions {
-    /// Those that were made.
+    /// Files that were written.
     pub files: Vec<PathBuf>,
     /// Why the others could not be.
     pub failures: Vec<ConvertError>,

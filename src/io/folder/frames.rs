@@ -9,7 +9,7 @@ use crate::model::{ParticleId, Scene, SpeciesId};
 use crate::trajectory::extended_xyz::{FrameWriter, Heading, WriteError};
 use crate::trajectory::frame::{Frame, FrameParticle};
 
-/// What all frames of a run have in common: the table, the box and the bonds, and how large particles are.
+/// Common properties of all frames of a run: the table, the box and the bonds, and the sizes of particles.
 #[derive(Debug)]
 pub(crate) struct Frames {
     /// Without particles.
@@ -29,7 +29,7 @@ impl Frames {
         Self::with(scene, &diameters, scene.particles.iter().map(|particle| particle.species).collect())
     }
 
-    /// Those of a run that goes on.
+    /// The frames of a run that goes on.
     pub fn of_simulation(simulation: &Simulation) -> Self {
         let mut species = Vec::new();
         let Ok(()) = simulation.for_each_now(|particle| {

@@ -27,13 +27,13 @@ pub(super) struct Trajectory {
     before: u64,
 }
 
-/// What a frame is written with.
+/// Data of the thread that writes frames.
 #[derive(Debug)]
 struct Desk {
     file: PartialFile,
     frames: Frames,
     due: Option<(Snapshot, Vec<Scalar>)>,
-    /// What became of the last frame.
+    /// Result of the last frame.
     written: Result<(), OutputError>,
 }
 

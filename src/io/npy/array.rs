@@ -10,7 +10,7 @@ use crate::io::convert::Draft;
 /// Length of the header `[bytes]`: enough for any shape here, and a multiple of 64, so that the data is aligned.
 pub(in crate::io) const HEADER_SIZE: usize = 10 + STATED_SIZE as usize;
 
-/// What it says of itself: its length without the ten bytes up to there.
+/// Length of the header as it states it, without the ten bytes up to there.
 const STATED_SIZE: u16 = 118;
 
 /// A file that grows row by row along its first axis.
@@ -69,7 +69,7 @@ impl Array {
     }
 }
 
-/// What stands before the data: kind of number, `<f8`, and shape.
+/// Header before the data: kind of number, `<f8`, and shape.
 pub(in crate::io) fn header(kind: &str, row_shape: &[usize], rows: usize) -> Vec<u8> {
     let shape: String = [rows].iter().chain(row_shape).map(|length| format!("{length}, ")).collect();
     let text = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({}), }}", shape.trim_end());

@@ -1,4 +1,4 @@
-//! What was simulated, in numbers: the box, and the species that have particles.
+//! The simulated system in numbers: the box, and the species that have particles.
 
 use serde::{Deserialize, Serialize};
 

@@ -83,7 +83,7 @@ impl Simd {
 
 /// A calculation in lanes, whatever the instructions are.
 pub trait Work {
-    /// What comes out.
+    /// Result of the calculation.
     type Output;
 
     /// Does it. Has to be inlined into code for the instructions of `F`.
@@ -109,7 +109,7 @@ pub const MOST_LANES: usize = 8;
 pub trait Lanes: Copy {
     /// How many.
     const COUNT: usize;
-    /// The same number for all.
+    /// One number in all lanes.
     fn all(x: f64) -> Self;
     /// One number each.
     fn each(x: &[f64]) -> Self;
@@ -264,7 +264,7 @@ mod tests {
         ]
     }
 
-    /// What the two algorithms find for eight pairs, given the columns of their coefficients.
+    /// Results of the two algorithms for eight pairs, given the columns of their coefficients.
     struct Find<'a>(&'a [[f64; 8]; 3]);
 
     impl Work for Find<'_> {

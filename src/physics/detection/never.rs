@@ -7,7 +7,7 @@
 use crate::Vector;
 use crate::physics::motion::RelativeState;
 
-/// What some operations leave uncertain of a number, in parts of it.
+/// Relative rounding error of a number after some operations.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Rounding that 50 bisections of a polynomial can add up to, in parts of its coefficients.
@@ -47,7 +47,7 @@ pub fn inertial(state: &RelativeState, doubt: &Doubt, distance: f64) -> bool {
     velocity.dot(position) > speed * doubt || position.cross(velocity).norm() > speed * kept
 }
 
-/// The same of a pair with a relative acceleration.
+/// Whether a pair with a relative acceleration is shown never to come nearer than `distance`, or to recede for ever.
 #[must_use]
 pub fn accelerated(state: &RelativeState, acceleration: &Vector, doubt: &Doubt, distance: f64) -> bool {
     let RelativeState { position: r, velocity: v } = state;

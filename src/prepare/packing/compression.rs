@@ -45,7 +45,7 @@ const JAMMED: f64 = 1000.0;
 /// From this compressibility factor on the limit `phi_J` can be estimated, to within [`TOLERANCE`].
 const CLOSE: f64 = 60.0;
 
-/// What `Z` of a short time, in spheres that grow, leaves uncertain about the limit.
+/// Uncertainty of the limit that follows from `Z` of a short time while spheres grow, as a factor.
 const TOLERANCE: f64 = 1.01;
 
 /// Slower growth raises the fraction at which a packing jams by less than this part.
@@ -66,7 +66,7 @@ const LOOSER: i32 = 6;
 /// The particles of a fill that has a periodic box for itself.
 pub(crate) struct Compression<'a> {
     pub fill: &'a RandomFill<'a>,
-    /// What the particles fill of the box, by the diameters of their species.
+    /// Packing fraction of the particles, by the diameters of their species.
     pub packing_fraction: f64,
 }
 
@@ -241,7 +241,7 @@ struct HardSpheres {
 }
 
 impl HardSpheres {
-    /// Those of `used`, which are numbered anew.
+    /// Hard spheres of the species `used`, which are numbered anew.
     fn new(used: &[SpeciesId], contacts: &Contacts) -> Result<Self, PackingError> {
         let contact = |a: SpeciesId, b: SpeciesId| contacts.get(a.0 as usize, b.0 as usize);
         let mut spheres = Self { species: Vec::new(), interactions: Vec::new(), table: SpeciesPairs::new(used.len()) };

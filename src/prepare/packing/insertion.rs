@@ -43,7 +43,7 @@ pub(crate) fn insert(
     if positions.len() < count { Err(NoRoom::after(positions.len(), count)) } else { Ok(positions) }
 }
 
-/// The same up to the first one that finds no place.
+/// Places particles one by one as [`insert`] does, up to the first one that finds no place.
 pub(crate) fn insert_while_there_is_room(
     sizes: impl ExactSizeIterator<Item = (f64, u32)>,
     region: &FillRegion,

@@ -1,4 +1,4 @@
-//! What can be wrong with a checkpoint.
+//! Errors of checkpoints.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -113,7 +113,7 @@ impl CheckpointError {
         Self::Unreadable { path: path.to_owned(), source }
     }
 
-    /// What the user can do about it.
+    /// Cure: what the user can do.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match self {

@@ -46,6 +46,6 @@ impl ManifestEntry {
 pub struct Manifest {
     /// CRC-32 of the text of the scene but for its limit, which may be given anew; `None` if the text is not kept.
     pub scene: Option<u32>,
-    /// Those that grow.
+    /// Files that grow during the run.
     pub files: Vec<ManifestEntry>,
 }

@@ -15,7 +15,7 @@ const CHUNK: u64 = 10_000;
 /// shown then, rounding hides whether there will be any event.
 const LONGEST_WAIT: f64 = 1e12;
 
-/// Time on the clock between two such questions.
+/// Wall time between two such questions.
 const PAUSE: Duration = Duration::from_millis(20);
 
 impl<R: Recorder> Driver<'_, R> {

@@ -43,7 +43,7 @@ pub(super) struct PaceOfRows {
     pub ending: Option<Ending>,
 }
 
-/// What a pilot run has found.
+/// Result of a pilot run.
 pub(super) struct Found {
     /// How long the events will take `[time]`.
     duration: f64,
@@ -272,7 +272,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 }
 
-/// What has become of a pilot run that is the beginning of its stage.
+/// Outcome of a pilot run that is the beginning of its stage.
 enum Outcome {
     Found(Found),
     /// The caller wants no more.

@@ -1,4 +1,4 @@
-//! What acts on each stage of a run.
+//! Settings of each stage of a run: its limit, thermostat and growth.
 
 use super::Driver;
 use crate::analysis::instruments::Sample;
@@ -11,7 +11,7 @@ use crate::run::state::Start;
 const TEMPERATURES: f64 = 4.0;
 
 impl<R: Recorder> Driver<'_, R> {
-    /// What acts on the present stage.
+    /// Settings of the present stage.
     pub(super) fn settings(&self) -> Settings {
         self.state.stage.stage.settings(&self.simulation.scene().run)
     }

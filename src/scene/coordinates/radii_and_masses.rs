@@ -11,7 +11,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind};
 use crate::scene::unvalidated::{Group, LocatedGroup};
 use crate::trajectory::frame::FrameSpecies;
 
-/// What single precision leaves of a number, relative to it, ten times over: many programs write that.
+/// Relative rounding error of single precision, ten times over: many programs write such numbers.
 const SINGLE: f64 = 1e-6;
 
 /// So many digits are not all that the number has, but what it was rounded to.
@@ -27,7 +27,7 @@ pub(in crate::scene) struct RadiiAndMasses {
     species: Vec<FrameSpecies>,
     /// Species, radius, and the first line that has both.
     radii: Vec<(u32, f64, usize)>,
-    /// The same of masses, where the file has a column of them.
+    /// Species, mass, and the first line that has both, where the file has a column of masses.
     masses: Vec<(u32, f64, usize)>,
     /// Momenta, where the file has these in place of velocities, and the number of the group of its particles.
     momenta: Vec<Vector>,

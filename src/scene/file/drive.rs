@@ -1,4 +1,4 @@
-//! What was typed about stages, thermostats and replica exchange.
+//! Stages, thermostats and replica exchange in the file of a scene.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -39,7 +39,7 @@ pub(crate) struct StageFile {
     #[schemars(range(min = 1))]
     #[serde(default, deserialize_with = "whole::given")]
     pub until_events: Option<u64>,
-    /// What holds the temperature during the stage; nothing if not given.
+    /// Thermostat during the stage; none if not given.
     pub thermostat: Option<ThermostatFile>,
     /// Hard spheres that grow during the stage.
     pub grow: Option<GrowthFile>,

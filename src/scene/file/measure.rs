@@ -1,4 +1,4 @@
-//! What was typed about measurements: for each kind `true`, or a table of what is to differ.
+//! Measurements in the file of a scene: for each kind `true`, or a table of what is to differ.
 
 use std::borrow::Cow;
 use std::fmt;

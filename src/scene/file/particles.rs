@@ -36,7 +36,7 @@ pub(crate) struct CoordinatesFile {
     pub frame: i64,
     /// Name of the interaction that holds the bonds of the file; if not given, each is held by the one whose name the file has.
     pub bond: Option<String>,
-    /// What the content of the file must be: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
+    /// Checksum that the file must have: `crc32:` and eight hexadecimal digits. Runs keep it with their scene.
     #[schemars(regex(pattern = "^crc32:[0-9a-f]{8}$"))]
     pub checksum: Option<String>,
 }

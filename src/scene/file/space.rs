@@ -23,13 +23,13 @@ pub(crate) struct SpaceFile {
     pub lower: Option<[f64; 3]>,
     /// Shear rate `dv_x / dy` of Lees-Edwards boundaries `[1 / time]`, not 0; at rest if not given.
     pub shear_rate: Option<f64>,
-    /// What happens at the sides along x.
+    /// Boundary conditions along x.
     #[schemars(extend("default" = "periodic"))]
     pub x: Option<AxisFile>,
-    /// What happens at the sides along y.
+    /// Boundary conditions along y.
     #[schemars(extend("default" = "periodic"))]
     pub y: Option<AxisFile>,
-    /// What happens at the sides along z.
+    /// Boundary conditions along z.
     #[schemars(extend("default" = "periodic"))]
     pub z: Option<AxisFile>,
 }

@@ -17,7 +17,7 @@ use crate::scene::interactions::{Interactions, species_named};
 use crate::scene::limits::{affordable, finite_vector, motion, not_negative, on_flat_axes, positive};
 use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
-/// What has to be placed before what.
+/// Order of placement: groups at given positions first, random ones around them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
     Given,

@@ -119,7 +119,7 @@ pub(crate) fn parse_exchange(file: ExchangeFile) -> ExchangePlan {
     ExchangePlan { temperatures, interval, rate }
 }
 
-/// What to measure.
+/// Measurement plan from the table `[measure]`.
 pub(crate) fn parse_measure(file: MeasureFile) -> MeasurementPlan {
     MeasurementPlan {
         pressure_tensor: file.pressure_tensor.0,

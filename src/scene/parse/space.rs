@@ -39,7 +39,7 @@ pub(super) fn parse_space(space: &SpaceFile, scene: &mut SceneBuilder) -> Result
     Ok(())
 }
 
-/// What happens at one side, and the temperature of its wall.
+/// Boundary condition of one side, and the temperature of its wall.
 fn parse_side(sides: &SidesFile, key: &'static str, at: &ConfigPath) -> Result<(Face, Option<f64>), SceneError> {
     let side = if key == "lower" { &sides.lower } else { &sides.upper };
     match side {

@@ -78,7 +78,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// The same scene with another limit of the measurement.
+    /// Scene with another limit of the measurement.
     ///
     /// # Errors
     /// [`SceneErrorKind::Value`] for a time that is not positive, or no events; of replica exchange also for one that is no whole number of its

@@ -29,7 +29,7 @@ pub(super) struct Columns {
     pub scalars: Vec<(String, usize)>,
 }
 
-/// What columns are called.
+/// Known names of columns.
 const POSITION: &[&str] = &["pos"];
 const SPECIES: &[&str] = &["species", "type", "element"];
 const VELOCITY: &[&str] = &["velo", "vel", "velocity", "velocities"];
@@ -43,7 +43,7 @@ const IMAGE: &[&str] = &["map_shift", "images", "image"];
 const LATTICE: &str = "a box aligned with the axes, `Lx 0 0 0 Ly 0 0 0 Lz`, or one whose images along y slide along x, \
     `Lx 0 0 d Ly 0 0 0 Lz`, where both are periodic";
 
-/// What a comment line says.
+/// Content of a comment line.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Comment {
     pub time: f64,

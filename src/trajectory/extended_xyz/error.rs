@@ -1,4 +1,4 @@
-//! What can go wrong with a trajectory file.
+//! Errors of trajectory files.
 
 use std::io;
 use std::path::PathBuf;
@@ -47,7 +47,7 @@ pub enum ReadError {
     Count {
         /// The line.
         line: usize,
-        /// What stands there, shortened.
+        /// The text that was found, shortened.
         text: String,
     },
     /// The file ends before the frame does.
@@ -71,7 +71,7 @@ pub enum ReadError {
         key: &'static str,
         /// The value, shortened.
         value: String,
-        /// What it should be.
+        /// Expected value, in words.
         expected: &'static str,
     },
     /// A line does not have the columns that `Properties` announces.
@@ -91,9 +91,9 @@ pub enum ReadError {
         line: usize,
         /// Which group of columns.
         column: &'static str,
-        /// What stands there, shortened.
+        /// The text that was found, shortened.
         text: String,
-        /// What it should be.
+        /// Expected value, in words.
         expected: &'static str,
     },
 }

@@ -18,7 +18,7 @@ use crate::trajectory::frame::FrameParticle;
 /// The most particles that memory is set aside for before they have been seen.
 const TRUSTED_COUNT: usize = 1 << 16;
 
-/// What a frame says before its particles.
+/// Properties of a frame that stand before its particles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Preamble {
     /// Number of particles.
@@ -95,7 +95,7 @@ impl<R: BufRead> FrameReader<R> {
         self.has_box
     }
 
-    /// What the frame read last has besides.
+    /// Further columns of the frame read last.
     pub(crate) fn beside(&mut self) -> Beside {
         std::mem::take(&mut self.beside)
     }

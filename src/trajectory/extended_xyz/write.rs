@@ -38,7 +38,7 @@ pub fn write_frame<W: Write>(output: W, frame: &Frame) -> Result<(), WriteError>
     writer.end()
 }
 
-/// What the heading of a frame says about all of its particles.
+/// Heading of a frame: properties of all of its particles together.
 pub(crate) struct Heading {
     /// How many there are.
     pub count: usize,

@@ -16,7 +16,7 @@ const ANIMATION: ChunkType = ChunkType(*b"acTL");
 const CONTROL: ChunkType = ChunkType(*b"fcTL");
 const DATA: ChunkType = ChunkType(*b"fdAT");
 
-/// What the length of a chunk, its name and its checksum take, and the signature of a file `[bytes]`.
+/// Size of the length of a chunk, its name and its checksum, and of the signature of a file `[bytes]`.
 const AROUND: usize = 12;
 const SIGNATURE: usize = 8;
 
@@ -66,7 +66,7 @@ fn header<W: Write>(output: W, width: u32, height: u32) -> Encoder<'static, W> {
     encoder
 }
 
-/// What the data chunks of a PNG hold.
+/// Content of the data chunks of a PNG.
 fn data_of(file: &[u8]) -> Vec<u8> {
     let mut data = Vec::with_capacity(file.len());
     let mut rest = file.get(SIGNATURE..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! What differs between two images.
+//! Differences between two images.
 
 /// A part of an image, in pixels; it has one at least.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

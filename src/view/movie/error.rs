@@ -1,4 +1,4 @@
-//! What can go wrong with a movie.
+//! Errors of movies.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use crate::view::render::RenderError;
 #[non_exhaustive]
 pub enum MovieError {
     /// The ending of the name stands for no format.
-    #[error("{} has the ending of no movie: expected .mp4, .gif or .apng", .0.display())]
+    #[error("`{}` is not a supported movie format: expected .mp4, .gif or .apng", ending(.0))]
     Format(PathBuf),
     /// An option makes no sense.
     #[error("the {name} is {value}, expected {expected}")]
@@ -22,7 +22,7 @@ pub enum MovieError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it should be.
+        /// Expected value, in words.
         expected: &'static str,
     },
     /// Players slow such a GIF down.
@@ -106,6 +106,12 @@ pub enum MovieError {
     Interrupted,
 }
 
+/// Extension of a path with its dot, or its name if it has none.
+fn ending(path: &Path) -> String {
+    let extension = path.extension().map(|extension| format!(".{}", extension.display()));
+    extension.unwrap_or_else(|| path.file_name().unwrap_or_default().display().to_string())
+}
+
 impl MovieError {
     pub(super) fn write(path: &Path) -> impl FnOnce(io::Error) -> Self {
         let path = path.to_owned();
@@ -115,7 +121,7 @@ impl MovieError {
         }
     }
 
-    /// What the user can do about it, where that is not plain.
+    /// Cure: what the user can do, where that is not plain.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         match self {

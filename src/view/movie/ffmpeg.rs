@@ -98,7 +98,7 @@ mod tests {
 
     const SHORT: Duration = Duration::from_millis(300);
 
-    /// What becomes of a few images for a program that is a script.
+    /// Result of a few images for a program that is a script.
     fn with(script: &str, ask: &mut dyn FnMut() -> ControlFlow<()>) -> Result<(), TrackError> {
         let folder = tempfile::tempdir().unwrap();
         let (program, file) = (folder.path().join("ffmpeg"), folder.path().join("film.mp4"));

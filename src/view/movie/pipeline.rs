@@ -23,7 +23,7 @@ type Draw<'a> = &'a (dyn Fn(usize) -> Result<Image, MovieError> + Sync);
 /// Compresses the image of a place, given the one before it.
 type Compress<'a, P> = &'a (dyn Fn(usize, Option<&Image>, &Image) -> Result<P, MovieError> + Sync);
 
-/// What each worker does.
+/// Work of each worker.
 pub(super) struct Stages<'a, P> {
     pub draw: Draw<'a>,
     pub compress: Compress<'a, P>,
@@ -54,7 +54,7 @@ struct Board<P> {
     workers: usize,
 }
 
-/// What there is to hand on.
+/// State of the next piece to hand on.
 enum Found<P> {
     Piece(Result<P, MovieError>),
     NotYet,
@@ -225,7 +225,7 @@ mod tests {
     /// A place, the colour of the image before, and that of its own.
     type Piece = (usize, Option<u8>, u8);
 
-    /// What a crew hands on of 40 places, some of which take longer, up to the first that fails.
+    /// Pieces that a crew hands on of 40 places, some of which take longer, up to the first that fails.
     fn handed_on(crew: usize, failing: Option<usize>) -> (Vec<Piece>, Result<(), MovieError>) {
         let (is_stopped, begun, taken) = (AtomicBool::new(false), AtomicUsize::new(0), AtomicUsize::new(0));
         let stages = Stages {

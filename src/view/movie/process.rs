@@ -38,7 +38,7 @@ pub(super) struct Process {
     patience: Duration,
 }
 
-/// What a program has done so far: bytes that it has taken, the length of its file, and when that was changed.
+/// Progress of a program: bytes that it has taken, the length of its file, and when that was changed.
 type Done = (u64, Option<(u64, SystemTime)>);
 
 /// The time in which nothing was done. It is counted in ticks, so that a machine that slept does not count.
@@ -172,7 +172,7 @@ impl Drop for Process {
     }
 }
 
-/// What a program prints that is asked for nothing else.
+/// Output of a program that is asked for nothing else.
 ///
 /// # Errors
 /// [`MovieError::NoFfmpeg`] if it cannot be started, [`MovieError::Ffmpeg`] if it does not end.

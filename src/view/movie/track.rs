@@ -9,7 +9,7 @@ use crate::view::render::Image;
 
 /// Compresses images, on any core.
 pub(super) trait Codec: Sync {
-    /// What comes of an image.
+    /// Compressed image.
     type Piece: Send;
 
     /// Compresses an image, given its place in the movie and the image before it.
@@ -19,12 +19,12 @@ pub(super) trait Codec: Sync {
     fn compress(&self, place: usize, previous: Option<&Image>, image: &Image) -> io::Result<Self::Piece>;
 }
 
-/// What is asked while something is waited for: it may break the work off.
+/// Callback that is asked while something is waited for: it may break the work off.
 pub(super) type Ask<'a> = dyn FnMut() -> ControlFlow<()> + 'a;
 
 /// The file of a movie, to which compressed images are added one after the other.
 pub(super) trait Track {
-    /// What it is made of.
+    /// Compressed image that it takes.
     type Piece;
 
     /// Adds an image.

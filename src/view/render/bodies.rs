@@ -1,4 +1,4 @@
-//! What there is to draw, in camera space.
+//! Bodies to draw, in camera space.
 
 use std::collections::{HashMap, HashSet};
 

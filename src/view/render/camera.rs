@@ -83,7 +83,7 @@ impl Camera {
         Some(camera)
     }
 
-    /// The same camera, seen from the direction of another style.
+    /// Camera seen from the direction of another style.
     pub fn turned(&self, frame: &Frame, style: &Style) -> Self {
         Self { rotation: orientation(frame, style).0, ..self.clone() }
     }
@@ -111,7 +111,7 @@ impl Camera {
         })
     }
 
-    /// What is framed, in camera space.
+    /// Framed spheres, in camera space.
     fn spheres(&self, framed: &[Extent]) -> Vec<(Point, f32)> {
         framed.iter().map(|e| (self.place(&e.position), self.length(e.radius))).collect()
     }

@@ -1,4 +1,4 @@
-//! What stands below each image of a movie: the simulated time, and a bar that shows a length.
+//! Caption below each image of a movie: the simulated time, and a bar that shows a length.
 
 use super::camera::Camera;
 use super::colour::{self, Colour};

@@ -21,7 +21,7 @@ pub(super) const PALETTE: [[u8; 3]; 8] = [
 /// Static particles.
 pub(super) const STATIC: [u8; 3] = [144, 153, 168];
 
-/// What is behind everything.
+/// Colour of the background.
 pub(in crate::view) const BACKGROUND: [u8; 3] = [247, 248, 250];
 
 /// Box edges and letters.

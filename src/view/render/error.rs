@@ -1,4 +1,4 @@
-//! What can go wrong with an image.
+//! Errors of images.
 
 use std::io;
 use std::path::PathBuf;
@@ -46,7 +46,7 @@ pub enum RenderError {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it should be.
+        /// Expected value, in words.
         expected: &'static str,
     },
     /// The style lists no colour.
@@ -66,7 +66,7 @@ pub enum RenderError {
 }
 
 impl RenderError {
-    /// What the user can do about it, where that is not plain.
+    /// Cure: what the user can do, where that is not plain.
     #[must_use]
     pub fn cure(&self) -> Option<&'static str> {
         match self {

@@ -69,7 +69,7 @@ pub(super) struct SurfacePoint {
     pub body: u32,
 }
 
-/// What reaches a point: 1 for a surface that faces up, or the sun, with nothing between.
+/// Light that reaches a point: 1 for a surface that faces up, or the sun, with nothing between.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Received {
     pub sky: f32,
@@ -135,7 +135,7 @@ impl Lights {
         Self { sky, sun }
     }
 
-    /// What reaches a point of a surface with an outward normal. Each sample of a pixel asks its share of the lights,
+    /// Light that reaches a point of a surface with an outward normal. Each sample of a pixel asks its share of the lights,
     /// so that the pixel hears all of them.
     pub fn at(&self, surface: &SurfacePoint, balls: &[Ball], share: usize, shares: usize) -> Received {
         let gather = |lights: &[Light]| {

@@ -59,7 +59,7 @@ impl Map {
         }
     }
 
-    /// What the four cells around a place see, given from the centre of the plane: first two that are across from each other. `None` where no
+    /// Bodies seen by the four cells around a place, given from the centre of the plane: first two that are across from each other. `None` where no
     /// ball is.
     pub fn around(&self, [x, y]: [f32; 2]) -> Option<[u32; 4]> {
         let (x, y) = (x - self.start[0], y - self.start[1]);

@@ -17,7 +17,7 @@ pub(super) struct Rays {
     /// Window coordinates of the columns and the rows of samples.
     columns: Vec<f32>,
     rows: Vec<f32>,
-    /// What window coordinates add to the origin of a ray and to its direction.
+    /// Factors of the window coordinates in the origin of a ray and in its direction.
     shift: f32,
     slope: f32,
 }

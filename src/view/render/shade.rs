@@ -18,7 +18,7 @@ const SHININESS: i32 = 40;
 /// Opacity of a static surface that hides nothing but the background, relative to the one before other bodies.
 const LAST_SIDE: f32 = 2.2;
 
-/// What opacity gains at the rim of a translucent sphere.
+/// Gain of opacity at the rim of a translucent sphere.
 const RIM: f32 = 0.35;
 
 /// How much of the far end of the scene is lost in the background.
@@ -34,7 +34,7 @@ pub(super) struct Scenery<'a> {
     background: Colour,
     /// Opacity of the veil where it is seen straight on.
     opacity: f32,
-    /// What is opaque.
+    /// Opaque surfaces.
     pub solid: Layer,
     /// The nearest and the farthest of the translucent surfaces in front of it.
     veil: Option<[Layer; 2]>,

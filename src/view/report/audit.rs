@@ -1,4 +1,4 @@
-//! What a run found out about its own correctness.
+//! Audit of a run on its page.
 
 use std::borrow::Cow;
 
@@ -81,7 +81,7 @@ impl Row {
     }
 }
 
-/// What the momentum is measured by; or the reasons why it is not conserved, as far as the scene could be read.
+/// Scale of the drift of momentum; or the reasons why momentum is not conserved, as far as the scene could be read.
 fn how_momentum(drift: Option<f64>, scene: Option<&Scene>) -> Cow<'static, str> {
     let reasons = scene.filter(|_| drift.is_none()).map(momentum_changes).filter(|reasons| !reasons.is_empty());
     reasons.map_or("drift, relative to the sum of m |v|".into(), |reasons| {

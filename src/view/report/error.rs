@@ -1,4 +1,4 @@
-//! What can go wrong with a page.
+//! Errors of pages.
 
 use std::io;
 use std::path::PathBuf;
@@ -42,7 +42,7 @@ pub enum ReportError {
 }
 
 impl ReportError {
-    /// What the user can do about it.
+    /// Cure: what the user can do.
     #[must_use]
     pub fn cure(&self) -> &'static str {
         match self {

@@ -1,4 +1,4 @@
-//! The page of a replica exchange: temperatures with their averages and acceptance, energies, populations, and the ways of the replicas.
+//! The page of a replica exchange: temperatures with their averages and acceptance, energies, populations, and the replica paths.
 
 use std::path::{Path, PathBuf};
 
@@ -11,12 +11,12 @@ use crate::analysis::observables::OBSERVABLES;
 use crate::base::text::{digits, plural, unit};
 use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, Measured, TemperatureResult};
 
-/// Rows of which the ways of replicas are drawn at most, and from how many of all that are chosen: those of some round trips.
+/// Rows of which replica paths are drawn at most, and from how many of all that are chosen: those of some round trips.
 const MOST_ROWS: u64 = 120;
 const ROUND_TRIPS: u64 = 4;
 
-/// Replicas whose ways can still be told apart.
-const MOST_WAYS: usize = 3;
+/// Replicas whose paths can still be told apart.
+const MOST_PATHS: usize = 3;
 
 /// Curves in a plot: as many as there are colours.
 const MOST_CURVES: usize = plot::COLOURS;
@@ -24,10 +24,10 @@ const MOST_CURVES: usize = plot::COLOURS;
 /// Temperatures that span a larger ratio have a logarithmic axis.
 const LONG: f64 = 10.0;
 
-/// What follows from fluctuations has its place beside the observables.
+/// Heat capacity, which follows from fluctuations and has its place beside the observables.
 const HEAT_CAPACITY: (&str, &str) = ("heat_capacity_per_particle", "1");
 
-/// What an exchange is mostly about; all else follows.
+/// Quantities that an exchange is mostly about; all else follows.
 const FIRST: [&str; 3] = ["temperature", "potential_energy_per_particle", HEAT_CAPACITY.0];
 
 /// Makes the page of an exchange that is complete, from its files.
@@ -64,7 +64,7 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     Ok(Page { html: shell(&summary.scene, &heading, &super::notes(&notes), &sections), notes })
 }
 
-/// Which rows are drawn: every so many-th, up to which one.
+/// Rows that are drawn: every N-th, up to a last one.
 fn drawn(summary: &ExchangeSummary) -> [u64; 2] {
     let attempts = summary.results.attempts;
     let trips = summary.results.round_trips.iter().copied().max().unwrap_or(0);
@@ -78,7 +78,7 @@ pub fn exchange_page_in(folder: &Path) -> PathBuf {
     folder.join("exchange.html")
 }
 
-/// What some temperature has a mean of, with its unit.
+/// Quantities with a mean at some temperature, with their units.
 fn quantities(summary: &ExchangeSummary) -> Vec<(&'static str, String)> {
     let has = |name: &str| summary.results.temperatures.iter().any(|at| at.observables.contains_key(name));
     let mut all: Vec<_> = OBSERVABLES.into_iter().chain([HEAT_CAPACITY]).filter(|(name, _)| has(name)).collect();
@@ -165,7 +165,7 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     let is_logarithmic = most / least > LONG;
     let of_quantities = quantities(summary).into_iter().filter(|(name, _)| *name != "temperature");
     let figures = of_quantities.filter_map(|(name, unit)| against_temperature(summary, name, &unit, is_logarithmic));
-    let others = [acceptance(summary, is_logarithmic), populations(summary), ways(summary, places, is_logarithmic)];
+    let others = [acceptance(summary, is_logarithmic), populations(summary), paths(summary, places, is_logarithmic)];
     let figures: String = figures.chain(others.into_iter().flatten()).collect();
     format!("<div class=\"plots\">\n{figures}</div>\n")
 }
@@ -234,9 +234,9 @@ fn populations(summary: &ExchangeSummary) -> Option<String> {
     curves("Populations", titles, [false; 2], shown().map(line).collect(), &legend, &text)
 }
 
-fn ways(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic: bool) -> Option<String> {
+fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic: bool) -> Option<String> {
     let temperatures = &summary.results.temperatures;
-    let shown: Vec<usize> = (0..temperatures.len()).step_by(temperatures.len().div_ceil(MOST_WAYS)).collect();
+    let shown: Vec<usize> = (0..temperatures.len()).step_by(temperatures.len().div_ceil(MOST_PATHS)).collect();
     let line = |replica: &usize| Line {
         style: LineStyle::TimeSeries,
         points: places

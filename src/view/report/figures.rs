@@ -9,10 +9,10 @@ use crate::analysis::instruments::{Curve, Series};
 /// Columns of `thermo.csv` that share a plot.
 const ENERGIES: [&str; 4] = ["kinetic", "potential", "supplied", "energy_and_dissipated"];
 
-/// What columns with numbers of particles in regions begin with.
+/// Prefix of columns with numbers of particles in regions.
 const IN: &str = "in_";
 
-/// What is conserved changes by less than so much of it.
+/// Largest relative change of a conserved quantity.
 const SAME: f64 = 1e-9;
 
 /// The section of the page.
@@ -23,7 +23,7 @@ pub(super) fn section(results: &Results<'_>) -> String {
     if curves.is_empty() && courses.is_empty() {
         return "<p>There is nothing to plot.</p>\n".to_owned();
     }
-    for (title, figures) in [("Measurements", &curves), ("In the course of time", &courses)] {
+    for (title, figures) in [("Measurements", &curves), ("Time series", &courses)] {
         if !figures.is_empty() {
             section.push_str(&format!("<h3>{title}</h3>\n<div class=\"plots\">\n{}</div>\n", figures.concat()));
         }

@@ -28,18 +28,18 @@ pub(super) struct Inputs {
     /// Of the measured stages, in the order of the summary.
     pub stages: Vec<StageInputs>,
     pub recording: Option<Recording>,
-    /// What is missing or damaged.
+    /// Notes on files that are missing or damaged.
     pub notes: Vec<String>,
 }
 
-/// What a measured stage has besides its summary.
+/// Results of a measured stage besides its summary.
 #[derive(Debug)]
 pub(super) struct StageInputs {
     pub thermo: Vec<Trace>,
     pub measured: Measured,
 }
 
-/// What is shown of a measurement, the last one of a run or that of a stage.
+/// Results of a measurement, the last one of a run or that of a stage.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Results<'a> {
     /// Name of the stage; `None` for the last measurement.
@@ -161,7 +161,7 @@ fn thermo(run: &Path, stage: &str, units: &[Column], notes: &mut Vec<String>) ->
     })
 }
 
-/// What was measured beyond the rows. Runs that measure no more than those have no such file.
+/// Results beyond the rows. Runs that measure no more than those have no such file.
 fn measurements(run: &Path, notes: &mut Vec<String>) -> Measurements {
     let read = noted("measurements.json", notes, || Measurements::read(run).map_err(|error| error.to_string()));
     let mut measurements = read.flatten().unwrap_or_default();

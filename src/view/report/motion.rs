@@ -67,7 +67,7 @@ fn data(section: &mut String, id: &str, bytes: &[u8]) {
     section.push_str("</script>\n");
 }
 
-/// What the player shows and what it leaves out.
+/// Text about the frames that the player shows and leaves out.
 fn about(recording: &Recording) -> String {
     let head = &recording.head;
     let (shown, all) = (head.frames.len(), head.frames_in_file);

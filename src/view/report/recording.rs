@@ -1,6 +1,6 @@
 //! A trajectory in the form that the player of the page reads.
 //!
-//! What never changes (radii, species, static particles, bonds) is stored once. Of each frame there are, of every moving
+//! Constants (radii, species, static particles, bonds) are stored once. Of each frame there are, of every moving
 //! particle, three coordinates of 16 bits and a byte per scalar. Coordinates are wrapped into the box along periodic axes and
 //! rounded to the nearest of 65,534 steps of the *field* of the frame: the box, with what is outside of it along open axes, but
 //! no farther than three edges to each side. Particles beyond are left out. A coordinate is off by at most 1/131,068 of the field.
@@ -37,18 +37,18 @@ const BOND_RADIUS: f64 = 0.36;
 /// A trajectory for the player.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Recording {
-    /// What the numbers mean.
+    /// Meaning of the numbers.
     pub head: Head,
     /// Radii (f32, moving particles first), positions of static particles (f32), ends of bonds (u32), radii of bonds (f32)
     /// and species (u8), in little-endian order.
     pub constants: Vec<u8>,
     /// Per frame coordinates (u16), padded to four bytes, then each scalar (u8).
     pub frames: Vec<Vec<u8>>,
-    /// What is not in the player though it is in the file.
+    /// Notes on everything in the file that is not in the player.
     pub notes: Vec<String>,
 }
 
-/// What the numbers of a recording mean; the player reads it as JSON.
+/// Meaning of the numbers of a recording; the player reads it as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Head {
@@ -246,7 +246,7 @@ fn view(first: &Frame, heads: &[FrameHead]) -> [[f64; 3]; 2] {
     joined.map_or([[0.0; 3]; 2], |[lower, size]| [lower, [0, 1, 2].map(|k| lower[k] + size[k])])
 }
 
-/// What is the same in all frames, and the number of bonds in it.
+/// Constants of all frames, and the number of bonds in them.
 fn constants(first: &Frame) -> (Vec<u8>, usize) {
     let (fixed, moving): (Vec<&FrameParticle>, Vec<&FrameParticle>) =
         first.particles.iter().partition(|particle| first.is_static(particle));

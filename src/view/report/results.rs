@@ -49,7 +49,7 @@ struct Row<'a> {
     unit: String,
     mean: Option<f64>,
     standard_error: Option<f64>,
-    /// What is published of it.
+    /// Published values of the quantity.
     published: Vec<&'a PublishedValue>,
     /// Of observables, in words: with the verdict on whether they change.
     words: Option<String>,

@@ -1,4 +1,4 @@
-//! What was simulated, in words.
+//! Simulated system, in words.
 
 use super::html::{brackets, escape, number};
 use super::inputs::Inputs;
@@ -8,7 +8,7 @@ use crate::io::summary::System;
 use crate::model::{Limit, Scene, Species};
 use crate::view::describe::{self};
 
-/// What it is, in one line: `1 372 hard spheres, φ = 0.3`.
+/// Subtitle of the page, in one line: `1 372 hard spheres, φ = 0.3`.
 pub(super) fn subtitle(inputs: &Inputs) -> String {
     let Some(scene) = &inputs.scene else { return plural(inputs.summary.particles, "particle") };
     let counts = describe::counts(scene);
@@ -82,7 +82,7 @@ pub(super) fn section(inputs: &Inputs) -> String {
     let rate = speed
         .events_per_second
         .map_or_else(String::new, |rate| format!(", {} events per second", grouped(trunc_to_u64(rate))));
-    list.text("time on the clock", &format!("{} s{rate}", digits(speed.wall_seconds)));
+    list.text("wall time", &format!("{} s{rate}", digits(speed.wall_seconds)));
     list.html()
 }
 

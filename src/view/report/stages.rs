@@ -55,7 +55,7 @@ fn comparison(all: &[Results<'_>]) -> String {
     )
 }
 
-/// What one stage has measured.
+/// Results of one stage.
 fn part(stage: &Results<'_>) -> String {
     let name = stage.stage.unwrap_or_default();
     let reasons = match stage.equilibrated.verdict {

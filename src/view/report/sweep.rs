@@ -17,13 +17,13 @@ const LONG: f64 = 50.0;
 /// Of fewer state points, the mean square of the deviations says nothing.
 const FEWEST: usize = 2;
 
-/// What is conserved is the same at all points but for so much of it.
+/// Largest relative difference of a conserved quantity between points.
 const SAME: f64 = 1e-9;
 
 /// Rows that a table shows; the others are in the files.
 const MOST_ROWS: usize = 500;
 
-/// What is drawn along the horizontal axis.
+/// Quantity along the horizontal axis.
 struct Horizontal {
     /// Its place among the keys of a state point.
     at: usize,
@@ -173,7 +173,7 @@ fn quantity_figure(quantity: &Quantity, at: usize, along: &Horizontal, series: &
     Some(figure(&title, &svg, &legend, &text))
 }
 
-/// What is published of a quantity along the axis, by label: with its source and its points, once where several series have the same.
+/// Published values of a quantity along the axis, by label: with their source and points, once where several series have the same.
 fn published(quantity: &Quantity, series: &[Series<'_>]) -> Vec<(String, String, Vec<Option<Dot>>)> {
     let mut all: Vec<(String, String, Vec<Option<Dot>>)> = Vec::new();
     for one in series {

@@ -9,7 +9,7 @@ use crate::io::summary::Column;
 /// Neighbouring points of a trace are merged pairwise when there are this many: some two for each pixel of a plot.
 const MOST_SPANS: usize = 1024;
 
-/// What is wrong with a table. Lines count from 1.
+/// Error of a table. Lines count from 1.
 #[derive(Debug, Error)]
 pub(super) enum TableError {
     #[error("cannot read it: {0}")]

@@ -1,4 +1,4 @@
-//! What the sizes of chains are called.
+//! Report of the sizes of chains.
 
 use super::{Chains, MOST_GROUPS};
 use crate::analysis::instruments::quantity::{Curve, Measured, Normalisation, Number, Series, Variable};

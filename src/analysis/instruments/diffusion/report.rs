@@ -8,7 +8,7 @@ use crate::analysis::instruments::slope::{is_small, straight_terms};
 use crate::analysis::instruments::system::SystemDescription;
 use crate::analysis::statistics::Estimate;
 
-/// What has to be left of the autocorrelation after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
+/// Least part of the autocorrelation that is left after one linear time: trapezoids are off by a twelfth of the square of its logarithm, 0.4 %.
 const SMOOTH: f64 = 0.8;
 
 /// Particles whose mean square has grown by no larger part of itself over the straight part are held where they are, as in a crystal.
@@ -142,11 +142,11 @@ fn time(values: Vec<f64>) -> Variable {
     Variable { name: "t".to_owned(), unit: "time".to_owned(), values }
 }
 
-/// What a curve is of.
+/// Names of a curve.
 struct Quantity {
     symbol: &'static str,
     unit: &'static str,
-    /// What is summed up over particles and origins.
+    /// Term that is summed up over particles and origins.
     of_one: &'static str,
     /// Whether it is also divided by the number of axes.
     is_by_axis: bool,

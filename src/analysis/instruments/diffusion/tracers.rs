@@ -122,7 +122,7 @@ impl Tracers {
         of_species.map_or(self.ids.len() as f64, |count| *count as f64)
     }
 
-    /// What the squares of a group are divided by, `1 - m / M` or its mean over the axes; `None` where its species differ in it.
+    /// Divisor of the squares of a group, `1 - m / M` or its mean over the axes; `None` where its species differ in it.
     pub fn free_part_of(&self, group: usize) -> Option<f64> {
         let scales = match group.checked_sub(1) {
             None => &self.scales[..],

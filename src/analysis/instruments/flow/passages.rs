@@ -7,7 +7,7 @@ use crate::analysis::statistics::{Estimate, error_of_ends, standard_error};
 /// Every second row goes when there are this many.
 const MOST_ROWS: usize = 1024;
 
-/// What has passed up to a time.
+/// Passages up to a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Row {
     pub time: f64,
@@ -24,7 +24,7 @@ struct Share {
     mass: f64,
 }
 
-/// What a rate is of.
+/// Kind of a rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Of {
     Number,
@@ -116,7 +116,7 @@ impl Passages {
         self.window.is_some()
     }
 
-    /// What has passed so far.
+    /// Passages so far.
     pub fn now(&self) -> Row {
         self.now
     }
@@ -130,7 +130,7 @@ impl Passages {
         rows
     }
 
-    /// What passed in the window by its length, as far as it is over; without a window, what passed after the first passage by the time up to the last one,
+    /// Passages in the window by its length, as far as it is over; without a window, those after the first one by the time up to the last one,
     /// and `None` for fewer than two.
     ///
     /// Through a whole plane of a closed system passes what goes along the axis, `sum dx / L`, less what is then more beyond the plane than before. The mean of the second has but

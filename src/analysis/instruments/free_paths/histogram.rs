@@ -74,7 +74,7 @@ impl Histogram {
         [self.count as f64, self.binned().width]
     }
 
-    /// The same with bins, as far as there can be any.
+    /// Histogram with bins, as far as there can be any.
     fn binned(&self) -> Self {
         let mut binned = self.clone();
         if binned.width == 0.0 {

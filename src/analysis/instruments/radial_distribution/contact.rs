@@ -14,7 +14,7 @@ const WIDTH: f64 = 0.1;
 /// Fewer bins than this do not fix a parabola well.
 const FEWEST_BINS: usize = 8;
 
-/// What is just outside of the core of a pair.
+/// Shell just outside of the core of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Shell {
     /// Where the cores touch `[length]`.

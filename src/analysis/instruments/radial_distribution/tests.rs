@@ -15,7 +15,7 @@ fn measure(system: &SystemDescription, plan: &plan::RadialDistribution, frames: 
     measure_sheared(system, plan, frames, 0.0)
 }
 
-/// The same where the next image up is displaced.
+/// Measured distribution where the next image up is displaced.
 fn measure_sheared(
     system: &SystemDescription,
     plan: &plan::RadialDistribution,

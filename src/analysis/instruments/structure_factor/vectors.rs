@@ -61,7 +61,7 @@ pub(super) fn shells(space: &Space, largest: f64, most: usize) -> Vec<Shell> {
     shells
 }
 
-/// The same in a box whose next image up is displaced, also those without vectors: always as many, of the same wave numbers.
+/// Shells of a box whose next image up is displaced, also those without vectors: always as many, of the same wave numbers.
 pub(super) fn all_shells(space: &Space, displacement: f64, largest: f64, most: usize) -> Vec<Shell> {
     let lattice = Reciprocal::new(space, displacement);
     // The displacement makes no vector shorter than the shortest along the axes: its component along x, or y if that is none.

@@ -34,7 +34,7 @@ fn temperature(transport: &Transport, system: &SystemDescription) -> f64 {
     trace(&transport.flow.kinetic) / (freedom * (transport.flow.time() - transport.start))
 }
 
-/// What takes `<dG^2> / t` to a coefficient, by curve; none where it means nothing.
+/// Factors from `<dG^2> / t` to the coefficients, by curve; none where a coefficient means nothing.
 fn scales(transport: &Transport, system: &SystemDescription) -> [Option<f64>; 4] {
     let dimensions = system.space.dimensions() as f64;
     let temperature = temperature(transport, system);
@@ -74,7 +74,7 @@ fn combination(transport: &Transport, kind: usize, terms: &[(usize, f64)]) -> Op
     Some(Estimate { mean: estimate.mean + square, ..estimate })
 }
 
-/// What takes sums over all origins to `<dG^2> / (2 V T t)`; `None` where that means nothing.
+/// Normalisation of sums over all origins to `<dG^2> / (2 V T t)`; `None` where that means nothing.
 fn normalisation(transport: &Transport, system: &SystemDescription, kind: usize) -> Option<Normalisation> {
     scales(transport, system)[kind]?;
     let dimensions = system.space.dimensions() as f64;

@@ -1,4 +1,4 @@
-//! What each wall gives the particles: momentum and energy.
+//! Momentum and energy that each wall gives the particles.
 
 use super::ApplicableObservables;
 use crate::engine::event::EventCounts;

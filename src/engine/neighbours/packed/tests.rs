@@ -16,7 +16,7 @@ fn space(is_periodic: bool, lower: f64) -> Space {
     space
 }
 
-/// What is found from a centre with each set of instructions that the processor has, which have to agree.
+/// Centres found around one with each set of instructions that the processor has, which have to agree.
 fn found(packed: &mut Packed, centre: &Vector, largest: f64) -> Vec<u32> {
     let mut ways = Simd::all().into_iter().map(|width| {
         let mut near = Candidates::default();

@@ -1,4 +1,4 @@
-//! What lists hold, against all pairs.
+//! Content of Verlet lists, against all pairs.
 
 use super::*;
 use crate::engine::Until;

@@ -16,7 +16,7 @@ pub(in crate::engine) struct Arrival {
     pub speed: f64,
     /// Tangential speed `[length / time]`.
     pub tangential: f64,
-    /// What brings them together again: the normal acceleration towards each other `[length / time^2]`.
+    /// Normal acceleration towards each other, which brings the two together again `[length / time^2]`.
     pub closing: f64,
 }
 

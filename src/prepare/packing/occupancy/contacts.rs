@@ -26,12 +26,12 @@ impl Contacts {
         self.0.get(a, b).unwrap_or(0.0)
     }
 
-    /// Those that are not 0, each once.
+    /// Contact distances other than 0, of each pair of species once.
     pub(crate) fn iter(&self) -> impl Iterator<Item = ([usize; 2], f64)> + '_ {
         self.0.iter()
     }
 
-    /// The same distances, all times a factor.
+    /// Contact distances, multiplied by a factor.
     pub(crate) fn scaled(&self, factor: f64) -> Self {
         Self(self.0.map(|distance| Some(distance * factor)))
     }

@@ -150,7 +150,7 @@ impl<'a> Grid<'a> {
         lists[..count].iter().find_map(|&first| find_in(taken, first, &found))
     }
 
-    /// The same where more than the neighbouring cells are within range: all of those, or all particles if they are fewer.
+    /// Search where more than the neighbouring cells are within range: all of those, or all particles if they are fewer.
     fn find_far<T>(
         &self,
         taken: &[Taken],

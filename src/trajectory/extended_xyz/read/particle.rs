@@ -14,7 +14,7 @@ use crate::trajectory::frame::{FrameParticle, FrameSpecies};
 /// Radius of particles in files that give none `[length]`: a diameter of 1 in reduced units.
 const DEFAULT_RADIUS: f64 = 0.5;
 
-/// What a frame has in columns that are not part of it.
+/// Columns of a file that are not part of a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Beside {
     /// Momenta of the particles of a frame without velocities; else empty `[mass length / time]`.

@@ -35,14 +35,14 @@ impl Axis {
         Self { low, high, is_logarithmic, from: 0.0, to: 1.0 }
     }
 
-    /// The same with room beyond both ends, relative to its length. Zero stays an end.
+    /// Axis with room beyond both ends, relative to its length. Zero stays an end.
     pub fn widened(self, room: f64) -> Self {
         let margin = room * (self.high - self.low);
         let low = if self.low == 0.0 && !self.is_logarithmic { 0.0 } else { self.low - margin };
         Self { low, high: self.high + margin, ..self }
     }
 
-    /// The same between other places.
+    /// Axis between other places.
     pub fn between(self, from: f64, to: f64) -> Self {
         Self { from, to, ..self }
     }
@@ -107,7 +107,7 @@ impl Axis {
         marks
     }
 
-    /// What stands beside the tick of a value.
+    /// Label beside the tick of a value.
     pub fn label(&self, value: f64) -> String {
         if self.is_logarithmic {
             let text = format!("{value:e}");

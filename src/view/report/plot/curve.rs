@@ -22,11 +22,11 @@ pub(in crate::view::report) struct Point {
 /// How a line is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::view::report) enum LineStyle {
-    /// What was measured: points with bars, or a line with a band.
+    /// Measured values: points with bars, or a line with a band.
     Measured,
     /// A time series: a line.
     TimeSeries,
-    /// What was published: dashes.
+    /// Published values: dashes.
     Published,
 }
 
@@ -48,7 +48,7 @@ pub(in crate::view::report) struct Level {
 /// A plot of curves.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Curves {
-    /// What it shows, for readers that cannot see it.
+    /// Label for readers that cannot see the plot.
     pub label: String,
     /// Titles of the axes with units.
     pub titles: [String; 2],
@@ -98,7 +98,7 @@ impl Curves {
         extent(self.drawn(|style| style != LineStyle::Published).map(|point| point.x))
     }
 
-    /// What was measured with its errors and, as far as that does not dwarf it, what was published.
+    /// Extent of the measured values with their errors and, as far as these do not dwarf them, of the published ones.
     fn vertical(&self) -> Option<[f64; 2]> {
         let measured = || self.drawn(|style| style != LineStyle::Published);
         let [low, high] = extent(measured().map(|point| point.y).chain(self.level.map(|level| level.mean)))?;

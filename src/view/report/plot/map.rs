@@ -19,7 +19,7 @@ pub(in crate::view::report) const MOST_CELLS: usize = 40_000;
 /// A quantity on a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Map {
-    /// What it shows, for readers that cannot see it.
+    /// Label for readers that cannot see the plot.
     pub label: String,
     /// Titles of both axes and of the scale of colours, with units.
     pub titles: [String; 3],

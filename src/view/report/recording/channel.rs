@@ -12,7 +12,7 @@ use crate::view::render::legend;
 /// The most scalars of a trajectory that there are colours for: each makes the page larger.
 const MOST_GIVEN: usize = 4;
 
-/// What a scalar is.
+/// Kind of a scalar.
 #[derive(Debug, Clone, PartialEq)]
 enum Quantity {
     /// `|v|`
@@ -30,8 +30,8 @@ enum Quantity {
 pub(super) struct Channels(Vec<(Quantity, ChannelHead, f64)>);
 
 impl Channels {
-    /// Those that mean something: a height where something falls, captured neighbours where there are finite steps, what the trajectory
-    /// gives of each particle.
+    /// Meaningful scalars: a height where something falls, captured neighbours where there are finite steps, and those of each particle in the
+    /// trajectory.
     pub fn of(frame: &Frame, scene: Option<&Scene>, (up, is_down): (usize, bool)) -> Self {
         let head = |name: &str, unit: &str, is_count: bool| ChannelHead {
             name: name.to_owned(),
@@ -97,7 +97,7 @@ impl Channels {
         self.0.iter_mut().map(encode).collect()
     }
 
-    /// What the scalars are, and the scales of their colours.
+    /// Names of the scalars, and the scales of their colours.
     pub fn heads(self) -> Vec<ChannelHead> {
         let finished = |(_, head, highest): (Quantity, ChannelHead, f64)| {
             // Of no particle nothing is known.

@@ -1,4 +1,4 @@
-//! What the page says about the system, and what is published about it.
+//! The system and its published values on the page.
 
 use super::*;
 
