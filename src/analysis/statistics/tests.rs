@@ -289,3 +289,25 @@ fn a_first_value_that_is_longer_than_all_others_does_not_hide_them() {
     let exact = (1.0 / 12.0 / 100.0_f64).sqrt();
     assert!((error / exact - 1.0).abs() < 0.5, "{error} {exact}");
 }
+
+#[test]
+fn the_mean_of_the_rate_of_something_bounded_has_but_its_ends_in_it() {
+    for rho in [0.0, 0.8, 0.9] {
+        let (n, count) = (400, 200);
+        let squares = |seed: u64| {
+            let bounded = correlated(rho, n + 1, 40_000 + seed);
+            let rates: Vec<f64> = bounded.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let mean = rates.iter().sum::<f64>() / n as f64;
+            [mean * mean, error_of_ends(&rates).map_or(0.0, |error| error * error)]
+        };
+        let all: Vec<[f64; 2]> = (0..count).map(squares).collect();
+        let given: Vec<&[f64; 2]> = all.iter().filter(|both| both[1] > 0.0).collect();
+        let [scatter, claimed] = [0, 1].map(|k| given.iter().map(|both| both[k]).sum::<f64>());
+        let ratio = (scatter / claimed).sqrt();
+        // The scatter is known to 5 %.
+        assert!(given.len() > 180 && (0.85..1.15).contains(&ratio), "{rho}: {ratio}, {}", given.len());
+    }
+    // What grows as a walk does has no ends that stay.
+    let walks = (0..50).filter(|seed| error_of_ends(&correlated(0.0, 400, 60_000 + seed)).is_some()).count();
+    assert!(walks <= 2, "{walks}");
+}

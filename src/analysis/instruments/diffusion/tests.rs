@@ -232,3 +232,75 @@ fn a_late_start_has_the_same_curves_and_an_end() {
     // Shorter than what two times differ by: there is nothing to measure in it, but an end.
     measured(1e12, 1e-5);
 }
+
+/// Brownian motion of a few particles, as samples that the instrument asks for, and the diffusion coefficient with its error.
+fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
+    let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), 4);
+    (system.conserves_momentum, system.conserved_axes) = (false, [false; 3]);
+    let mut random = crate::analysis::statistics::tests::correlated(0.0, 200_000, seed).into_iter();
+    let mut positions = vec![Vector::zeros(); 4];
+    let (velocities, images) = (vec![Vector::zeros(); 4], vec![[0; 3]; 4]);
+    let plan = Plan { interval: Some(1.0), span: Some(20.0), ..Plan::default() };
+    let sample = |time: f64, positions: &[Vector], see: &mut dyn FnMut(&Sample<'_>)| {
+        see(&Sample { time, positions, velocities: &velocities, images: &images, displacement: 0.0 });
+    };
+    let mut instrument = None;
+    sample(0.0, &positions, &mut |sample| {
+        instrument = Some(Diffusion::new(&plan, &Setup { system: &system, sample: *sample, duration: 20.0 * spans }));
+    });
+    let (mut instrument, mut now) = (instrument.unwrap(), 0.0);
+    while instrument.next_sample() <= 20.0 * spans {
+        let time = instrument.next_sample();
+        // The variance of an even number between -1/2 and 1/2 is 1/12.
+        let step = (12.0 * (time - now)).sqrt();
+        for position in &mut positions {
+            *position += Vector::from_fn(|_, _| random.next().unwrap() * step);
+        }
+        sample(time, &positions, &mut |sample| instrument.sample(sample, &system));
+        now = time;
+    }
+    let measured = report(&instrument, &system);
+    let number = number(&measured, "diffusion_coefficient");
+    crate::analysis::statistics::Estimate { mean: number.mean.unwrap_or(0.5), standard_error: number.standard_error }
+}
+
+#[test]
+fn the_error_of_few_spans_is_that_of_brownian_motion() {
+    // Too few origins for their scatter, too few particles for theirs: that of axes remains. D is 1/2.
+    for spans in [4.0, 8.0] {
+        let estimates: Vec<_> = (1..=150).map(|seed| brownian(seed, spans)).collect();
+        let given: Vec<[f64; 2]> = estimates
+            .iter()
+            .filter_map(|estimate| Some([(estimate.mean - 0.5).powi(2), estimate.standard_error?.powi(2)]))
+            .collect();
+        let [scatter, claimed] = [0, 1].map(|k| given.iter().map(|both| both[k]).sum::<f64>());
+        let ratio = (scatter / claimed).sqrt();
+        println!("{spans} spans: {ratio:.2}, given {}", given.len());
+        // A slope is withheld where it is bent by chance. The scatter is known to 6 %, and Student's factor is up to 1.1.
+        assert!(given.len() > 100 && (0.7..1.25).contains(&ratio), "{spans} spans: {ratio}, {}", given.len());
+    }
+}
+
+#[test]
+fn beads_of_a_chain_scatter_as_one() {
+    let (chains, beads) = (16_u32, 8_u32);
+    let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), chains * beads);
+    system.bonds = (0..chains * beads - 1).filter(|id| (id + 1) % beads != 0).map(|id| [id, id + 1]).collect();
+    // Each chain begins elsewhere, in a cell of its own, and its beads all over the box.
+    let place = |id: u32| {
+        let cell = if id % beads == 0 { id / beads } else { (7 * id) % 27 };
+        Vector::new(f64::from(cell % 3), f64::from(cell / 3 % 3), f64::from(cell / 9)) * 3.3 + Vector::repeat(1.0)
+    };
+    let positions: Vec<Vector> = (0..chains * beads).map(place).collect();
+    let velocities = vec![Vector::zeros(); positions.len()];
+    let images = vec![[0; 3]; positions.len()];
+    let sample =
+        Sample { time: 0.0, positions: &positions, velocities: &velocities, images: &images, displacement: 0.0 };
+    let tracers = Tracers::new(&sample, &system, usize::MAX);
+    let of_chain = crate::analysis::statistics::tests::correlated(0.0, chains as usize, 5);
+    let mean = of_chain.iter().sum::<f64>() / f64::from(chains);
+    let variance = of_chain.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / f64::from(chains * (chains - 1));
+    let scale = 1.0 / tracers.free_part_of(0).unwrap();
+    let found = tracers.variance_of_mean(0, |bead| of_chain[bead / beads as usize]).unwrap();
+    assert!((found / (variance * scale * scale) - 1.0).abs() < 1e-10, "{found} {variance}");
+}
