@@ -65,3 +65,10 @@ def program() -> str:
     if found is None:
         pytest.skip("there is no program carom: CAROM=path/to/carom names one")
     return str(Path(found).absolute())
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """A test that is skipped fails the session where all are required, as CAROM_REQUIRE says."""
+    reporter = session.config.pluginmanager.get_plugin("terminalreporter")
+    if os.environ.get("CAROM_REQUIRE") and reporter is not None and reporter.stats.get("skipped"):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED

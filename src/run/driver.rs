@@ -6,11 +6,13 @@ mod finish;
 mod growth;
 mod measure;
 mod pace;
+mod recorder;
 mod stages;
 
 pub use equilibrate::MOST_EVENTS_PER_PARTICLE;
 pub(super) use equilibrate::Monitor;
 pub(super) use growth::PressureCheck;
+use recorder::{Failed, KeepsError};
 
 use std::ops::ControlFlow;
 use std::time::Instant;
@@ -37,32 +39,19 @@ pub(super) fn drive<R: Recorder>(
     recorder: &mut R,
     watch: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Finished, R::Error> {
-    let mut driver = Driver {
-        simulation,
-        state,
-        system: None,
-        registry,
-        recorder,
-        watch,
-        started: None,
-        is_pilot: false,
-        pause: NEVER,
-        patience: u64::MAX,
-        is_over: false,
-        steps: STEPS[0],
-    };
-    driver.describe();
-    driver.drive()
+    let mut recorder = KeepsError { recorder, error: None };
+    let finished = Driver::new(simulation, state, registry, &mut recorder, watch).drive();
+    finished.map_err(|Failed| recorder.into_error())
 }
 
-struct Driver<'a, R> {
+struct Driver<'a> {
     simulation: Simulation,
     state: RunState,
     /// Description of the system for instruments, if there are any.
     system: Option<SystemDescription>,
     /// Instruments of the user that have not begun yet.
     registry: Registry,
-    recorder: &'a mut R,
+    recorder: &'a mut dyn Recorder<Error = Failed>,
     watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
     /// Wall time at which the measurement began, or went on.
     started: Option<Instant>,
@@ -78,9 +67,36 @@ struct Driver<'a, R> {
     steps: u64,
 }
 
-impl<R: Recorder> Driver<'_, R> {
+impl<'a> Driver<'a> {
+    fn new(
+        simulation: Simulation,
+        state: RunState,
+        registry: Registry,
+        recorder: &'a mut dyn Recorder<Error = Failed>,
+        watch: &'a mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Self {
+        let mut driver = Self {
+            simulation,
+            state,
+            system: None,
+            registry,
+            recorder,
+            watch,
+            started: None,
+            is_pilot: false,
+            pause: NEVER,
+            patience: u64::MAX,
+            is_over: false,
+            steps: STEPS[0],
+        };
+        driver.describe();
+        driver
+    }
+}
+
+impl Driver<'_> {
     /// Runs all stages from the present one on.
-    fn drive(mut self) -> Result<Finished, R::Error> {
+    fn drive(mut self) -> Result<Finished, Failed> {
         loop {
             if !self.state.has_begun {
                 self.enter();
@@ -110,7 +126,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Goes on to a time, or `None`; or to a number of events or an obstacle, and says which.
-    fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+    fn advance(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         while self.simulation.time() < time {
             let done = self.simulation.event_counts().physical();
             if done >= events {
@@ -174,7 +190,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Hands out what is needed to go on from here later.
-    fn keep(&mut self) -> Result<(), R::Error> {
+    fn keep(&mut self) -> Result<(), Failed> {
         let seconds = self.started.map_or(0.0, |started| started.elapsed().as_secs_f64());
         let mut state = self.state.clone();
         state.earlier_seconds += seconds;

@@ -13,39 +13,64 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
 use files::files;
-use runs::{SCENES, STOPS, assert_same, carom, files_of, finish, resume, start, stop, unfinish, unwrapped};
+use runs::{SCENES, assert_same, carom, files_of, finish, resume, start, stop, unfinish, unwrapped};
+
+/// Stops that each scene has to be gone on from.
+const STOPS: usize = 8;
+
+/// Tries for each of them.
+const TRIES: usize = 20;
 
 #[test]
 fn sixty_four_random_stops_change_no_bit() {
     let directory = tempfile::tempdir().unwrap();
     let mut random = ChaCha8Rng::seed_from_u64(5);
-    let (mut stopped, mut killed) = (0, 0);
+    let mut ways = [0; 3];
     for (scene, events) in SCENES {
         let whole = directory.path().join(format!("{scene}_whole"));
         let begun = std::time::Instant::now();
         finish(start(scene, events, &whole));
-        // Only how often a stop falls into the run depends on this, not whether the test passes.
-        let whole_time = u64::try_from(begun.elapsed().as_millis()).unwrap() + 20;
-        let parts = directory.path().join(format!("{scene}_parts"));
-        let mut command = start(scene, events, &parts);
-        for _ in 0..STOPS {
+        // Only how many tries it takes depends on this, not whether the test passes: the latest time of a stop, which comes down with each run that
+        // ends before it.
+        let mut latest = u64::try_from(begun.elapsed().as_millis()).unwrap() / 4 + 2;
+        let (mut runs, mut stops) = (0, 0);
+        let fresh = |runs: usize| {
+            let parts = directory.path().join(format!("{scene}_{runs}"));
+            (start(scene, events, &parts), parts)
+        };
+        let (mut command, mut parts) = fresh(runs);
+        for _ in 0..STOPS * TRIES {
             let mut child = command.spawn().unwrap();
-            std::thread::sleep(Duration::from_millis(1 + random.next_u64() % (whole_time / 3)));
+            std::thread::sleep(Duration::from_millis(1 + random.next_u64() % latest));
             let way = random.next_u32() % 3;
-            if stop(&mut child, way) {
-                stopped += 1;
-                killed += usize::from(way == 0);
+            if !stop(&mut child, way) {
+                finish(resume(&parts));
+                assert_same(&whole, &parts, scene);
+                (latest, runs) = (latest / 2 + 1, runs + 1);
+                (command, parts) = fresh(runs);
+                continue;
             }
-            // A stop that comes before the run has made its folder leaves nothing at all.
-            command = if parts.join("checkpoint").exists() { resume(&parts) } else { start(scene, events, &parts) };
+            // A stop that comes before the run has a checkpoint leaves nothing to go on from.
+            if !parts.join("checkpoint").exists() {
+                latest += 1;
+                command = start(scene, events, &parts);
+                continue;
+            }
+            ways[way as usize] += 1;
+            stops += 1;
+            command = resume(&parts);
+            if stops == STOPS {
+                break;
+            }
         }
+        assert_eq!(stops, STOPS, "{scene}: stops that a run could be gone on from");
         finish(command);
         assert_same(&whole, &parts, scene);
         let is_left = |file: &&PathBuf| file.to_string_lossy().ends_with(".partial");
         assert_eq!(files_of(&parts).iter().find(is_left), None, "{scene}");
     }
-    // How many fall into a run depends on the clock; `tests/faults` kills at known calls.
-    println!("{stopped} stops, {killed} of them by SIGKILL");
+    println!("64 stops: {} by SIGKILL, {} by SIGTERM, {} by SIGINT", ways[0], ways[1], ways[2]);
+    assert!(ways.iter().all(|stops| *stops >= 4), "{ways:?}");
 }
 
 #[test]

@@ -96,9 +96,6 @@ name = "layers"
 bins = [1, 10, 1]
 "#;
 
-/// Times that each of them is stopped.
-pub const STOPS: usize = 8;
-
 pub fn carom(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_carom"));
     command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());

@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use super::{Driver, STEPS};
+use super::{Driver, Failed, STEPS};
 use crate::engine::{EngineError, Reason, Until};
+use crate::run::Ending;
 use crate::run::state::Aim;
-use crate::run::{Ending, Recorder};
 
 /// Physical events between two checks whether the simulation still has events.
 const CHUNK: u64 = 10_000;
@@ -18,9 +18,9 @@ const LONGEST_WAIT: f64 = 1e12;
 /// Wall time between two such questions.
 const PAUSE: Duration = Duration::from_millis(20);
 
-impl<R: Recorder> Driver<'_, R> {
+impl Driver<'_> {
     /// Goes on for a while, and says if it came to the time, or what kept it from going on.
-    pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+    pub(super) fn go(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         let wait = self.state.wait;
         let aim = self.aim(wait, CHUNK);
         let until = aim.until(time, events);
@@ -56,7 +56,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Advances to the next check of the overlaps of the start, in small steps, to find when the last one is gone.
-    pub(super) fn advance_to_overlap_check(&mut self, time: f64, events: u64) -> Result<Option<Ending>, R::Error> {
+    pub(super) fn advance_to_overlap_check(&mut self, time: f64, events: u64) -> Result<Option<Ending>, Failed> {
         let check = self.state.overlap_check;
         let aim = self.aim(check.time, check.events);
         let until = aim.until(time, events);
@@ -94,7 +94,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Goes on to an end that is not put off by pauses, in which it is asked whether to go on at all.
-    fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, R::Error> {
+    fn chunk(&mut self, until: Until) -> Result<Result<Reason, Ending>, Failed> {
         loop {
             let started = Instant::now();
             let pause = self.pause;
@@ -125,7 +125,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Advances without a check of anything but events, until the next pause at most.
-    fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, R::Error> {
+    fn steps(&mut self, until: Until) -> Result<Result<Option<Reason>, EngineError>, Failed> {
         let is_measuring = self.state.stage.stage.is_measured() && !self.is_pilot;
         let measurement = self.state.measurement.as_mut().filter(|_| is_measuring);
         let instruments = measurement.map(|it| &mut it.instruments).filter(|it| it.has_events());

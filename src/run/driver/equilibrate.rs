@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::Driver;
 use crate::analysis::observables::{Observer, is_settled};
 use crate::model::Limit;
-use crate::run::{Ending, Recorder};
+use crate::run::Ending;
 
 /// Events per particle between two samples.
 const EVENTS_PER_SAMPLE: u64 = 2;
@@ -46,7 +46,7 @@ impl Monitor {
     }
 }
 
-impl<R: Recorder> Driver<'_, R> {
+impl Driver<'_> {
     /// Watches the observables from now on, if the equilibration ends by them.
     pub(super) fn begin_monitor(&mut self) {
         let is_watched = self.settings().until_stationary;

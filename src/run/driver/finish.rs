@@ -1,21 +1,21 @@
 //! The end of a measured stage, and of a run.
 
-use super::Driver;
+use super::{Driver, Failed};
 use crate::analysis::instruments::Sample;
 use crate::analysis::observables::Equilibrium;
 use crate::run::stage::Stage;
-use crate::run::{Ending, Finished, MeasuredStage, MeasurementPeriod, Recorder};
+use crate::run::{Ending, Finished, MeasuredStage, MeasurementPeriod};
 
-impl<R: Recorder> Driver<'_, R> {
+impl Driver<'_> {
     /// The last row and frame of a measured stage, and its results.
-    pub(super) fn end_measured_stage(&mut self) -> Result<(), R::Error> {
+    pub(super) fn end_measured_stage(&mut self) -> Result<(), Failed> {
         let results = self.results()?;
         self.state.measured_stages.push(results);
         Ok(())
     }
 
     /// The last row and frame, and the audit.
-    pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, R::Error> {
+    pub(super) fn finish(mut self, ending: Ending) -> Result<Finished, Failed> {
         let stage = self.state.stage.stage;
         if let Stage::MeasurementOf(_) = stage {
             self.end_measured_stage()?;
@@ -59,7 +59,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// The last row and frame of a measurement, and its results.
-    fn results(&mut self) -> Result<MeasuredStage, R::Error> {
+    fn results(&mut self) -> Result<MeasuredStage, Failed> {
         self.record(true, self.state.frames.has_last(self.state.stage.stage))?;
         if let Some((measurement, system)) = self.state.measurement.as_mut().zip(self.system.as_ref()) {
             let snapshot = self.simulation.snapshot();

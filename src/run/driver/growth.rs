@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Driver;
 use crate::model::{Growth, GrowthTarget, Limit};
-use crate::run::{Ending, Jam, Recorder};
+use crate::run::{Ending, Jam};
 
 /// Growth may go this much too far, so that rounding does not leave it short of its target.
 const BEYOND: f64 = 1.0 + 1e-12;
@@ -35,7 +35,7 @@ pub(in crate::run) struct PressureCheck {
     temperature: f64,
 }
 
-impl<R: Recorder> Driver<'_, R> {
+impl Driver<'_> {
     /// The growth of the present stage.
     pub(super) fn growth(&self) -> Option<Growth> {
         self.settings().growth
@@ -165,6 +165,7 @@ mod tests {
     use crate::engine::Simulation;
     use crate::model::potential::Potential;
     use crate::model::{RunPlan, StagePlan, Thermostat};
+    use crate::run::driver::KeepsError;
     use crate::run::{Ending, Progress, RunState};
     use crate::scene::{Amount, Arrangement, SceneBuilder};
 
@@ -188,20 +189,9 @@ mod tests {
         let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
         let watch = &mut |_: &Progress| ControlFlow::Continue(());
-        let mut driver = Driver {
-            simulation,
-            state,
-            system: None,
-            registry: Registry::default(),
-            recorder: &mut (),
-            watch,
-            started: None,
-            is_pilot: false,
-            pause: crate::run::driver::NEVER,
-            patience: u64::MAX,
-            is_over: false,
-            steps: 1,
-        };
+        let mut recorder = KeepsError { recorder: &mut (), error: None };
+        let mut driver =
+            Driver { steps: 1, ..Driver::new(simulation, state, Registry::default(), &mut recorder, watch) };
         driver.enter();
         loop {
             let events = driver.simulation.event_counts().physical().saturating_add(step);

@@ -2,21 +2,21 @@
 
 use std::time::Instant;
 
-use super::Driver;
 use super::pace::{Pace, PaceOfRows};
+use super::{Driver, Failed};
 use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::model::Limit;
+use crate::run::Ending;
 use crate::run::stage::Stage;
 use crate::run::state::{Measurement, NEAR};
-use crate::run::{Ending, Recorder};
 
 /// A stage without a limit in time that has written so many rows or frames since its last event fills the disk.
 const MOST_QUIET_ROWS: u64 = if cfg!(test) { 1_000 } else { 1_000_000 };
 
-impl<R: Recorder> Driver<'_, R> {
+impl Driver<'_> {
     /// A measurement, from where it is.
-    pub(super) fn measure(&mut self) -> Result<Ending, R::Error> {
+    pub(super) fn measure(&mut self) -> Result<Ending, Failed> {
         if self.state.measurement.is_none() && self.state.pilot.is_none() {
             self.record(true, self.state.frames.has_first())?;
             self.state.before = *self.simulation.event_counts();
@@ -62,7 +62,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// A stage that is not measured, from where it is; says what ends the run in it.
-    pub(super) fn prepare(&mut self) -> Result<Option<Ending>, R::Error> {
+    pub(super) fn prepare(&mut self) -> Result<Option<Ending>, Failed> {
         if self.state.rows.is_none() {
             if self.state.pilot.is_none() {
                 self.record(true, false)?;
@@ -121,7 +121,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Advances from one sampling time to the next, up to the last one before the end.
-    fn sample_until_end(&mut self) -> Result<Ending, R::Error> {
+    fn sample_until_end(&mut self) -> Result<Ending, Failed> {
         let (end_time, end_events) = self.state.stage.end();
         loop {
             let Some(measurement) = &self.state.measurement else { return Ok(Ending::Time) };
@@ -165,7 +165,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// Hands out a row and a frame of now, unless that was done.
-    pub(super) fn record(&mut self, has_row: bool, has_frame: bool) -> Result<(), R::Error> {
+    pub(super) fn record(&mut self, has_row: bool, has_frame: bool) -> Result<(), Failed> {
         let now = Some(self.simulation.time());
         if has_row && self.state.last_row != now {
             self.state.last_row = now;

@@ -1,11 +1,11 @@
 //! How often a run writes, where the scene leaves it open.
 
-use super::{Driver, Monitor, NEVER};
+use super::{Driver, Failed, Monitor, NEVER};
 use crate::analysis::sampling_times::SamplingTimes;
 use crate::engine::Until;
 use crate::model::Limit;
+use crate::run::Ending;
 use crate::run::state::Pilot;
-use crate::run::{Ending, Recorder};
 
 /// A run that chooses its interval itself aims at this many rows, and at most twice as many.
 const ROWS: u32 = 200;
@@ -51,12 +51,12 @@ pub(super) struct Found {
     ending: Option<Ending>,
 }
 
-impl<R: Recorder> Driver<'_, R> {
+impl Driver<'_> {
     /// The times of rows and frames from the start of the measurement on, and how long it will last, as far as is known; or the ending, if the
     /// caller wants no more while they are chosen.
     ///
     /// Where only the number of events is known, a pilot run over the first of them estimates how long the run will last.
-    pub(super) fn pace(&mut self) -> Result<Result<Pace, Ending>, R::Error> {
+    pub(super) fn pace(&mut self) -> Result<Result<Pace, Ending>, Failed> {
         let start = self.state.stage.time;
         let scene = self.simulation.scene();
         let (thermo, frame) = (scene.output.thermo_interval, scene.output.frame_interval);
@@ -83,7 +83,7 @@ impl<R: Recorder> Driver<'_, R> {
     }
 
     /// The times of rows in a stage before the measurement; or the ending, if the caller wants no more while they are chosen.
-    pub(super) fn pace_of_rows(&mut self) -> Result<Result<PaceOfRows, Ending>, R::Error> {
+    pub(super) fn pace_of_rows(&mut self) -> Result<Result<PaceOfRows, Ending>, Failed> {
         let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
             return Ok(Ok(PaceOfRows { rows: SamplingTimes::given(start, interval), ending: None }));
@@ -121,7 +121,7 @@ impl<R: Recorder> Driver<'_, R> {
     ///
     /// Where nothing is due in it, the pilot run is the beginning of the stage itself: nothing is done twice, and there is never memory for a second
     /// simulation. Elsewhere a copy goes ahead.
-    fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, R::Error> {
+    fn pilot_run(&mut self, limit: Option<f64>, events: u64) -> Result<Option<Found>, Failed> {
         let first = self.first_pilot(events);
         let pilot = match self.state.pilot {
             // One that was begun on the way to a later end is over by now.
@@ -163,7 +163,7 @@ impl<R: Recorder> Driver<'_, R> {
 
     /// A pilot run that is the beginning of the stage: it pauses, and the stage goes on from there to the same bits. It comes to nothing where rows could be due
     /// in what is to come.
-    fn beginning(&mut self, limit: Option<f64>, events: u64, mut pilot: Pilot) -> Result<Outcome, R::Error> {
+    fn beginning(&mut self, limit: Option<f64>, events: u64, mut pilot: Pilot) -> Result<Outcome, Failed> {
         let start = self.state.stage;
         let (end_time, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);
@@ -218,7 +218,7 @@ impl<R: Recorder> Driver<'_, R> {
     /// A pilot run of a copy that is dropped, so that the run itself has its rows, frames and samples from the start of the stage on.
     ///
     /// A checkpoint from meanwhile is none: a run that is killed now makes its pilot run again, from the same state to the same bits.
-    fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, R::Error> {
+    fn excursion(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, Failed> {
         let present = (self.simulation.clone(), self.state.clone());
         (self.is_pilot, self.patience) = (true, pilot.patience);
         let mut expected = self.pilot(limit, events, pilot);
@@ -234,7 +234,7 @@ impl<R: Recorder> Driver<'_, R> {
         expected
     }
 
-    fn pilot(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, R::Error> {
+    fn pilot(&mut self, limit: Option<f64>, events: u64, pilot: Pilot) -> Result<Option<f64>, Failed> {
         let start = self.state.stage;
         let (_, end_events) = start.end();
         let soon = limit.map_or(f64::INFINITY, |limit| start.time + limit / 1000.0);

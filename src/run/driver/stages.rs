@@ -3,14 +3,13 @@
 use super::Driver;
 use crate::analysis::instruments::Sample;
 use crate::model::{Limit, Thermostat};
-use crate::run::Recorder;
 use crate::run::stage::{Settings, Stage};
 use crate::run::state::Start;
 
 /// Samples of the temperature between two scalings, because it is not linear in time there.
 const TEMPERATURES: f64 = 4.0;
 
-impl<R: Recorder> Driver<'_, R> {
+impl Driver<'_> {
     /// Settings of the present stage.
     pub(super) fn settings(&self) -> Settings {
         self.state.stage.stage.settings(&self.simulation.scene().run)

@@ -7,7 +7,7 @@ use crate::analysis::observables::Row;
 use crate::engine::{Simulation, Snapshot};
 use crate::model::{OutputPlan, Potential, RunPlan, Scene};
 use crate::run::checkpoint::{Checkpoint, Manifest};
-use crate::run::{Run, RunState, Stage};
+use crate::run::{Recorder, Run, RunState, Stage};
 use crate::scene::{Amount, Lattice, SceneBuilder};
 
 #[test]

@@ -1,0 +1,79 @@
+//! One driver for all recorders: it is compiled once, in the library, and not for each recorder of each caller.
+
+use crate::analysis::instruments::Scalar;
+use crate::analysis::observables::Row;
+use crate::engine::event::Event;
+use crate::engine::{Simulation, Snapshot};
+use crate::run::{Recorder, RunState, Stage};
+
+/// Error of any recorder, which [`KeepsError`] has.
+#[derive(Debug)]
+pub(super) struct Failed;
+
+/// A recorder, and its error once it has failed.
+pub(super) struct KeepsError<'r, R: Recorder> {
+    pub recorder: &'r mut R,
+    pub error: Option<R::Error>,
+}
+
+impl<R: Recorder> KeepsError<'_, R> {
+    fn keep(&mut self, result: Result<(), R::Error>) -> Result<(), Failed> {
+        result.map_err(|error| {
+            self.error = Some(error);
+            Failed
+        })
+    }
+
+    /// The error of a recorder that has failed.
+    #[cfg_attr(
+        not(test),
+        expect(clippy::unreachable, reason = "only a recorder makes a `Failed`, and leaves its error")
+    )]
+    pub fn into_error(self) -> R::Error {
+        match self.error {
+            Some(error) => error,
+            None => unreachable!("a driver fails where its recorder does"),
+        }
+    }
+}
+
+impl<R: Recorder> Recorder for KeepsError<'_, R> {
+    type Error = Failed;
+
+    fn row(&mut self, stage: Stage, row: &Row) -> Result<(), Failed> {
+        let result = self.recorder.row(stage, row);
+        self.keep(result)
+    }
+
+    fn frame(&mut self, snapshot: &Snapshot, scalars: Vec<Scalar>) -> Result<(), Failed> {
+        let result = self.recorder.frame(snapshot, scalars);
+        self.keep(result)
+    }
+
+    fn frame_of(&mut self, simulation: &Simulation) -> Result<(), Failed> {
+        let result = self.recorder.frame_of(simulation);
+        self.keep(result)
+    }
+
+    fn has_events(&self) -> bool {
+        self.recorder.has_events()
+    }
+
+    fn event(&mut self, event: &Event) -> Result<(), Failed> {
+        let result = self.recorder.event(event);
+        self.keep(result)
+    }
+
+    fn is_full(&self) -> bool {
+        self.recorder.is_full()
+    }
+
+    fn is_checkpoint_due(&self) -> bool {
+        self.recorder.is_checkpoint_due()
+    }
+
+    fn checkpoint(&mut self, simulation: &Simulation, state: &RunState) -> Result<(), Failed> {
+        let result = self.recorder.checkpoint(simulation, state);
+        self.keep(result)
+    }
+}
