@@ -168,4 +168,17 @@ mod tests {
         let cooling = Scene::from_file_with("configs/granular_cooling.toml", &[("fill.0.count", "10976")]).unwrap();
         assert_eq!(foreseen_rate(&cooling), Err(NoRate::Cools));
     }
+
+    #[test]
+    fn what_is_steady_for_a_small_part_of_the_run_says_nothing_of_the_rest() {
+        // It cools by the speed of its particles in some 10^4 units of time, of which the trial comes to a part: a twentieth of the events that its rate would give.
+        let slow = scene(
+            "
+            species = [{ name = 'grain', mass = 1.0, diameter = 1.0 }]
+            interaction = [{ species = ['grain', 'grain'], potential = 'hard-sphere', restitution = 0.9999 }]
+            fill = [{ species = 'grain', arrangement = 'fcc', count = 500, packing_fraction = 0.1, temperature = 1.0 }]
+            run = { until_time = 1e6 }",
+        );
+        assert_eq!(foreseen_rate(&slow), Err(NoRate::Cools));
+    }
 }

@@ -67,6 +67,21 @@ fn a_run_that_is_replaced_between_two_calls_is_not_the_same_start() {
 }
 
 #[test]
+fn what_any_point_starts_from_is_kept() {
+    let place = Place::with(FROM_FILE);
+    for name in ["start.xyz", "other.xyz"] {
+        place.write(name, &start(1.0));
+    }
+    let sweep =
+        || place.carom(&["sweep", "scene.toml", "--vary", "file.0.path=start.xyz,other.xyz", "--out", "s", "-q"]);
+    assert_eq!(code(&sweep()), 0);
+    place.write("other.xyz", &start(2.0));
+    let other = sweep();
+    assert_eq!(code(&other), 2, "{}", words(&other));
+    assert!(errors(&other).contains("other.xyz is not the file that it was"), "{}", errors(&other));
+}
+
+#[test]
 fn seeds_that_change_nothing_are_no_repetitions() {
     let place = Place::with(FLUID);
     assert_eq!(code(&place.carom(&["run", "scene.toml", "-q", "--out", "first"])), 0);

@@ -9,7 +9,7 @@ use carom::model::potential::Potential;
 use carom::model::space::{Boundary, Space};
 use carom::model::{Growth, GrowthTarget, Limit, RunPlan, Scene, StagePlan, Thermostat};
 use carom::run::{Finished, run};
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::scene::{Amount, Arrangement, Fill, SceneBuilder};
 use std::ops::ControlFlow;
 
 fn finished(scene: Scene) -> Finished {
@@ -134,10 +134,26 @@ fn what_a_run_in_a_long_box_leaves_is_a_valid_start() {
     assert!(build(1e6, 1e6 * f64::EPSILON).is_ok());
     assert!(build(10.0, 1e6 * f64::EPSILON).is_err());
     assert!(build(1e6, 1e-6).is_err());
+    // A bond may be too long by as much.
+    let bonded = |length: f64, excess: f64| {
+        let at = |x: f64| Vector::new(x, 0.0, 0.0);
+        SceneBuilder::new("bonded")
+            .space(periodic(1, 0.0, length))
+            .species("A", 1.0, 1.0)
+            .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+            .bond_interaction("link", Potential::bond(0.9, 1.2).unwrap(), 1.0)
+            .particle("A", at(0.5), Vector::zeros())
+            .particle("A", at(1.7 + excess), Vector::zeros())
+            .bond(0, 1, "link")
+            .build()
+    };
+    assert!(bonded(1e6, 1e6 * f64::EPSILON).is_ok());
+    assert!(bonded(10.0, 1e6 * f64::EPSILON).is_err());
+    assert!(bonded(1e6, 1e-6).is_err());
 }
 
-/// Spheres that grow much faster than they move are heated, and cooled again when they have grown: what their momenta lost is as large as
-/// these were then.
+/// Spheres that grow much faster than they move are heated by their contacts, which those on a lattice would not have, and cooled again when they have
+/// grown: what their momenta lost is as large as these were then.
 #[test]
 fn growth_much_faster_than_the_thermal_speed_passes() {
     for rate in [1.0, 1e6, 1e10] {
@@ -149,7 +165,7 @@ fn growth_much_faster_than_the_thermal_speed_passes() {
         let scene = SceneBuilder::new("growth")
             .species("A", 1.0, 1.0)
             .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
-            .fill(Lattice::FaceCentredCubic, "A", 108, Amount::PackingFraction(0.05))
+            .add_fill(Fill::new(Arrangement::Random, "A").count(108).amount(Amount::PackingFraction(0.05)))
             .temperature(1.0)
             .run(plan);
         let finished = finished(scene.build().unwrap());
