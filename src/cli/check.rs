@@ -83,10 +83,11 @@ fn needs(estimate: &SizeEstimate, per_second: Option<f64>, no_rate: Option<NoRat
     let least = if estimate.is_complete { "some" } else { "at least" };
     let rows = format!("{} and {}", count(estimate.rows, "row"), count(estimate.frames, "frame"));
     let few = estimate.frames_limit.map_or_else(String::new, |reason| format!(" ({reason})"));
-    let mut work = format!("number of events: {}", estimate.events.map_or("cannot be estimated".to_owned(), about));
-    if let (None, Some(why)) = (estimate.events, no_rate) {
-        work.push_str(&format!(" ({why})"));
-    }
+    let mut work = match (estimate.events, no_rate) {
+        (Some(_), _) => count(estimate.events, "event"),
+        (None, Some(why)) => format!("number of events: cannot be estimated ({why})"),
+        (None, None) => "number of events: cannot be estimated".to_owned(),
+    };
     if let (Some(events), Some(per_second)) = (estimate.events, per_second) {
         work.push_str(&format!(", at the pace of the first ones in {} here", clock(events / per_second)));
     }
