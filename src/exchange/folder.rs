@@ -1,6 +1,7 @@
 //! The folder of an exchange: its tables, a trajectory for each temperature, its checkpoint and its summary.
 
 mod mark;
+mod size;
 
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::ExchangeFolderError;
 use super::execute::ExchangeRecorder;
-use super::replicas::{Exchange, ExchangeRow, frame_every};
+use super::replicas::{Exchange, ExchangeRow};
 use super::summary::ExchangeSummary;
 use super::tables;
 use crate::base::checksum::checksum;
@@ -23,10 +24,8 @@ use crate::io::plain;
 use crate::io::{Existing, Frames, OutputError, remove};
 use crate::model::Scene;
 use crate::model::input_file::spelled;
-use crate::run::FrameLimit;
 use crate::run::checkpoint::{self, Checked, ManifestEntry};
 use crate::scene::without_limit;
-use crate::trajectory::extended_xyz::frame_bytes;
 
 const SCENE: &str = "scene.toml";
 const ROWS: &str = "exchange.csv";
@@ -305,34 +304,6 @@ impl ExchangeFolder {
             places.push(place);
         }
         Ok(places)
-    }
-
-    /// Expected size of the files of the exchange of a scene, but for checkpoints `[bytes]`.
-    #[must_use]
-    pub fn expected_bytes(scene: &Scene) -> f64 {
-        // Of a number in a table, with its comma.
-        const NUMBER: f64 = 12.0;
-        let Some(plan) = scene.exchange() else { return 0.0 };
-        let (temperatures, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
-        let rows = time / plan.interval;
-        let of_frames = Self::expected_frames(scene) * frame_bytes(scene);
-        rows * NUMBER * (1.0 + 2.0 * temperatures) + of_frames
-    }
-
-    /// How many frames the exchange of a scene will write, those of all temperatures together.
-    #[must_use]
-    pub fn expected_frames(scene: &Scene) -> f64 {
-        let Some(plan) = scene.exchange() else { return 0.0 };
-        let measured = scene.run().limit.time.and_then(|time| plan.attempts(time)).unwrap_or(0);
-        let each = measured / frame_every(scene, plan, measured).max(1);
-        each as f64 * plan.temperatures.len() as f64
-    }
-
-    /// Why the exchange of a scene writes fewer frames than one of a smaller system, if it does.
-    #[must_use]
-    pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
-        let temperatures = scene.exchange()?.temperatures.len();
-        FrameLimit::of_replicas(scene, temperatures).reason_of_exchange()
     }
 }
 

@@ -1,0 +1,37 @@
+//! Expected size of an exchange on the disk.
+
+use super::ExchangeFolder;
+use crate::exchange::replicas::frame_every;
+use crate::model::Scene;
+use crate::run::FrameLimit;
+use crate::trajectory::extended_xyz::frame_bytes;
+
+impl ExchangeFolder {
+    /// Expected size of the files of the exchange of a scene, but for checkpoints `[bytes]`.
+    #[must_use]
+    pub fn expected_bytes(scene: &Scene) -> f64 {
+        // Of a number in a table, with its comma.
+        const NUMBER: f64 = 12.0;
+        let Some(plan) = scene.exchange() else { return 0.0 };
+        let (temperatures, time) = (plan.temperatures.len() as f64, scene.run().limit.time.unwrap_or(0.0));
+        let rows = time / plan.interval;
+        let of_frames = Self::expected_frames(scene) * frame_bytes(scene);
+        rows * NUMBER * (1.0 + 2.0 * temperatures) + of_frames
+    }
+
+    /// How many frames the exchange of a scene will write, those of all temperatures together.
+    #[must_use]
+    pub fn expected_frames(scene: &Scene) -> f64 {
+        let Some(plan) = scene.exchange() else { return 0.0 };
+        let measured = scene.run().limit.time.and_then(|time| plan.attempts(time)).unwrap_or(0);
+        let each = measured / frame_every(scene, plan, measured).max(1);
+        each as f64 * plan.temperatures.len() as f64
+    }
+
+    /// Why the exchange of a scene writes fewer frames than one of a smaller system, if it does.
+    #[must_use]
+    pub fn frames_limit(scene: &Scene) -> Option<&'static str> {
+        let temperatures = scene.exchange()?.temperatures.len();
+        FrameLimit::of_replicas(scene, temperatures).reason_of_exchange()
+    }
+}
