@@ -5,9 +5,9 @@ use std::error::Error;
 use carom::analysis::instruments::Number;
 use carom::analysis::published::carnahan_starling;
 use carom::model::measurement_plan::{MeasurementPlan, PressureTensor};
-use carom::model::{Limit, Potential, RunPlan};
-use carom::run::Run;
-use carom::scene::{Amount, Lattice, SceneBuilder};
+use carom::model::{Limit, RunPlan};
+use carom::scene::{Amount, Lattice};
+use carom::{Potential, Run, SceneBuilder};
 
 const PACKING_FRACTION: f64 = 0.3;
 
@@ -22,8 +22,7 @@ pub fn compressibility_factor() -> Result<Number, Box<dyn Error>> {
         .measure(MeasurementPlan { pressure_tensor: Some(PressureTensor::default()), ..MeasurementPlan::default() })
         .build()?;
     let finished = Run::new(scene).finish()?;
-    let mut numbers = finished.measured.numbers.into_iter();
-    Ok(numbers.find(|number| number.name == "compressibility_factor").ok_or("the pressure was not measured")?)
+    Ok(finished.measured.number("compressibility_factor").ok_or("the pressure was not measured")?.clone())
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

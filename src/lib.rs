@@ -7,9 +7,8 @@
 //! on the wrong side of a discontinuity.
 //!
 //! ```
-//! use carom::model::Potential;
-//! use carom::scene::{Amount, Lattice, SceneBuilder};
-//! use carom::engine::{Simulation, Until};
+//! use carom::scene::{Amount, Lattice};
+//! use carom::{Potential, SceneBuilder, Simulation, Until};
 //!
 //! // 500 hard spheres at a packing fraction of 0.3, in a periodic cube.
 //! let scene = SceneBuilder::new("fluid")
@@ -175,6 +174,12 @@ pub mod sweep;
 pub mod trajectory;
 #[cfg(feature = "view")]
 pub mod view;
+
+pub use engine::event::Event;
+pub use engine::{Simulation, Until};
+pub use model::{Potential, Scene};
+pub use run::Run;
+pub use scene::SceneBuilder;
 
 /// The crate of [`Vector`], so that a program uses the version that this one does.
 pub use nalgebra;

@@ -246,6 +246,13 @@ pub struct Finished {
 }
 
 impl Finished {
+    /// Mean of an observable with its standard error, by its name in [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES): `"pressure"`. `None` of what means nothing for the scene.
+    /// What an instrument has measured is [`Measured::number`].
+    #[must_use]
+    pub fn observable(&self, name: &str) -> Option<Estimate> {
+        self.observables.iter().find(|(known, _)| *known == name).map(|(_, estimate)| *estimate)
+    }
+
     /// Whether it came to an end that the scene asks for, or to that of all events, and its audit has nothing to object to.
     #[must_use]
     pub fn is_sound(&self) -> bool {

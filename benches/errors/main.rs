@@ -65,7 +65,7 @@ fn campaign(system: &System, factor: f64, seeds: u64) -> Result<Tally, String> {
                         return;
                     }
                     match finished(&system.scene(factor, seed)) {
-                        Ok(finished) => tally.lock().unwrap_or_else(PoisonError::into_inner).add(seed, &finished),
+                        Ok(finished) => tally.lock().unwrap_or_else(PoisonError::into_inner).add(&finished),
                         Err(why) => *trouble.lock().unwrap_or_else(PoisonError::into_inner) = Some(why),
                     }
                 }

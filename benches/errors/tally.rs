@@ -8,9 +8,16 @@ use carom::run::Finished;
 /// Honest ratios of scatter to claimed error.
 const HONEST: std::ops::RangeInclusive<f64> = 0.8..=1.25;
 
-/// By observable: seed, mean and claimed error of each run.
+/// Runs by observable.
 #[derive(Debug, Default)]
-pub struct Tally(BTreeMap<String, Vec<(u64, Option<f64>, Option<f64>)>>);
+pub struct Tally(BTreeMap<String, Vec<Claim>>);
+
+/// Mean and claimed error of a run.
+#[derive(Debug, Clone, Copy)]
+struct Claim {
+    mean: Option<f64>,
+    error: Option<f64>,
+}
 
 /// Of one observable.
 #[derive(Debug, Clone, Copy)]
@@ -25,17 +32,17 @@ struct Verdict {
 }
 
 impl Tally {
-    pub fn add(&mut self, seed: u64, finished: &Finished) {
+    pub fn add(&mut self, finished: &Finished) {
         for (name, estimate) in &finished.observables {
-            self.note(name.to_string(), seed, Some(estimate.mean), estimate.standard_error);
+            self.note(name.to_string(), Some(estimate.mean), estimate.standard_error);
         }
         for number in &finished.measured.numbers {
-            self.note(format!("{}, measured", number.name), seed, number.mean, number.standard_error);
+            self.note(format!("{}, measured", number.name), number.mean, number.standard_error);
         }
     }
 
-    fn note(&mut self, name: String, seed: u64, mean: Option<f64>, error: Option<f64>) {
-        self.0.entry(name).or_default().push((seed, mean, error));
+    fn note(&mut self, name: String, mean: Option<f64>, error: Option<f64>) {
+        self.0.entry(name).or_default().push(Claim { mean, error });
     }
 
     fn verdicts(&self) -> impl Iterator<Item = (&str, Verdict)> {
@@ -60,12 +67,12 @@ impl Tally {
 }
 
 /// `None` of what does not change, and of what no run has.
-fn verdict(runs: &[(u64, Option<f64>, Option<f64>)]) -> Option<Verdict> {
-    let means: Vec<f64> = runs.iter().filter_map(|run| run.1).collect();
+fn verdict(runs: &[Claim]) -> Option<Verdict> {
+    let means: Vec<f64> = runs.iter().filter_map(|run| run.mean).collect();
     // What is conserved has the error of rounding.
     let claimed: Vec<(f64, f64)> = runs
         .iter()
-        .filter_map(|run| Some((run.1?, run.2?)))
+        .filter_map(|run| Some((run.mean?, run.error?)))
         .filter(|(mean, error)| *error > 1e-11 * mean.abs())
         .collect();
     let count = means.len() as f64;

@@ -116,7 +116,7 @@ impl BlockAverage {
         let difference = self.with(other, |own, other| own - other);
         let of_ends = difference.and_then(|difference| error_of_ends(&difference.bins));
         let errors = of_ends.zip(other.estimate()?.standard_error);
-        let together = errors.map(|(of_ends, error)| of_ends.hypot(error));
+        let together = errors.map(|(of_ends, error)| libm::hypot(of_ends, error));
         Some(Estimate { standard_error: together.or(self.estimate()?.standard_error), mean: self.mean()? })
     }
 

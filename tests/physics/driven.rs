@@ -247,7 +247,7 @@ fn means_of_a_rescaled_gas_do_not_depend_on_how_often_it_is_looked_at() {
             .output(OutputPlan { thermo_interval: Some(interval), ..OutputPlan::default() })
             .run(RunPlan { limit: Limit::time(50.0), thermostat, ..RunPlan::default() });
         let finished = finish(scene.build().unwrap());
-        let of = |name: &str| finished.observables.iter().find(|(known, _)| *known == name).unwrap().1.mean;
+        let of = |name: &str| finished.observable(name).unwrap().mean;
         [of("temperature"), of("pressure"), of("compressibility_factor")]
     };
     let (seldom, often) = (measured(1.0), measured(0.0173));
@@ -298,7 +298,7 @@ fn a_stage_with_a_heat_bath_leaves_a_fluid_that_moves_as_a_whole() {
     assert!(common > 0.01, "{common}");
     // Momentum is conserved in the measurement: 3 (N - 1) components are free.
     let expected = 2.0 * (energy.kinetic - common) / 93.0;
-    let (_, temperature) = finished.observables.iter().find(|(name, _)| *name == "temperature").unwrap();
+    let temperature = finished.observable("temperature").unwrap();
     assert!((temperature.mean / expected - 1.0).abs() < 1e-12, "{temperature:?} {expected}");
 }
 
@@ -314,7 +314,7 @@ fn shear_that_vanishes_is_no_shear() {
                 .unwrap(),
         );
         let pressure = finished.measured.numbers.iter().find(|number| number.name == "pressure").unwrap().clone();
-        let (_, temperature) = *finished.observables.iter().find(|(name, _)| *name == "temperature").unwrap();
+        let temperature = finished.observable("temperature").unwrap();
         (temperature.mean, pressure.mean.unwrap(), pressure.standard_error.unwrap())
     };
     let (rest, sheared) = (pressure(None), pressure(Some(1e-9)));

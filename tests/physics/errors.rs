@@ -105,6 +105,23 @@ fn claimed_errors_are_those_of_many_other_seeds() {
     assert_honest(256, 0.73..=1.36);
 }
 
+/// Two hundred spheres between two walls.
+fn slit(seed: u64, plan: MeasurementPlan) -> Scene {
+    let x = Boundary::walls(1.0);
+    let space = Space { boundary: [x, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(8.0) };
+    let fill = Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "A").count(200) };
+    SceneBuilder::new("slit")
+        .seed(seed)
+        .space(space)
+        .species("A", 1.7, 1.0)
+        .interaction("A", "A", Potential::hard_sphere(1.0).unwrap(), 1.0)
+        .add_fill(fill)
+        .measure(plan)
+        .run(lasting(5.0, 160.0, None))
+        .build()
+        .unwrap()
+}
+
 /// Errors that were most wrong in short runs: of the virial of a crystal, of the push on walls and of the stress across a slit, which cancel in time, by up to four times too large;
 /// of free times, twice too large; of the diffusion of few spans, up to twice too small.
 #[test]
@@ -131,21 +148,7 @@ fn claimed_errors_of_short_runs_are_those_of_other_seeds() {
             .build()
             .unwrap()
     };
-    let slit = |seed| {
-        let x = Boundary::walls(1.0);
-        let space = Space { boundary: [x, Boundary::Periodic, Boundary::Periodic], ..Space::periodic_cube(8.0) };
-        let fill = Fill { temperature: Some(1.0), ..Fill::new(Arrangement::Random, "A").count(200) };
-        SceneBuilder::new("slit")
-            .seed(seed)
-            .space(space)
-            .species("A", 1.7, 1.0)
-            .interaction("A", "A", hard(), 1.0)
-            .add_fill(fill)
-            .measure(plan())
-            .run(lasting(5.0, 160.0, None))
-            .build()
-            .unwrap()
-    };
+    let slit = |seed| slit(seed, plan());
     let seeds = 32;
     for (what, ratios, wanted) in [
         (

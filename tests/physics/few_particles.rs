@@ -32,7 +32,7 @@ fn spheres(count: u64, edge: f64, events: u64) -> Scene {
 fn observed(scene: Scene, name: &str) -> Estimate {
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(finished.audit.faults(), []);
-    finished.observables.iter().find(|(known, _)| *known == name).unwrap().1
+    finished.observable(name).unwrap()
 }
 
 fn compressibility(count: u64, edge: f64, events: u64) -> Estimate {

@@ -24,8 +24,7 @@ fn finish(scene: &SceneBuilder) -> Finished {
 }
 
 fn flux(finished: &Finished, wall: &str) -> Option<Estimate> {
-    let name = format!("heat_flux_through_{wall}_wall");
-    finished.observables.iter().find(|(known, _)| **known == name).map(|(_, estimate)| *estimate)
+    finished.observable(&format!("heat_flux_through_{wall}_wall"))
 }
 
 fn is_within(flux: &Estimate, expected: f64) -> bool {

@@ -111,7 +111,7 @@ fn a_run_from_equal_speeds_keeps_its_energy_and_ends_with_maxwells_distribution(
         .unwrap();
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert_eq!(finished.audit.faults(), []);
-    let temperature = finished.observables.iter().find(|(name, _)| *name == "temperature").unwrap().1.mean;
+    let temperature = finished.observable("temperature").unwrap().mean;
     // N m v^2 / (D (N - 1)): nothing was subtracted.
     assert!((temperature / (151.0 * 0.7 * 1.69 / 300.0) - 1.0).abs() < 1e-12, "{temperature}");
     let curve = finished.measured.curve("speeds").unwrap();

@@ -18,7 +18,7 @@ fn finish(scene: Scene) -> Finished {
 }
 
 fn collision_rate(finished: &Finished) -> f64 {
-    finished.observables.iter().find(|(name, _)| *name == "collision_rate").unwrap().1.mean
+    finished.observable("collision_rate").unwrap().mean
 }
 
 #[test]

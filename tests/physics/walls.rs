@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 
 use carom::Vector;
-use carom::analysis::statistics::Estimate;
 use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
@@ -41,10 +40,6 @@ fn mixture(boundary: [Boundary; 3], size: Vector, counts: [u64; 2]) -> Finished 
     finished
 }
 
-fn observed(finished: &Finished, name: &str) -> Option<Estimate> {
-    finished.observables.iter().find(|(known, _)| *known == name).map(|(_, estimate)| *estimate)
-}
-
 #[test]
 fn virial_walls_and_tensor_tell_the_same_pressure() {
     let (periodic, walls, flat) = (Boundary::Periodic, Boundary::walls(1.0), Boundary::Flat);
@@ -56,7 +51,7 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
         ("box, 3-D", [walls; 3], space, [30, 20]),
     ] {
         let finished = mixture(boundary, size, counts);
-        let virial = observed(&finished, "pressure").unwrap();
+        let virial = finished.observable("pressure").unwrap();
         let virial_error = virial.standard_error.unwrap();
         println!("{what}: virial {virial:?}");
         // The outer layer that centres cannot reach is a fifth of the volume and more.
@@ -68,7 +63,7 @@ fn virial_walls_and_tensor_tell_the_same_pressure() {
         let (mut sum, mut number) = (0.0, 0.0);
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             for side in ["lower", "upper"] {
-                let on_wall = observed(&finished, &format!("pressure_on_{side}_{name}_wall"));
+                let on_wall = finished.observable(&format!("pressure_on_{side}_{name}_wall"));
                 assert_eq!(on_wall.is_some(), boundary[axis] == walls, "{what}: {side} {name}");
                 let Some(on_wall) = on_wall else { continue };
                 let error = libm::hypot(virial_error, on_wall.standard_error.unwrap());
@@ -108,12 +103,12 @@ fn a_driven_granular_slit_presses_on_its_walls_as_hard_as_its_virial_says() {
         .build()
         .unwrap();
     let finished = run::run(scene, &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    let virial = observed(&finished, "pressure").unwrap();
+    let virial = finished.observable("pressure").unwrap();
     let tensor = finished.measured.numbers.iter().find(|number| number.name == "pressure_xx").unwrap();
     println!("{virial:?} {:?}", tensor.mean);
     assert!((tensor.mean.unwrap() / virial.mean - 1.0).abs() < 1e-9, "{virial:?} {:?}", tensor.mean);
     for side in ["lower", "upper"] {
-        let on_wall = observed(&finished, &format!("pressure_on_{side}_x_wall")).unwrap();
+        let on_wall = finished.observable(&format!("pressure_on_{side}_x_wall")).unwrap();
         let error = libm::hypot(virial.standard_error.unwrap(), on_wall.standard_error.unwrap());
         println!("{on_wall:?}");
         assert!(error < 0.02 * virial.mean, "{virial:?} {on_wall:?}");
@@ -138,8 +133,8 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
             .unwrap()
     };
     let finished = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert!(observed(&finished, "pressure").is_none(), "it is not the same at all heights");
-    let on = |side: &str| observed(&finished, &format!("pressure_on_{side}_y_wall")).unwrap().mean;
+    assert!(finished.observable("pressure").is_none(), "it is not the same at all heights");
+    let on = |side: &str| finished.observable(&format!("pressure_on_{side}_y_wall")).unwrap().mean;
     // The floor and the ceiling of a length of 10, with 20 particles of mass 0.7: their momentum at the start and the end is what is left,
     // two of some sqrt(20 0.7), over the time.
     let (weight, left) = (20.0 * 0.7 * 0.3 / 10.0, 4.0 * 14.0_f64.sqrt() / (10.0 * finished.measurement.duration));
@@ -147,5 +142,5 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     assert!(left < 0.01 * weight);
     boundary[0] = Boundary::OPEN;
     let open = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
-    assert!(observed(&open, "pressure_on_lower_y_wall").is_none(), "its area has no end");
+    assert!(open.observable("pressure_on_lower_y_wall").is_none(), "its area has no end");
 }

@@ -1,6 +1,6 @@
 //! The pressure of a dilute gas of square wells, against its exact virial coefficients.
 
-use super::state_point::{Compared, Watch, build, equilibration, finish, observable};
+use super::state_point::{Compared, Watch, build, equilibration, finish};
 use super::{Comparison, Effort, Source};
 use crate::analysis::published::{second_virial_of_square_well, third_virial_of_square_well};
 use crate::analysis::statistics::Estimate;
@@ -32,8 +32,8 @@ pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<
             ..RunPlan::default()
         });
     let finished = finish(build(&scene)?, watch)?;
-    let z = observable(&finished, "compressibility_factor");
-    let warmed = observable(&finished, "temperature").map_or(f64::NAN, |estimate| estimate.mean);
+    let z = finished.observable("compressibility_factor");
+    let warmed = finished.observable("temperature").map_or(f64::NAN, |estimate| estimate.mean);
     Ok(vec![coefficient(z, warmed, effort.particles() as f64)])
 }
 

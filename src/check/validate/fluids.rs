@@ -1,7 +1,7 @@
 //! Hard spheres and disks in equilibrium, and their crystal.
 
 use super::finite_size::{FINITE, fewer_contacts, shift_of_contact_value};
-use super::state_point::{Compared, Watch, build, equilibration, finish, number, observable};
+use super::state_point::{Compared, Watch, build, equilibration, finish, number};
 use super::{Comparison, Effort, Source};
 use crate::analysis::published::{self, HardSphereFluid};
 use crate::model::MeasurementPlan;
@@ -143,9 +143,9 @@ fn fluid(
     let slower = 0.25 / (dimensions * count as f64);
     let source_of_rate = if source == MKLM { CONTACTS } else { source };
     vec![
-        Comparison::statistical(CRYSTAL[0], observable(finished, "compressibility_factor"), z, source)
+        Comparison::statistical(CRYSTAL[0], finished.observable("compressibility_factor"), z, source)
             .allow((z - 1.0) * fewer, FINITE),
-        Comparison::statistical(DISKS[1], observable(finished, "collision_rate"), rate, source_of_rate)
+        Comparison::statistical(DISKS[1], finished.observable("collision_rate"), rate, source_of_rate)
             .allow(rate * (fewer + slower), FINITE),
     ]
 }
@@ -155,7 +155,7 @@ pub(super) fn crystal(number_density: f64, effort: Effort, seed: u64, watch: Wat
     let amount = Amount::NumberDensity(number_density);
     let finished = run(Lattice::FaceCentredCubic, amount, MeasurementPlan::default(), effort, seed, watch)?;
     let z = published::face_centred_cubic(number_density * std::f64::consts::PI / 6.0);
-    let measured = observable(&finished, "compressibility_factor");
+    let measured = finished.observable("compressibility_factor");
     Ok(vec![
         Comparison::statistical(CRYSTAL[0], measured, z, SPEEDY_CRYSTAL)
             .allow((z - 1.0) / effort.particles() as f64, CRYSTAL_MODES),

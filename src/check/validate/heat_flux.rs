@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::state_point::{Compared, Watch, build, equilibration, finish, observable};
+use super::state_point::{Compared, Watch, build, equilibration, finish};
 use super::{Comparison, Effort, Source};
 use crate::Vector;
 use crate::analysis::published::GasBetweenPlates;
@@ -67,7 +67,7 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     let neglected = flux - GasBetweenPlates { distance, ..gas }.heat_flux();
     let walls = [("lower", flux), ("upper", -flux)].into_iter().zip(QUANTITIES);
     let compared = walls.map(|((side, flux), quantity)| {
-        let measured = observable(&finished, &format!("heat_flux_through_{side}_x_wall"));
+        let measured = finished.observable(&format!("heat_flux_through_{side}_x_wall"));
         Comparison::statistical(quantity, measured, flux, THEORY).allow(neglected, NEGLECTED)
     });
     Ok(compared.collect())

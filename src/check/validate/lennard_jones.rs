@@ -2,7 +2,7 @@
 //!
 //! Averages of a stepped potential differ from those of the smooth one by the square of the width of its steps: two widths give the size of it.
 
-use super::state_point::{Compared, Watch, build, finish, observable};
+use super::state_point::{Compared, Watch, build, finish};
 use super::{Comparison, Source};
 use crate::analysis::statistics::Estimate;
 use crate::model::error::PotentialError;
@@ -70,9 +70,10 @@ fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>
             ..RunPlan::default()
         });
     let finished = finish(build(&scene)?, watch)?;
-    let energy = observable(&finished, "potential_energy_per_particle")
+    let energy = finished
+        .observable("potential_energy_per_particle")
         .map(|potential| Estimate { mean: 1.5 * TEMPERATURE + potential.mean, ..potential });
-    Ok([energy, observable(&finished, "pressure")])
+    Ok([energy, finished.observable("pressure")])
 }
 
 /// Lennard-Jones in steps, raised by what the smooth potential has at the cut-off.

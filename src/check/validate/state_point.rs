@@ -80,11 +80,6 @@ pub(super) fn advance(
     Ok(())
 }
 
-/// A mean of the run.
-pub(super) fn observable(finished: &Finished, name: &str) -> Option<Estimate> {
-    finished.observables.iter().find(|(known, _)| *known == name).map(|(_, estimate)| *estimate)
-}
-
 /// A number that an instrument measured.
 pub(super) fn number(measured: &Measured, name: &str) -> Option<Estimate> {
     let number = measured.numbers.iter().find(|number| number.name == name)?;

@@ -240,7 +240,7 @@ fn brownian(seed: u64, spans: f64) -> crate::analysis::statistics::Estimate {
     let mut random = crate::analysis::statistics::tests::correlated(0.0, 200_000, seed).into_iter();
     let mut positions = vec![Vector::zeros(); 4];
     let (velocities, images) = (vec![Vector::zeros(); 4], vec![[0; 3]; 4]);
-    let plan = Plan { interval: Some(1.0), span: Some(20.0), ..Plan::default() };
+    let plan = Plan { interval: Some(1.0), span: Some(20.0) };
     let sample = |time: f64, positions: &[Vector], see: &mut dyn FnMut(&Sample<'_>)| {
         see(&Sample { time, positions, velocities: &velocities, images: &images, displacement: 0.0 });
     };
@@ -285,10 +285,11 @@ fn the_error_of_few_spans_is_that_of_brownian_motion() {
 fn beads_of_a_chain_scatter_as_one() {
     let (chains, beads) = (16_u32, 8_u32);
     let mut system = SystemDescription::of_points(Space::periodic_cube(10.0), chains * beads);
-    system.bonds = (0..chains * beads - 1).filter(|id| (id + 1) % beads != 0).map(|id| [id, id + 1]).collect();
+    system.bonds =
+        (0..chains * beads - 1).filter(|id| !(id + 1).is_multiple_of(beads)).map(|id| [id, id + 1]).collect();
     // Each chain begins elsewhere, in a cell of its own, and its beads all over the box.
     let place = |id: u32| {
-        let cell = if id % beads == 0 { id / beads } else { (7 * id) % 27 };
+        let cell = if id.is_multiple_of(beads) { id / beads } else { (7 * id) % 27 };
         Vector::new(f64::from(cell % 3), f64::from(cell / 3 % 3), f64::from(cell / 9)) * 3.3 + Vector::repeat(1.0)
     };
     let positions: Vec<Vector> = (0..chains * beads).map(place).collect();

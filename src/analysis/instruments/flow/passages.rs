@@ -157,7 +157,7 @@ impl Passages {
         };
         let balanced = || {
             let ends = error_of_ends(&rates(&|row| passed_at(row) - gone_at(row)))?;
-            Some(ends.hypot(standard_error(&rates(&gone_at))?))
+            Some(libm::hypot(ends, standard_error(&rates(&gone_at))?))
         };
         let standard_error = if self.is_closed { balanced() } else { standard_error(&rates(&passed_at)) };
         Some(Estimate { mean: passed / (to - from), standard_error })
