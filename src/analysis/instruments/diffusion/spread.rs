@@ -109,12 +109,17 @@ impl Spread {
     /// Variance of the mean over all origins of a Brownian path, in that of one: `sum r_ij / n^2` with the correlation `r_ij` of origins.
     fn variance_of_mean_of_origins(&self, kind: usize) -> f64 {
         let span = self.coefficients.len() - 1;
+        // By linear time, the sum of the coefficients from it on.
+        let mut from = vec![0.0; span + 2];
+        for k in (0..=span).rev() {
+            from[k] = from[k + 1] + self.coefficients[k][kind];
+        }
+        // The overlap of `[0, k]` and `[shift, shift + l]` is that of the one that ends first.
         let covariance = |shift: usize| -> f64 {
-            let overlap = |k: usize, l: usize| k.min(shift + l).saturating_sub(shift) as f64;
-            let row = |k: usize| -> f64 {
-                (0..=span).map(|l| self.coefficients[l][kind] * overlap(k, l) * overlap(k, l)).sum()
-            };
-            (0..=span).map(|k| self.coefficients[k][kind] * row(k)).sum()
+            let square = |k: usize| (k * k) as f64 * self.coefficients[k][kind];
+            let of_other = |l: usize| square(l) * from[(shift + l + 1).min(span + 1)];
+            let of_own = |k: usize| ((k - shift) * (k - shift)) as f64 * self.coefficients[k][kind] * from[k - shift];
+            (0..=span).map(of_other).sum::<f64>() + (shift..=span).map(of_own).sum::<f64>()
         };
         let (origins, own) = (self.origins as f64, covariance(0));
         let others = (1..self.origins).map_while(|apart| {
@@ -122,5 +127,32 @@ impl Spread {
             (shift < span).then(|| 2.0 * (1.0 - apart as f64 / origins) * covariance(shift) / own)
         });
         (1.0 + others.sum::<f64>()) / origins
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn origins_depend_on_each_other_as_pieces_of_a_brownian_path() {
+        let coefficients: Vec<[f64; 2]> =
+            (0..=13).map(|k| [f64::from(k % 5) - 1.5, f64::from(k * k % 7) - 2.0]).collect();
+        let (stride, origins) = (4, 6);
+        let spread = Spread { coefficients, stride, sums: Vec::new(), origins, axes: Vec::new() };
+        for kind in 0..2 {
+            // Of squares of Gaussian displacements the covariance is twice the square of that of the displacements, the overlap.
+            let covariance = |shift: usize| -> f64 {
+                let of = |k: usize, l: usize| {
+                    let overlap = (k.min(shift + l) as f64 - shift as f64).max(0.0);
+                    spread.coefficients[k][kind] * spread.coefficients[l][kind] * overlap * overlap
+                };
+                (0..14).map(|k| (0..14).map(|l| of(k, l)).sum::<f64>()).sum()
+            };
+            let pairs = (0..6_usize).flat_map(|i| (0..6_usize).map(move |j| stride * i.abs_diff(j)));
+            let expected = pairs.map(covariance).sum::<f64>() / (36.0 * covariance(0));
+            let found = spread.variance_of_mean_of_origins(kind);
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+        }
     }
 }

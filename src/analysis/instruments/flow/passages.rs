@@ -134,7 +134,7 @@ impl Passages {
     /// and `None` for fewer than two.
     ///
     /// Through a whole plane of a closed system passes what goes along the axis, `sum dx / L`, less what is then more beyond the plane than before. The mean of the second has but
-    /// both ends in it, and so the error.
+    /// both ends in it, and so the error, unless it goes on changing in one direction, as where all grains fall through a hole.
     pub fn rate(&self, of: Of) -> Option<Estimate> {
         let amount = |share: &Share| match of {
             Of::Number => share.number as f64,
@@ -155,11 +155,12 @@ impl Passages {
             let rate = |pair: &[&Row]| (value(pair[1]) - value(pair[0])) / (pair[1].time - pair[0].time);
             during.windows(2).map(rate).collect()
         };
-        let balanced = || {
-            let ends = error_of_ends(&rates(&|row| passed_at(row) - gone_at(row)))?;
-            Some(libm::hypot(ends, standard_error(&rates(&gone_at))?))
+        let ends = || error_of_ends(&rates(&|row| passed_at(row) - gone_at(row)));
+        let standard_error = match self.is_closed.then(ends).flatten() {
+            Some(ends) => standard_error(&rates(&gone_at)).map(|gone| libm::hypot(ends, gone)),
+            // One side of the plane fills up: a flow like any other.
+            None => standard_error(&rates(&passed_at)),
         };
-        let standard_error = if self.is_closed { balanced() } else { standard_error(&rates(&passed_at)) };
         Some(Estimate { mean: passed / (to - from), standard_error })
     }
 }
@@ -183,6 +184,27 @@ mod tests {
         assert!(rows[..rows.len() - 1].windows(2).all(|pair| pair[1].time - pair[0].time == stride), "{stride}");
         let rate = passages.rate(Of::Number).unwrap();
         assert_eq!(rate, Estimate { mean: 1.0, standard_error: Some(0.0) });
+    }
+
+    #[test]
+    fn what_empties_one_side_of_a_closed_box_has_the_error_of_its_passages() {
+        let noise = crate::analysis::statistics::tests::correlated(0.0, 1000, 3);
+        let error = |is_closed: bool, of: fn(usize, f64) -> i64| {
+            let mut passages = Passages::new(0.0, None, is_closed);
+            for (k, x) in noise.iter().enumerate() {
+                let sign = of(k, *x);
+                (0..sign.abs()).for_each(|_| passages.count(sign.signum(), 1.0, k as f64 + 0.5));
+                passages.write(k as f64 + 1.0);
+            }
+            passages.rate(Of::Number).unwrap().standard_error.unwrap()
+        };
+        // One or two at a time, at random: the standard error is 1 / 2 / sqrt(1000).
+        let discharge = |_: usize, x: f64| 1 + i64::from(x > 0.0);
+        assert_eq!(error(true, discharge), error(false, discharge));
+        assert!((error(true, discharge) / 0.0158 - 1.0).abs() < 0.2);
+        // To and fro by turns: there is one more on one side in half of the time, `s^2 = 1/4`.
+        let swing = |k: usize, _: f64| if k.is_multiple_of(2) { 1 } else { -1 };
+        assert!((error(true, swing) / (0.5_f64.sqrt() / 1000.0) - 1.0).abs() < 0.2, "{}", error(true, swing));
     }
 
     #[test]
