@@ -27,9 +27,8 @@ use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
 use super::{Invariant, InvariantBroken};
 use crate::model::Scene;
-use crate::model::random::Random;
 use andersen::Andersen;
-use boundary::Wall;
+use boundary::{Wall, WallRandom};
 use growth::GrowingDiameters;
 use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
@@ -45,7 +44,7 @@ pub(super) struct Sources {
     /// The walls as the pressure sees them; none where there are none.
     pub confinement: Option<Confinement>,
     /// Random numbers of the walls, if some are thermal.
-    pub wall_random: Option<Random>,
+    pub wall_random: Option<WallRandom>,
     /// The heat bath.
     pub andersen: Option<Andersen>,
     /// How the box is sheared.
@@ -84,7 +83,7 @@ impl Sources {
         Self {
             walls: boundary::walls(scene),
             confinement: Confinement::of(scene, rows),
-            wall_random: boundary::random(scene),
+            wall_random: WallRandom::of(scene),
             andersen: None,
             lees_edwards: scene.shear_rate.map(|rate| LeesEdwards::new(rate, scene.displacement, &scene.space)),
             growth: None,

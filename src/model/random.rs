@@ -43,6 +43,12 @@ impl Random {
         Self(generator)
     }
 
+    /// Goes to the numbers of the `count`-th event of a particle in this stream, which do not depend on what happens to others: 64 of each, for `2^29` events.
+    pub(crate) fn seek(&mut self, particle: u32, count: u32) {
+        let block = (u128::from(particle) << 32) + u128::from(count << 3);
+        self.0.set_word_pos(16 * block);
+    }
+
     /// Uniform in `[0, 1)`, a multiple of 2^-53.
     pub(crate) fn uniform(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
@@ -107,6 +113,21 @@ mod tests {
         assert_ne!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Velocities, 0));
         assert_ne!(draw(1, Purpose::Placement, 0), draw(1, Purpose::Placement, 1));
         assert_ne!(draw(1, Purpose::Placement, 0), draw(2, Purpose::Placement, 0));
+    }
+
+    #[test]
+    fn events_of_particles_have_numbers_of_their_own() {
+        let mut random = Random::new(1, Purpose::Thermostat, 0);
+        let mut draw = |particle, count| {
+            random.seek(particle, count);
+            random.uniform()
+        };
+        let draws = [(0, 0), (0, 1), (1, 0), (1, 1), (u32::MAX, 0), (0, (1 << 29) - 1)].map(|(p, n)| draw(p, n));
+        let mut distinct = draws.to_vec();
+        distinct.sort_by(f64::total_cmp);
+        distinct.dedup();
+        assert_eq!(distinct.len(), draws.len());
+        assert_eq!(draw(0, 1), draws[1], "whatever was drawn before");
     }
 
     #[test]

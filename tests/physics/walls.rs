@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use carom::Vector;
+use carom::engine::event::EventKind;
 use carom::model::MeasurementPlan;
 use carom::model::measurement_plan as plan;
 use carom::model::potential::Potential;
@@ -10,6 +11,7 @@ use carom::model::space::{Boundary, Space};
 use carom::model::{Limit, RunPlan, Thermostat};
 use carom::run::{self, Finished};
 use carom::scene::{Arrangement, Fill, SceneBuilder};
+use carom::{Simulation, Until};
 
 fn hard(distance: f64) -> Potential {
     Potential::hard_sphere(distance).unwrap()
@@ -143,4 +145,37 @@ fn the_walls_of_a_falling_gas_carry_its_weight() {
     boundary[0] = Boundary::OPEN;
     let open = run::run(scene(boundary), &mut (), &mut |_| ControlFlow::Continue(())).unwrap();
     assert!(open.observable("pressure_on_lower_y_wall").is_none(), "its area has no end");
+}
+
+#[test]
+fn what_a_hot_wall_gives_a_particle_does_not_depend_on_the_order_of_contacts() {
+    // The first of three that are too small to meet, beside others that come to the walls at other times and more often.
+    let velocities = |others: f64| {
+        let slit = Space {
+            boundary: [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic],
+            ..Space::periodic_cube(10.0)
+        };
+        let mut scene = SceneBuilder::new("three").seed(3).space(slit).wall_temperature(0, 1.3).species("A", 0.7, 1e-3);
+        scene = scene.interaction("A", "A", hard(1e-3), 1.0);
+        for (k, speed) in [1.1, others, 3.0 * others].into_iter().enumerate() {
+            scene = scene.particle("A", Vector::new(3.0, 2.0 + k as f64, 5.0), Vector::new(speed, 0.3, 0.0));
+        }
+        let mut simulation = Simulation::new(scene.build().unwrap()).unwrap();
+        let mut given = Vec::new();
+        let mut see = |event: &carom::Event| {
+            if event.particle.0 == 0 && matches!(event.kind, EventKind::Wall { .. }) {
+                given.push(event.after[0].map(f64::to_bits));
+            }
+        };
+        simulation.advance_with(Until::events(400), &mut see).unwrap();
+        given.truncate(50);
+        given
+    };
+    let first = velocities(0.5);
+    assert_eq!(first.len(), 50);
+    assert_eq!(first, velocities(7.3));
+    let mut distinct = first.iter().map(|given| given.x).collect::<Vec<_>>();
+    distinct.sort_unstable();
+    distinct.dedup();
+    assert_eq!(distinct.len(), 50, "each contact has its own");
 }

@@ -10,9 +10,9 @@ use crate::engine::predict::Streamed;
 use crate::engine::prediction::Prediction;
 use crate::engine::sources::pair::Arrival;
 use crate::engine::{Invariant, InvariantBroken};
-use crate::model::Scene;
 use crate::model::random::{Purpose, Random};
 use crate::model::space::{Boundary, Face as SpaceFace};
+use crate::model::{ParticleId, Scene};
 use crate::physics::detection::plane;
 use crate::physics::response::Leaving;
 use serde::{Deserialize, Serialize};
@@ -50,9 +50,30 @@ pub(super) fn walls(scene: &Scene) -> Vec<Wall> {
     walls
 }
 
-/// The random numbers of the walls of a scene, if some are thermal.
-pub(super) fn random(scene: &Scene) -> Option<Random> {
-    scene.has_thermal_walls().then(|| Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()))
+/// Random numbers of thermal walls. Each contact has its own, by the particle and the number of its contacts so far: the order of contacts of different particles decides nothing.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(in crate::engine) struct WallRandom {
+    stream: Random,
+    /// Contacts with thermal walls so far, by name.
+    contacts: Vec<u32>,
+}
+
+impl WallRandom {
+    /// Random numbers of the walls of a scene, if some are thermal.
+    pub fn of(scene: &Scene) -> Option<Self> {
+        scene.has_thermal_walls().then(|| Self {
+            stream: Random::new(scene.seed, Purpose::Thermostat, STAGE + scene.first_stream()),
+            contacts: vec![0; scene.particles.len()],
+        })
+    }
+
+    /// Random numbers of the next contact of a particle.
+    fn next(&mut self, name: u32) -> &mut Random {
+        let count = &mut self.contacts[name as usize];
+        self.stream.seek(name, *count);
+        *count = count.wrapping_add(1);
+        &mut self.stream
+    }
 }
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
@@ -182,9 +203,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let width = (temperature * species.inverse_mass).sqrt();
         let body = self.state.bodies[i as usize];
         let (body_position, before) = (body.position, body.velocity);
-        let Some(random) = &mut self.sources.wall_random else {
+        let name = self.name(i).0;
+        let Some(walls) = &mut self.sources.wall_random else {
             return Err(self.broken(i, None, Invariant::WallRandom));
         };
+        let random = walls.next(name);
         let mut after = random.normal_vector(&self.state.space) * width;
         after[axis] = inwards * width * (2.0 * random.exponential()).sqrt();
         let mut normal = Vector::zeros();
@@ -200,7 +223,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         Ok(show(observe, || Event {
             time: self.time(),
             kind: EventKind::Wall { axis: face.axis, is_upper: face.is_upper },
-            particle: self.name(i),
+            particle: ParticleId(name),
             partner: None,
             normal,
             impulse,
