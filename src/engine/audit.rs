@@ -4,6 +4,7 @@ use super::parts::Engine;
 use crate::Vector;
 use crate::engine::neighbours::candidates::Candidates;
 use crate::engine::sources::lees_edwards::FLOW;
+use crate::engine::surfaces::{Shape, Surface};
 use crate::model::ParticleId;
 use crate::model::space::Boundary;
 use crate::physics::motion::RelativeState;
@@ -50,8 +51,8 @@ pub(super) fn is_surely_round_off(depth: f64, distance: f64) -> bool {
     depth <= ROUNDINGS * f64::EPSILON * distance
 }
 
-/// Unit of depths at a wall: a point particle has no length of its own.
-pub(super) fn unit_of_wall(radius: f64) -> f64 {
+/// Unit of depths at a surface: a point particle has no length of its own.
+pub(super) fn unit_of_surface(radius: f64) -> f64 {
     if radius > 0.0 { radius } else { 1.0 }
 }
 
@@ -103,11 +104,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         ROUNDINGS * f64::EPSILON * (coordinates + speed * clock + from * from / distance) + self.counts.accepted_overlap
     }
 
-    /// Round-off of a contact with a wall, whose overlap function is a length: of a coordinate that is never wrapped.
-    pub(super) fn round_off_of_wall(&self, i: u32, axis: usize, at: f64, flown: f64) -> f64 {
+    /// Round-off of a contact with a surface, whose overlap function is a length.
+    pub(super) fn round_off_of_surface(&self, i: u32, shape: &Shape, flown: f64) -> f64 {
         let body = &self.state.bodies[i as usize];
-        let speed = body.velocity[axis].abs() + self.acceleration(i)[axis].abs() * flown;
-        let scale = body.position[axis].abs() + at.abs() + speed * (flown + self.clock(flown));
+        let normal = shape.normal(&body.position);
+        let speed = normal.dot(&body.velocity).abs() + normal.dot(&self.acceleration(i)).abs() * flown;
+        let scale = shape.terms(&body.position) + speed * (flown + self.clock(flown));
         ROUNDINGS * f64::EPSILON * scale + self.counts.accepted_overlap
     }
 
@@ -151,12 +153,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    /// All overlaps of captured pairs and of neighbours, and of particles and walls; pairs of moving particles twice.
+    /// All overlaps of captured pairs and of neighbours, and of particles and surfaces; pairs of moving particles twice.
     pub(super) fn for_each_overlap(&self, mut found: impl FnMut(Overlap)) {
         for particle in self.particles().filter(|&p| !self.is_static(p)) {
             self.overlaps_of_captured(particle, &mut found);
             self.overlaps_of_uncaptured(particle, &mut found);
-            self.overlaps_with_walls(particle, &mut found);
+            self.overlaps_with_surfaces(particle, &mut found);
         }
     }
 
@@ -246,16 +248,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
     }
 
-    fn overlaps_with_walls(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
+    fn overlaps_with_surfaces(&self, particle: u32, found: &mut impl FnMut(Overlap)) {
         let (position, _) = self.state_at(particle, self.clock.now);
         let radius = self.pairs.rules.species[usize::from(self.row(particle))].radius;
-        let unit = unit_of_wall(radius);
-        for wall in &self.sources.walls {
-            let axis = usize::from(wall.face.axis);
-            let inwards = wall.face.inwards();
-            let depth = radius - inwards * (position[axis] - wall.at);
+        let unit = unit_of_surface(radius);
+        for surface in &self.sources.surfaces {
+            let depth = -surface.shape.gap(&position, radius);
             if depth > 0.0 {
-                let round_off = self.round_off_of_wall(particle, axis, wall.at, self.flown(particle));
+                let round_off = self.round_off_of_surface(particle, &surface.shape, self.flown(particle));
                 let particle = self.name(particle);
                 found(Overlap { particle, partner: None, depth: depth / unit, round_off: round_off / unit });
             }

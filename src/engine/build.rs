@@ -220,7 +220,7 @@ mod tests {
                 for _ in 0..3 {
                     let (one, other) = (again.step_before(1e3).unwrap().unwrap(), reference.step_before(1e3).unwrap());
                     // Of two particles either may come first.
-                    let (i, j) = (one.particle, one.partner.unwrap());
+                    let (i, j) = (one.particle, one.partner().unwrap());
                     assert_eq!((i.min(j), Some(i.max(j))), (other.particle, other.partner));
                     assert_eq!(one.energy_step, other.energy_step, "captured or released alike");
                     assert!((one.time - other.time).abs() < 1e-9, "seed {seed}");

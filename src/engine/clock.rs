@@ -78,40 +78,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.epoch + self.clock.now
     }
 
-    /// Counts the energy that an event dissipates, and when it does.
-    #[inline]
-    pub(super) fn note_dissipated(&mut self, energy: f64) {
-        let time = self.elapsed();
-        self.counts.totals.dissipated.add(energy);
-        self.counts.totals.dissipated_moment.add(energy * time);
-    }
-
-    /// Counts what an event of a pair adds to its potential energy and what it dissipates.
-    #[inline]
-    pub(super) fn note_energies(&mut self, energy_step: f64, dissipated: f64) {
-        if dissipated != 0.0 {
-            self.note_dissipated(dissipated);
-        }
-        if TABLE && energy_step != 0.0 {
-            self.note_energy_step(energy_step);
-        }
-    }
-
-    /// Counts the energy that comes from outside, and when it does.
-    #[inline]
-    pub(super) fn note_supplied(&mut self, energy: f64) {
-        let time = self.elapsed();
-        self.counts.totals.supplied.add(energy);
-        self.counts.totals.supplied_moment.add(energy * time);
-    }
-
-    /// Counts when the potential energy of a pair changes, and by how much.
-    #[inline]
-    pub(super) fn note_energy_step(&mut self, energy: f64) {
-        let time = self.elapsed();
-        self.counts.totals.pair_energy_moment.add(energy * time);
-    }
-
     /// Counts an event, unless time has moved since the last one.
     #[inline]
     pub(super) fn count_standstill(&mut self) {

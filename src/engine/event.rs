@@ -17,30 +17,27 @@ pub use crate::physics::response::Outcome;
 pub enum EventKind {
     /// Two particles at a discontinuity of their potential.
     Pair(Outcome),
-    /// A particle at a wall of the box.
-    Wall {
-        /// The wall's axis: 0, 1 or 2.
-        axis: u8,
-        /// Whether it is the wall at the upper corner.
-        is_upper: bool,
-    },
+    /// A particle at a surface, such as a wall of the box.
+    Surface,
     /// A thermostat gives a particle a new velocity: it comes from outside, and is not counted among the physical events.
     Thermostat,
 }
 
-impl EventKind {
-    /// Its number in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the walls -x, +x, -y, +y, -z, +z, 10 thermostat.
-    #[must_use]
-    pub fn code(self) -> u8 {
-        match self {
-            Self::Pair(Outcome::Core) => 0,
-            Self::Pair(Outcome::Capture) => 1,
-            Self::Pair(Outcome::Release) => 2,
-            Self::Pair(Outcome::Bounce) => 3,
-            Self::Wall { axis, is_upper } => 4 + 2 * axis + u8::from(is_upper),
-            Self::Thermostat => 10,
-        }
-    }
+/// The other side of an event.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Other {
+    /// Another particle.
+    Particle(ParticleId),
+    /// A surface.
+    Surface {
+        /// Its number: 0 to 5 for the walls -x, +x, -y, +y, -z, +z of the box.
+        surface: u32,
+        /// Which of its faces, edges and corners is touched; 0 where there is only one face.
+        feature: u32,
+    },
+    /// A heat bath.
+    Bath,
 }
 
 /// A physical event, as it happened.
@@ -53,25 +50,69 @@ pub struct Event {
     pub kind: EventKind,
     /// The particle that it happened to.
     pub particle: ParticleId,
-    /// The other one of a pair.
-    pub partner: Option<ParticleId>,
-    /// Unit vector from the partner (or the wall) to the particle.
+    /// The other particle, the surface or the bath.
+    pub other: Other,
+    /// Unit vector from the partner (or the surface) to the particle; along the impulse of a bath.
     pub normal: Vector,
-    /// The momentum that the particle gained along `normal` `[mass length / time]`; a partner gained the opposite.
-    pub impulse: f64,
-    /// Distance of the discontinuity `[length]`; for a wall, of the particle's centre from it.
+    /// The momentum that the particle gained `[mass length / time]`; a partner gained the opposite.
+    pub impulse: Vector,
+    /// The angular momentum about its centre that the particle gained `[mass length^2 / time]`: zero, because all contacts are smooth.
+    pub torque: Vector,
+    /// Distance of the discontinuity `[length]`; for a surface, of the particle's centre from it.
     pub distance: f64,
     /// Potential energy gained `[energy]`.
     pub energy_step: f64,
     /// Kinetic energy lost to restitution `[energy]`.
     pub dissipated: f64,
     /// Positions of the particle and of its partner `[length]`, within the box along periodic axes but for round-off; zero for a
-    /// partner that is a wall.
+    /// partner that is none.
     pub positions: [Vector; 2],
     /// Their velocities before the event `[length / time]`.
     pub before: [Vector; 2],
     /// Their velocities after the event `[length / time]`.
     pub after: [Vector; 2],
+}
+
+impl Event {
+    /// The other particle of a pair.
+    #[inline]
+    #[must_use]
+    pub fn partner(&self) -> Option<ParticleId> {
+        match self.other {
+            Other::Particle(partner) => Some(partner),
+            Other::Surface { .. } | Other::Bath => None,
+        }
+    }
+
+    /// The wall of the box that it happened at: its axis (0, 1 or 2), and whether it is the one at the upper corner.
+    #[must_use]
+    pub fn wall(&self) -> Option<(u8, bool)> {
+        match self.other {
+            Other::Surface { surface: number @ 0..6, .. } => Some(((number / 2).to_le_bytes()[0], number % 2 == 1)),
+            _ => None,
+        }
+    }
+
+    /// The momentum that the particle gained along [`Self::normal`] `[mass length / time]`.
+    #[inline]
+    #[must_use]
+    pub fn normal_impulse(&self) -> f64 {
+        self.impulse.dot(&self.normal)
+    }
+
+    /// Its number in files: 0 core, 1 capture, 2 release, 3 bounce, 4 to 9 the walls -x, +x, -y, +y, -z, +z, 10 thermostat, 11 another surface.
+    #[must_use]
+    pub fn code(&self) -> u8 {
+        match (self.kind, self.wall()) {
+            (EventKind::Pair(Outcome::Core), _) => 0,
+            (EventKind::Pair(Outcome::Capture), _) => 1,
+            (EventKind::Pair(Outcome::Release), _) => 2,
+            (EventKind::Pair(Outcome::Bounce), _) => 3,
+            (EventKind::Surface, Some((axis, is_upper))) => 4 + 2 * axis + u8::from(is_upper),
+            (EventKind::Thermostat, _) => 10,
+            (EventKind::Surface, None) => 11,
+        }
+    }
 }
 
 /// Event counts: how often each kind of event has happened since the start, and the sums that pressure and the audit need.
@@ -180,12 +221,15 @@ impl EventCounts {
         since
     }
 
-    pub(crate) fn count(&mut self, outcome: Outcome) {
-        match outcome {
-            Outcome::Core => self.core += 1,
-            Outcome::Capture => self.capture += 1,
-            Outcome::Release => self.release += 1,
-            Outcome::Bounce => self.bounce += 1,
+    #[inline]
+    pub(super) fn count(&mut self, kind: CountedKind) {
+        match kind {
+            CountedKind::Core => self.core += 1,
+            CountedKind::Capture => self.capture += 1,
+            CountedKind::Release => self.release += 1,
+            CountedKind::Bounce | CountedKind::Bond => self.bounce += 1,
+            CountedKind::Wall => self.wall += 1,
+            CountedKind::Thermostat => self.thermostat += 1,
         }
     }
 }

@@ -13,8 +13,8 @@ use serde::{Deserialize, Serialize};
 pub(super) enum Contact {
     /// A discontinuity of its potential with the partner.
     Pair(Side),
-    /// A wall of the box.
-    Wall(Face),
+    /// A surface, whose number stands in place of the partner's events.
+    Surface,
 }
 
 /// The one pending prediction of a particle: its earliest contact, and when it leaves its cell. Half a cache line, and never parts of two.
@@ -27,9 +27,9 @@ pub(super) struct Prediction {
     pub transition_time: f64,
     /// The partner of a pair contact.
     pub partner: u32,
-    /// The partner's number of events when this was predicted.
+    /// The partner's number of events when this was predicted; the number of a surface.
     pub partner_events: u32,
-    /// Decides between simultaneous contacts: pairs before walls, then the lower id of the pair or particle.
+    /// Decides between simultaneous contacts: pairs before surfaces, then the lower id of the pair or particle.
     pub tie_order: u32,
     pub contact: Contact,
     /// The face of the cell that it leaves through; of no meaning with lists.
@@ -87,20 +87,23 @@ impl Prediction {
     pub fn partner_in_contact(&self) -> Option<u32> {
         match self.contact {
             Contact::Pair(_) => Some(self.partner),
-            Contact::Wall(_) => None,
+            Contact::Surface => None,
         }
     }
 
-    /// Makes a contact with a wall the event foreseen.
-    pub fn reach(&mut self, face: Face, time: f64, name: u32) {
+    /// Makes a contact with a surface the event foreseen.
+    #[inline]
+    pub fn reach(&mut self, surface: u32, time: f64, name: u32) {
         self.contact_time = time;
-        self.tie_order = WALL | name;
-        self.contact = Contact::Wall(face);
+        self.partner = NO_PARTICLE;
+        self.partner_events = surface;
+        self.tie_order = SURFACE | name;
+        self.contact = Contact::Surface;
     }
 }
 
-/// Bits in the tie orders of contacts with walls and of transitions, which those of pairs have not.
-const WALL: u32 = 1 << 30;
+/// Bits in the tie orders of contacts with surfaces and of transitions, which those of pairs have not.
+const SURFACE: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 
 /// The pending predictions of all particles, and the queue that puts them in order.

@@ -153,12 +153,8 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     fn set_velocities(&mut self, velocities: &[Vector]) {
         for particle in self.particles().filter(|&p| !self.is_static(p)).collect::<Vec<_>>() {
             self.stream(particle, self.clock.now);
-            let body = &mut self.state.bodies[particle as usize];
-            let (before, after) = (body.velocity, velocities[body.name as usize]);
-            body.velocity = after;
-            let mass = self.inverse_mass(particle).recip();
-            self.note_supplied(0.5 * mass * (after - before).dot(&(after + before)));
-            self.note_confined_change(particle, &before);
+            let body = &self.state.bodies[particle as usize];
+            self.give_velocity(particle, velocities[body.name as usize]);
         }
         self.move_again();
     }
@@ -185,8 +181,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.enlarge();
         self.move_again();
         let after = self.energy();
-        self.note_supplied(after.potential - before.potential);
-        self.note_energy_step(after.pair - before.pair);
+        self.note_energies(after.pair - before.pair, 0.0, after.potential - before.potential);
     }
 
     /// Wraps a particle into the box from any distance.

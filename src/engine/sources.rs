@@ -2,7 +2,7 @@
 //!
 //! A source owns its data, says when it is next due, executes what is due, and says what has to be predicted anew. There are two kinds:
 //!
-//! - contacts and transitions of one particle, whose earliest one is its prediction: [`pair`], [`boundary`], [`cell_transition`] and
+//! - contacts and transitions of one particle, whose earliest one is its prediction: [`pair`], [`surface`], [`cell_transition`] and
 //!   [`list_rebuild`]. Prediction asks them for times, the event loop has [`Engine::execute`] or [`Engine::execute_transition`] do what is due,
 //!   and the particles of a contact are predicted anew;
 //! - global events, which no prediction of a particle holds: [`andersen`], [`lees_edwards`] and [`growth`]. The earliest one is due at
@@ -11,28 +11,28 @@
 //! A new source is a file here, its data in [`Sources`] and a variant of [`Contact`] or of [`GlobalEvent`].
 
 pub(super) mod andersen;
-pub(super) mod boundary;
 mod cell_transition;
 pub(super) mod growth;
 pub(super) mod lees_edwards;
 mod list_rebuild;
-mod pair;
+pub(super) mod pair;
+pub(super) mod surface;
 
 use super::confinement::Confinement;
-use super::event::Event;
 use super::neighbours::Neighbours;
-use super::observe::{Observe, show};
+use super::observe::Observe;
 use super::pairs::rows::Rows;
 use super::parts::Engine;
 use super::prediction::{Contact, Prediction};
+use super::surfaces::{self, Placed};
 use super::{Invariant, InvariantBroken};
 use crate::model::Scene;
 use andersen::Andersen;
-use boundary::{Wall, WallRandom};
 use growth::GrowingDiameters;
 use lees_edwards::LeesEdwards;
 use serde::{Deserialize, Serialize};
 use std::ops::ControlFlow;
+use surface::SurfaceRandom;
 
 /// So many particles are predicted anew in the time of one step of the event loop.
 const PER_STEP: u64 = 16;
@@ -40,11 +40,12 @@ const PER_STEP: u64 = 16;
 /// The data of the sources that a scene has.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Sources {
-    pub walls: Vec<Wall>,
+    /// What particles meet besides each other.
+    pub surfaces: Vec<Placed>,
     /// The walls as the pressure sees them; none where there are none.
     pub confinement: Option<Confinement>,
-    /// Random numbers of the walls, if some are thermal.
-    pub wall_random: Option<WallRandom>,
+    /// Random numbers of the surfaces, if some are thermal.
+    pub surface_random: Option<SurfaceRandom>,
     /// The heat bath.
     pub andersen: Option<Andersen>,
     /// How the box is sheared.
@@ -63,13 +64,6 @@ enum GlobalEvent {
     GrowthStage,
 }
 
-/// Result of a global event: it is shown, and makes predictions void.
-pub(super) struct GlobalOutcome {
-    /// Event for observers, if there is any.
-    pub event: Option<Event>,
-    pub repredict: Repredict,
-}
-
 /// The particles whose predictions an event has made void.
 pub(super) enum Repredict {
     One(u32),
@@ -81,9 +75,9 @@ impl Sources {
     /// Sources of a scene at its start; heat baths and growth come with stages of a run.
     pub fn of(scene: &Scene, rows: &Rows) -> Self {
         Self {
-            walls: boundary::walls(scene),
+            surfaces: surfaces::walls(&scene.space, &scene.wall_temperatures),
             confinement: Confinement::of(scene, rows),
-            wall_random: WallRandom::of(scene),
+            surface_random: SurfaceRandom::of(scene),
             andersen: None,
             lees_edwards: scene.shear_rate.map(|rate| LeesEdwards::new(rate, scene.displacement, &scene.space)),
             growth: None,
@@ -110,7 +104,7 @@ impl Sources {
         self.global_events().iter().find(|(_, due)| *due <= self.next_global).map(|(event, _)| *event)
     }
 
-    /// Whether something besides pairs and walls will happen: then nothing is ever over.
+    /// Whether something besides pairs and surfaces will happen: then nothing is ever over.
     pub fn acts_for_ever(&self) -> bool {
         self.andersen.is_some() || self.growth.is_some() || self.lees_edwards.is_some()
     }
@@ -135,7 +129,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
                 self.execute_pair([particle, partner], side, time, observe).map(Some)
             }
-            Contact::Wall(face) => self.execute_wall(particle, face, time, observe).map(Some),
+            Contact::Surface => self.execute_surface(particle, prediction.partner_events, time, observe).map(Some),
         }
     }
 
@@ -153,10 +147,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &mut self,
         observe: &mut Observe<'_>,
     ) -> Result<(u64, ControlFlow<()>), InvariantBroken> {
-        let GlobalOutcome { event, repredict } = match self.sources.due_global() {
-            Some(GlobalEvent::AndersenCollision) => self.andersen_collision()?,
-            Some(GlobalEvent::ImageRefresh) => self.refresh_images()?,
-            Some(GlobalEvent::GrowthStage) => self.begin_growth_stage()?,
+        let silent = ControlFlow::Continue(());
+        let (repredict, flow) = match self.sources.due_global() {
+            Some(GlobalEvent::AndersenCollision) => self.andersen_collision(observe)?,
+            Some(GlobalEvent::ImageRefresh) => (self.refresh_images()?, silent),
+            Some(GlobalEvent::GrowthStage) => (self.begin_growth_stage()?, silent),
             None => return Err(self.broken(0, None, Invariant::GlobalEvent)),
         };
         let mut steps = self.steps_of_all();
@@ -171,7 +166,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             Repredict::All => self.start_anew(),
         }
         self.sources.schedule_global();
-        let flow = event.map_or(ControlFlow::Continue(()), |event| show(observe, || event));
         Ok((steps, flow))
     }
 

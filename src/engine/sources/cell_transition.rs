@@ -7,6 +7,7 @@ use crate::engine::parts::Engine;
 use crate::engine::predict::{Scratch, Streamed};
 use crate::engine::prediction::Prediction;
 use crate::engine::sources::lees_edwards::GRADIENT;
+use crate::engine::surfaces::{Placed, Surface};
 use crate::engine::{Invariant, InvariantBroken};
 use crate::physics::detection::lanes::MOST_LANES;
 use crate::physics::detection::plane;
@@ -30,20 +31,17 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_transition(me, &cells.grid, cell, prediction);
         cells.find_candidates(cell, &mut scratch.near);
         self.predict_candidates(me, cells, scratch, prediction);
-        self.predict_walls_of_cell(me, cells, prediction);
+        self.predict_surfaces_of_cell(me, cells, prediction);
     }
 
-    /// The walls near the particle's cell.
+    /// The surfaces near the particle's cell.
     #[inline]
-    fn predict_walls_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
+    fn predict_surfaces_of_cell(&self, me: &Streamed, cells: &Cells, prediction: &mut Prediction) {
         let cell = cells.home(me.id);
-        if !self.sources.walls.is_empty() {
-            // Those of other cells are too far away to be met.
-            let is_near = |face: Face| {
-                let [is_first, is_last] = cells.grid.is_outermost(cell, usize::from(face.axis));
-                if face.is_upper { is_last } else { is_first }
-            };
-            self.predict_walls(me, is_near, prediction);
+        if !self.sources.surfaces.is_empty() {
+            // Others are too far away to be met before the particle leaves its cell.
+            let is_near = |surface: &Placed, radius| surface.shape.is_near(&cells.grid, cell, radius);
+            self.predict_surfaces(me, is_near, prediction);
         }
     }
 
@@ -176,7 +174,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.predict_transition(&me, &cells.grid, transition.cell, &mut prediction);
         cells.find_new_candidates(transition.cell, face, &mut scratch.near);
         self.predict_candidates(&me, cells, &mut scratch, &mut prediction);
-        self.predict_walls_of_cell(&me, cells, &mut prediction);
+        self.predict_surfaces_of_cell(&me, cells, &mut prediction);
         self.scratch = Some(scratch);
         self.schedule.predictions[particle as usize] = prediction;
         self.enqueue(particle);

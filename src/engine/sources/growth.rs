@@ -4,7 +4,7 @@ mod contacts;
 
 use serde::{Deserialize, Serialize};
 
-use super::{GlobalOutcome, Repredict};
+use super::Repredict;
 use crate::engine::event::{EventCounts, EventCountsBySpecies};
 use crate::engine::neighbours::Search;
 use crate::engine::parts::Engine;
@@ -124,14 +124,14 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Sorts the spheres anew, when they have come to the size that cells or lists reach for.
-    pub(in crate::engine) fn begin_growth_stage(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
+    pub(in crate::engine) fn begin_growth_stage(&mut self) -> Result<Repredict, InvariantBroken> {
         let Some(growing) = &mut self.sources.growth else {
             return Err(self.broken(0, None, Invariant::GlobalEvent));
         };
         self.clock.now = growing.next_stage().max(self.clock.now);
         growing.reach = (growing.reach * STAGE).min(growing.largest);
         self.sort_anew();
-        Ok(GlobalOutcome { event: None, repredict: Repredict::All })
+        Ok(Repredict::All)
     }
 
     fn sort_anew(&mut self) {

@@ -6,7 +6,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::GlobalOutcome;
 use super::Repredict;
 use crate::Vector;
 use crate::base::numbers::trunc_to_i32;
@@ -152,7 +151,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let periods = ((body.position[FLOW] - self.state.space.lower[FLOW]) / period).floor();
         body.position[FLOW] -= periods * period;
         let position = body.position;
-        self.note_supplied(0.5 / inverse_mass * (after - before) * (after + before));
+        self.note_energies(0.0, 0.0, 0.5 / inverse_mass * (after - before) * (after + before));
         self.state.images.add(particle, GRADIENT, trunc_to_i32(up));
         self.state.images.add(particle, FLOW, trunc_to_i32(periods));
         let Neighbours::Cells(cells) = &mut self.neighbours else {
@@ -179,7 +178,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Finds those next to the sides that slide: their images have come so far that others can be met.
-    pub(in crate::engine) fn refresh_images(&mut self) -> Result<GlobalOutcome, InvariantBroken> {
+    pub(in crate::engine) fn refresh_images(&mut self) -> Result<Repredict, InvariantBroken> {
         let (Some(shear), Neighbours::Cells(cells)) = (&mut self.sources.lees_edwards, &self.neighbours) else {
             return Err(self.broken(0, None, Invariant::Cells));
         };
@@ -189,6 +188,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         // Partners that no search finds are met across more than one row of cells.
         let is_found = |particle: &u32| is_next_to_side(particle) || self.has_own_interactions(*particle);
         let found = self.particles().filter(|particle| is_found(particle) && !self.is_static(*particle));
-        Ok(GlobalOutcome { event: None, repredict: Repredict::Some(found.collect()) })
+        Ok(Repredict::Some(found.collect()))
     }
 }
