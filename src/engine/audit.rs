@@ -3,7 +3,6 @@
 use super::parts::Engine;
 use crate::Vector;
 use crate::engine::neighbours::candidates::Candidates;
-use crate::engine::sources::lees_edwards::FLOW;
 use crate::engine::surfaces::{Shape, Surface};
 use crate::model::ParticleId;
 use crate::model::space::Boundary;
@@ -90,16 +89,13 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let (older, younger) = (flown[0].max(flown[1]), flown[0].min(flown[1]));
         // A prediction is as old as the last event of the two. Where a state was written without an event, at the end of an epoch or
         // through a side that slides, that of its partner holds.
-        let is_written = older >= self.clock.now || self.sources.lees_edwards.is_some();
+        let is_written = older >= self.clock.now || self.images.slide();
         let since = if is_written { older } else { younger };
         let acceleration = (self.acceleration(i) - self.acceleration(j)).norm();
         let speed = velocity.norm() + acceleration * since + surface.abs();
         let clock = self.clock(older);
         let from = distance + (speed * since).min(self.farthest_image());
-        let slid = self
-            .sources
-            .lees_edwards
-            .map_or(0.0, |shear| self.state.periods[FLOW] + shear.speed.abs() * (clock + older));
+        let slid = self.images.farthest_slid(clock + older, &self.state.periods);
         let coordinates = self.largest_coordinate(i, flown[0]) + self.largest_coordinate(j, flown[1]) + slid;
         ROUNDINGS * f64::EPSILON * (coordinates + speed * clock + from * from / distance) + self.counts.accepted_overlap
     }
@@ -213,7 +209,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let mut near = Candidates::default();
         self.neighbours.find_candidates(particle, &mut near);
         let mut others = near.found().to_vec();
-        if self.sources.lees_edwards.is_some() {
+        if self.images.slide() {
             self.for_each_across(particle, |other| others.push(other));
             // Some are near in both ways.
             others.sort_unstable();
@@ -222,7 +218,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         for other in others {
             let meeting = self.pairs.rules.meeting(species(particle), species(other));
             if other != particle && meeting.exists && !(TABLE && self.pairs.states.get(particle, other).is_some()) {
-                let range = meeting.squared.sqrt() * self.scale();
+                let range = self.distances.at(meeting.squared.sqrt(), self.clock.now)[0];
                 let apart = self.apart(particle, other);
                 self.offer_pair([particle, other], &apart, range - apart.position.norm(), range, found);
             }
@@ -238,7 +234,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         found: &mut impl FnMut(Overlap),
     ) {
         if depth > 0.0 {
-            let surface = self.growth_of(distance / self.scale());
+            let surface = self.distances.speed_of(distance / self.scale());
             let flown = pair.map(|particle| self.flown(particle));
             let round_off =
                 self.round_off_of_pair(&Meeting { pair, velocity: apart.velocity, flown, distance, surface });

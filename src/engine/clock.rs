@@ -104,21 +104,11 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.now -= shift;
         self.clock.standstill.since -= shift;
         self.shift_sources(shift);
-        for body in &mut self.state.bodies {
-            body.time -= shift;
-        }
-        for prediction in &mut self.schedule.predictions {
-            prediction.contact_time -= shift;
-            prediction.transition_time -= shift;
-        }
-        if let Some(times) = &mut self.pairs.contact_times {
-            times.shift(shift);
-        }
+        self.shift_columns(shift);
         self.clock.epochs += 1;
         // Densities change slowly, but for the start.
         let is_looked_at = self.clock.epochs.is_power_of_two() || self.clock.epochs.is_multiple_of(16);
-        let may_rearrange = self.sources.growth.is_none() && self.sources.lees_edwards.is_none();
-        if !(is_looked_at && may_rearrange && self.rearrange_if_due()) {
+        if !(is_looked_at && self.rearrange_if_due()) {
             self.refresh(-2.0 * shift);
         }
         self.schedule.queue.restart();

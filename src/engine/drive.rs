@@ -45,7 +45,7 @@ impl Simulation {
 
     /// Whether diameters grow.
     pub(crate) fn is_growing(&self) -> bool {
-        with_engine!(&self.engine, engine => engine.sources.growth.is_some())
+        with_engine!(&self.engine, engine => !engine.distances.are_constant())
     }
 
     /// The factor by which diameters have grown since the start of the scene.

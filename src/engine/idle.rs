@@ -34,7 +34,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Whether it can be shown that nothing will ever happen again, by the states now.
     pub(super) fn is_over(&self) -> bool {
-        if self.sources.acts_for_ever() {
+        if self.acts_for_ever() {
             return false;
         }
         // Contacts of the pairs that are inside of a step of theirs are always predicted.

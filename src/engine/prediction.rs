@@ -91,6 +91,13 @@ impl Prediction {
         }
     }
 
+    /// Renumbers the particles that it names, by their numbers until now.
+    pub fn renumber(&mut self, new: &[u32]) {
+        if let Some(partner) = new.get(self.partner as usize) {
+            self.partner = *partner;
+        }
+    }
+
     /// Makes a contact with a surface the event foreseen.
     #[inline]
     pub fn reach(&mut self, surface: u32, time: f64, name: u32) {

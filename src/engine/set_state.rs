@@ -1,7 +1,6 @@
 //! Positions and velocities from outside.
 
 use super::parts::Engine;
-use super::sources::lees_edwards::GRADIENT;
 use super::{Chosen, Overlap, Simulation};
 use crate::Vector;
 use crate::engine::pairs::states::CapturedPairs;
@@ -186,12 +185,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
 
     /// Wraps a particle into the box from any distance.
     fn bring_in(&mut self, particle: u32) {
-        if self.sources.lees_edwards.is_some() {
-            // Not through the side to where velocities are others: what is outside is so by rounding.
-            let (lower, upper) = (self.state.space.lower[GRADIENT], self.state.space.upper()[GRADIENT].next_down());
-            let at = &mut self.state.bodies[particle as usize].position[GRADIENT];
-            *at = at.clamp(lower, upper);
-        }
+        self.keep_between_sliding_sides(particle);
         let position = self.state.bodies[particle as usize].position;
         for axis in (0..3).filter(|&axis| self.state.periods[axis].is_finite()) {
             let (lower, period) = (self.state.space.lower[axis], self.state.periods[axis]);

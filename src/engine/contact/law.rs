@@ -195,7 +195,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn relative_velocity(&self, [i, j]: [u32; 2], velocities: &[Vector; 2]) -> Vector {
         let velocity = velocities[0] - velocities[1];
-        if self.sources.lees_edwards.is_none() {
+        if !self.images.slide() {
             return velocity;
         }
         let [a, b] = [i, j].map(|particle| &self.state.bodies[particle as usize]);

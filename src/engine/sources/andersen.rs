@@ -116,6 +116,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
         let bath = bath.filter(|bath| moving > 0 && bath.axes.contains(&true));
         self.sources.andersen = bath.map(|bath| Andersen::new(seed, stage, self.clock.now, moving, bath));
-        self.sources.schedule_global();
+        self.schedule_global();
     }
 }

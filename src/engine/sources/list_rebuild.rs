@@ -33,11 +33,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         (others, length): (&[u32], usize),
         prediction: &mut Prediction,
     ) {
-        let wraps = verlet.wraps(&me.position);
-        if let Some(growing) = &self.sources.growth {
-            return self.predict_growing(me, growing, wraps, others, prediction);
-        }
-        self.predict_uncaptured(me, wraps, others, length, prediction);
+        self.predict_uncaptured(me, verlet.wraps(&me.position), others, length, prediction);
     }
 
     /// When the particle leaves its skin: like a bond to the centre that reaches its length.

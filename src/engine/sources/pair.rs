@@ -92,7 +92,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     #[inline]
     fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
-        if self.sources.lees_edwards.is_some() {
+        if self.images.slide() {
             // Energy is conserved as seen from one of the two; the other one's image moves faster than it does.
             let faster = (before[0] - before[1]) - pair.velocity;
             supplied = faster.dot(&((after - before[0]) / self.inverse_mass(pair.i)));
@@ -147,10 +147,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         let interaction = if TABLE { interaction } else { self.pairs.rules.meeting(0, 0).interaction };
         let steps = &self.pairs.rules.steps[usize::from(interaction)];
         let mut seen = steps.seen_from(state, side)?;
-        let surface = self.growth_of(seen.distance);
-        if self.sources.growth.is_some() {
-            seen.distance *= self.scale_at(time);
-            seen.squared = seen.distance * seen.distance;
+        let [distance, surface] = self.distances.at(seen.distance, time);
+        if !self.distances.are_constant() {
+            (seen.distance, seen.squared) = (distance, distance * distance);
         }
         Some((seen, steps.restitution, surface))
     }
