@@ -2,7 +2,8 @@
 //!
 //! All of that is chosen for a state that changes: particles wander away from those that lie next to them in memory, a heap
 //! gathers where there was rain. At the end of an epoch the choice is looked at again. What happens to particles does not depend
-//! on it, but for the rounding of positions that are brought forward and of times that are predicted from there.
+//! on their order in memory at all; on the search only by the rounding of positions that are brought forward and of times that are predicted from
+//! there.
 
 use super::columns::Order;
 use super::order::along_curve;
@@ -22,16 +23,24 @@ const LARGE_IN_CELLS: usize = 32_768;
 const LARGE_IN_LISTS: usize = 2_048;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
-    /// Arranges everything anew if that pays, at the epoch; whether it did.
-    pub(super) fn rearrange_if_due(&mut self) -> bool {
+    /// Puts particles that have wandered away from each other in order.
+    pub(super) fn reorder_if_due(&mut self) {
+        let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
+        if since >= WANDERED * self.state.bodies.len() as u64 {
+            self.reorder();
+            self.enlarge();
+        }
+    }
+
+    /// Searches for neighbours in the other way, or with another skin, if that pays, at the epoch; whether it does from now on.
+    pub(super) fn change_search_if_due(&mut self) -> bool {
         if self.images.slide() || !self.distances.are_constant() {
             return false;
         }
         let range = self.ranges.between.iter().copied().fold(0.0, f64::max);
         let positions = || self.state.bodies.iter().map(|body| body.position);
         let search = Search::choose_among(&self.state.space, range, positions, Some(self.neighbours.search()));
-        let since = self.counts.totals.transition.wrapping_sub(self.counts.transitions_at_order);
-        if search == self.neighbours.search() && since < WANDERED * self.state.bodies.len() as u64 {
+        if search == self.neighbours.search() {
             return false;
         }
         self.stream_all(0.0);

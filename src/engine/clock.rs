@@ -108,7 +108,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.clock.epochs += 1;
         // Densities change slowly, but for the start.
         let is_looked_at = self.clock.epochs.is_power_of_two() || self.clock.epochs.is_multiple_of(16);
-        if !(is_looked_at && self.rearrange_if_due()) {
+        if is_looked_at {
+            self.reorder_if_due();
+        }
+        if !(is_looked_at && self.change_search_if_due()) {
             self.refresh(-2.0 * shift);
         }
         self.schedule.queue.restart();

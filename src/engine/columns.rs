@@ -4,6 +4,7 @@
 //! epoch; nothing else knows which columns there are.
 
 use super::images::travelled::Travelled;
+use super::neighbours::Neighbours;
 use super::pairs::contacts::ContactTimes;
 use super::pairs::states::{CapturedPairs, PairState};
 use super::parts::Engine;
@@ -109,6 +110,15 @@ impl Column for CapturedPairs {
     }
 }
 
+impl Column for Neighbours {
+    fn permute(&mut self, order: &Order) {
+        match self {
+            Self::Cells(cells) => cells.permute(order),
+            Self::Lists(verlet) => verlet.permute(order),
+        }
+    }
+}
+
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Calls `visit` for every column.
     fn for_each_column(&mut self, mut visit: impl FnMut(&mut dyn Column)) {
@@ -116,6 +126,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         visit(&mut self.state.species);
         visit(&mut self.state.images);
         visit(&mut self.schedule.predictions);
+        visit(&mut self.neighbours);
         visit(&mut self.pairs.states);
         if let Some(times) = &mut self.pairs.contact_times {
             visit(times);
@@ -135,3 +146,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         self.for_each_column(|column| column.shift(shift));
     }
 }
+
+#[cfg(test)]
+mod tests;

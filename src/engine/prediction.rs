@@ -120,16 +120,31 @@ pub(super) struct Schedule {
     pub queue: EventQueue,
 }
 
-impl Pending for Vec<Prediction> {
+/// Predictions with the particles that they are of.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Due<'a> {
+    pub predictions: &'a [Prediction],
+    pub bodies: &'a [Body],
+}
+
+impl Pending for Due<'_> {
     #[inline]
     fn entry(&self, particle: u32) -> QueueEntry {
-        let prediction = &self[particle as usize];
+        let prediction = &self.predictions[particle as usize];
         let tie_order = if prediction.is_transition() { TRANSITION } else { prediction.tie_order };
         QueueEntry { time: prediction.due_time(), particle, tie_order }
     }
 
+    /// The higher id of a pair, then the id of the particle.
+    fn rank(&self, particle: u32) -> u64 {
+        let name = |particle: u32| u64::from(self.bodies[particle as usize].name);
+        let prediction = &self.predictions[particle as usize];
+        let partner = if prediction.is_transition() { None } else { prediction.partner_in_contact() };
+        partner.map_or(0, |partner| name(partner).max(name(particle))) << 32 | name(particle)
+    }
+
     #[inline]
     fn prefetch(&self, particle: u32) {
-        prefetch(self, particle as usize);
+        prefetch(self.predictions, particle as usize);
     }
 }
