@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::populations::Populations;
-use super::results::{Measured, Neighbours, Population, TemperatureResult};
+use super::results::{Neighbours, Population, TemperatureResult};
 use crate::analysis::observables::Observer;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
@@ -47,20 +47,20 @@ impl AtTemperature {
     }
 
     /// Means at a temperature.
-    fn measured(&self, temperature: f64) -> Vec<(&'static str, Measured)> {
+    fn measured(&self, temperature: f64) -> Vec<(&'static str, Estimate)> {
         let applicable = self.observer.applicable();
         let (particles, dimensions) = (applicable.moving as f64, applicable.dimensions);
         let all = self.observer.estimates().into_iter().filter(|(name, _)| *name != POTENTIAL);
-        let mut all: Vec<(&'static str, Measured)> = all.map(|(name, estimate)| (name, estimate.into())).collect();
+        let mut all: Vec<(&'static str, Estimate)> = all.collect();
         let shifted = self.energy.estimate().zip(self.first).map(|(energy, first)| {
             let energy = Estimate { mean: energy.mean + first, ..energy };
-            (POTENTIAL, Measured::from(energy.over(particles)))
+            (POTENTIAL, energy.over(particles))
         });
         all.extend(shifted);
         let heat_capacity = self.energy.variance(&self.square).map(|variance| {
             let of_positions = variance.over(particles * temperature * temperature);
             let heat_capacity = Estimate { mean: 0.5 * dimensions + of_positions.mean, ..of_positions };
-            ("heat_capacity_per_particle", Measured::from(heat_capacity))
+            ("heat_capacity_per_particle", heat_capacity)
         });
         all.extend(heat_capacity);
         all
@@ -108,7 +108,7 @@ impl Averages {
             let of_level = |level: super::populations::Population<'_>| Population {
                 energy: level.energy,
                 width: level.width,
-                population: level.occupied[place].estimate().map_or_else(Measured::default, Measured::from),
+                population: level.occupied[place].estimate().unwrap_or(Estimate { mean: 0.0, standard_error: None }),
             };
             levels.map(of_level).collect()
         };
@@ -127,7 +127,7 @@ impl Averages {
             temperatures: [pair[0], pair[1]],
             attempts: *attempts,
             accepted: *accepted,
-            acceptance: swaps.estimate().map(Measured::from),
+            acceptance: swaps.estimate(),
         };
         temperatures.windows(2).zip(swaps).map(neighbours).collect()
     }
