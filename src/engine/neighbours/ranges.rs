@@ -33,7 +33,7 @@ impl Ranges {
             of_cells: scene.longest_range(),
             further_images: Vec::new(),
             tied_axes: [false; 3],
-            may_be_overstretched: scene.allows_invalid_start(),
+            may_be_overstretched: scene.allow_invalid_start(),
         }
     }
 
