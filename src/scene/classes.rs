@@ -3,7 +3,7 @@
 use crate::prepare::polydispersity::{Class, mass_of, mean_diameter, spread};
 use crate::scene::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::limits::positive;
 use crate::scene::unvalidated::{Fill, Group, Listed, LocatedGroup, Model, UnvalidatedInteraction, UnvalidatedSpecies};
 
@@ -105,8 +105,7 @@ fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Resu
             continue;
         };
         let Some(mass) = draft.mass else {
-            let kind = SceneErrorKind::value("true", "a species that moves, because its diameters are distributed");
-            return Err(SceneError::new(at.key("static"), kind));
+            return refuse(at.key("static"), "true", "a species that moves, because its diameters are distributed");
         };
         positive(mass, at.key("mass"))?;
         let mean = mean_diameter(&of.classes);
@@ -116,9 +115,11 @@ fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Resu
             scene.origins.species.push(index);
         }
         if species.len() > MOST_SPECIES {
-            let kind =
-                SceneErrorKind::value(species.len(), format!("at most {MOST_SPECIES} species, classes included"));
-            return Err(SceneError::new(at.key("diameter"), kind));
+            return refuse(
+                at.key("diameter"),
+                species.len(),
+                format!("at most {MOST_SPECIES} species, classes included"),
+            );
         }
     }
     scene.species = species;
@@ -164,7 +165,7 @@ fn check_diameter(draft: &UnvalidatedInteraction, at: &ConfigPath) -> Result<(),
         (Model::Exact(_), None) => ("potential", "given by its radii".to_owned()),
         _ => return Ok(()),
     };
-    Err(SceneError::new(at.key(key), SceneErrorKind::value(value, expected)))
+    refuse(at.key(key), value, expected)
 }
 
 fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) -> Result<(), SceneError> {

@@ -1,9 +1,9 @@
 //! Parses `[[interaction]]`: potentials by name or step by step.
 
-use super::{Keys, missing};
+use super::Keys;
 use crate::model::potential::Potential;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::SceneError;
+use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::file::InteractionFile;
 use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
 
@@ -20,20 +20,7 @@ pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
 ];
 
 pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<UnvalidatedInteraction, SceneError> {
-    let given = [
-        ("diameter", file.diameter.is_some()),
-        ("lambda", file.lambda.is_some()),
-        ("well_depth", file.well_depth.is_some()),
-        ("height", file.height.is_some()),
-        ("shortest", file.shortest.is_some()),
-        ("longest", file.longest.is_some()),
-        ("radii", file.radii.is_some()),
-        ("energies", file.energies.is_some()),
-        ("cutoff", file.cutoff.is_some()),
-        ("steps", file.steps.is_some()),
-        ("core_energy", file.core_energy.is_some()),
-    ];
-    let (word, keys) = Keys::of_kind(&POTENTIALS, "potential", &file.potential, at, &given)?;
+    let (word, keys) = Keys::of_kind(&POTENTIALS, "potential", &file.potential, at, &file)?;
     if file.species.is_none() && file.name.is_none() {
         return Err(missing(at, "species", "or a name, to use it in bonds"));
     }
