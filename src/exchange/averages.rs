@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::populations::Populations;
-use super::results::{Neighbours, Population, TemperatureResult};
+use super::results::{Neighbours, TemperatureResult};
 use crate::analysis::observables::Observer;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
@@ -103,19 +103,10 @@ impl Averages {
 
     /// Means at each temperature.
     pub fn results(&self, temperatures: &[f64]) -> Vec<TemperatureResult> {
-        let population = |place: usize| {
-            let levels = self.populations.all();
-            let of_level = |level: super::populations::Population<'_>| Population {
-                energy: level.energy,
-                width: level.width,
-                population: level.occupied[place].estimate().unwrap_or(Estimate { mean: 0.0, standard_error: None }),
-            };
-            levels.map(of_level).collect()
-        };
         let result = |(place, (temperature, at)): (usize, (&f64, &AtTemperature))| TemperatureResult {
             temperature: *temperature,
             observables: at.measured(*temperature).into_iter().map(|(name, it)| (name.to_owned(), it)).collect(),
-            populations: population(place),
+            populations: self.populations.at(place),
         };
         temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()
     }
