@@ -20,7 +20,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::motion;
-use crate::scene::unvalidated::{UnvalidatedSpecies, UnvalidatedStart};
+use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 
 /// A run that has ended, and the checksum of that state.
 pub(crate) struct LastRun {
@@ -76,7 +76,7 @@ impl SceneBuilder {
         }
         let gravity = next.gravity;
         if next.species.is_empty() {
-            next.species = run.species.iter().map(UnvalidatedSpecies::of).collect();
+            next.species = run.species.iter().map(SpeciesDraft::of).collect();
             expand_families(&mut next)?;
             if start.has_dynamics {
                 let moving = next.species.iter_mut().filter(|species| species.mass.is_some());

@@ -11,7 +11,7 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
-use crate::scene::unvalidated::{Group, Listed, LocatedGroup, UnvalidatedBond};
+use crate::scene::unvalidated::{Group, Listed, UnvalidatedBond};
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 
@@ -60,8 +60,7 @@ pub(super) fn add(
             position: particle.position,
             velocity: particle.velocity,
         });
-        let group = Group::Listed(listed.collect());
-        scene.groups.push(LocatedGroup { at, group });
+        scene.push("file", Group::Listed(listed.collect()));
     }
     Ok(sizes)
 }

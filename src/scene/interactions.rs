@@ -11,7 +11,7 @@ use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::limits::{above_one, finite, positive, positive_if_given, restitution};
 use crate::scene::names::{self, Taken};
-use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
+use crate::scene::unvalidated::{InteractionDraft, Model};
 
 /// The most steps of a stepped potential: more are a slip of the keyboard.
 pub(crate) const MOST_STEPS: usize = 10_000;
@@ -22,7 +22,7 @@ pub(crate) const MOST_KINDS: usize = 1 << 16;
 
 /// The interactions in use. One draft makes several if it stands for pairs of different diameters.
 pub(crate) struct Interactions<'a> {
-    drafts: &'a [UnvalidatedInteraction],
+    drafts: &'a [InteractionDraft],
     species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
@@ -32,7 +32,7 @@ pub(crate) struct Interactions<'a> {
 
 impl<'a> Interactions<'a> {
     /// Checks every draft and fills the table of species.
-    pub(crate) fn new(drafts: &'a [UnvalidatedInteraction], species: &'a [Species]) -> Result<Self, SceneError> {
+    pub(crate) fn new(drafts: &'a [InteractionDraft], species: &'a [Species]) -> Result<Self, SceneError> {
         let table = SpeciesPairs::new(species.len());
         let mut these = Self { drafts, species, list: Vec::new(), made: HashMap::new(), table };
         let mut given_by: HashMap<[usize; 2], usize> = HashMap::new();
@@ -217,7 +217,7 @@ pub(crate) fn species_named(species: &[Species], name: &str, at: &ConfigPath) ->
     })
 }
 
-fn check(draft: &UnvalidatedInteraction, at: &ConfigPath) -> Result<(), SceneError> {
+fn check(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
     restitution(draft.restitution, at.key("restitution"))?;
     positive_if_given(draft.diameter, at.key("diameter"))?;
     match draft.model {

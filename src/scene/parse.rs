@@ -21,9 +21,9 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing};
 use crate::scene::file::{CountFile, DiameterFile, OutputFile, SceneFile, SpeciesFile};
-use crate::scene::unvalidated::{Group, Listed, LocatedGroup, UnvalidatedBond, UnvalidatedSpecies};
+use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
 
 /// Kinds of an entry, and the keys that each of them takes.
 type Kinds = [(&'static str, &'static [&'static str])];
@@ -112,27 +112,22 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     for (index, file) in file.interaction.into_iter().enumerate() {
         scene.interactions.push(interaction::parse_interaction(file, &ConfigPath::entry("interaction", index))?);
     }
-    for (index, particle) in file.particle.into_iter().enumerate() {
+    for particle in file.particle {
         let (position, velocity) = (vector(particle.position), vector(particle.velocity));
-        let group = Group::Listed(vec![Listed { species: particle.species, position, velocity }]);
-        scene.groups.push(LocatedGroup { at: ConfigPath::entry("particle", index), group });
+        scene.push("particle", Group::Listed(vec![Listed { species: particle.species, position, velocity }]));
     }
     // With a fill, the box follows from that.
     let sizes = coordinates::add(&file.file, directory, &space, file.fill.is_empty(), &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
-        let at = ConfigPath::entry("chain", index);
-        let group = Group::Chain(particles::parse_chain(chain, &at)?);
-        scene.groups.push(LocatedGroup { at, group });
+        scene.push("chain", Group::Chain(particles::parse_chain(chain, &ConfigPath::entry("chain", index))?));
     }
     for (index, fill) in file.fill.into_iter().enumerate() {
         let at = ConfigPath::entry("fill", index);
-        let group = Group::Fill(particles::parse_fill(fill, &at, scene.size.is_some())?);
-        scene.groups.push(LocatedGroup { at, group });
+        let fill = particles::parse_fill(fill, &at, scene.size.is_some())?;
+        scene.push("fill", Group::Fill(fill));
     }
     for (index, surface) in file.mesh.into_iter().enumerate() {
-        let at = ConfigPath::entry("mesh", index);
-        let group = Group::Surface(particles::parse_surface(surface, &at)?);
-        scene.groups.push(LocatedGroup { at, group });
+        scene.push("mesh", Group::Surface(particles::parse_surface(surface, &ConfigPath::entry("mesh", index))?));
     }
     for (index, bond) in file.bond.into_iter().enumerate() {
         let at = ConfigPath::entry("bond", index);
@@ -170,22 +165,14 @@ fn parse_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
 }
 
 /// A species, and the classes of its diameters if they are distributed.
-fn parse_species(
-    species: SpeciesFile,
-    at: &ConfigPath,
-) -> Result<(UnvalidatedSpecies, Option<Vec<Class>>), SceneError> {
+fn parse_species(species: SpeciesFile, at: &ConfigPath) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
     let SpeciesFile { name, diameter, mass, is_static, acceleration } = species;
-    match mass {
-        None if !is_static => return Err(missing(at, "mass", "every species that moves has one")),
-        Some(mass) if is_static => {
-            return refuse(at.key("mass"), mass, "no mass: static = true makes it infinite");
-        }
-        _ => {}
-    }
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
         // Every class will have its own.
         DiameterFile::Distribution(file) => (0.0, Some(diameter::parse_distribution(file, &at.key("diameter"))?)),
     };
-    Ok((UnvalidatedSpecies { name, mass, diameter, acceleration: acceleration.map(vector) }, classes))
+    let draft = SpeciesDraft { name, mass, diameter, is_static, acceleration: acceleration.map(vector) };
+    draft.check_mass(at)?;
+    Ok((draft, classes))
 }

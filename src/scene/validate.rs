@@ -28,6 +28,10 @@ impl SceneBuilder {
     /// # Errors
     /// [`SceneError`] with the first mistake: its kind, and the config path of the value.
     pub fn build(&self) -> Result<Scene, SceneError> {
+        if let Some(at) = &self.unnumbered {
+            let expected = "before it, or with a count: its id is not known otherwise";
+            return refuse(at.clone(), "given behind a fill or a surface of any number of particles", expected);
+        }
         self.checked().map_err(|error| self.origins.located(error))
     }
 
@@ -190,6 +194,7 @@ impl SceneBuilder {
             let at = ConfigPath::entry("species", index);
             names::word(&draft.name, &at.key("name"))?;
             taken.take(&draft.name, &at)?;
+            draft.check_mass(&at)?;
             positive(draft.diameter, at.key("diameter"))?;
             let mass = draft.mass.map_or(Ok(f64::INFINITY), |mass| positive(mass, at.key("mass")))?;
             species.push(Species {

@@ -5,7 +5,7 @@ use crate::model::potential::Potential;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::file::InteractionFile;
-use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
+use crate::scene::unvalidated::{InteractionDraft, Model};
 
 /// The shorthands, and the keys that each one takes.
 pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
@@ -19,7 +19,7 @@ pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
     ("none", &[]),
 ];
 
-pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<UnvalidatedInteraction, SceneError> {
+pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<InteractionDraft, SceneError> {
     let (word, keys) = Keys::of_kind(&POTENTIALS, "potential", &file.potential, at, &file)?;
     if file.species.is_none() && file.name.is_none() {
         return Err(missing(at, "species", "or a name, to use it in bonds"));
@@ -49,7 +49,7 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
         _ => Model::None,
     };
     let restitution = file.restitution.unwrap_or(1.0);
-    Ok(UnvalidatedInteraction { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
+    Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
 }
 
 /// Which of the lists of a stepped potential an error is about.

@@ -10,7 +10,7 @@ use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::{affordable, motion, on_flat_axes};
-use crate::scene::unvalidated::UnvalidatedSpecies;
+use crate::scene::unvalidated::SpeciesDraft;
 use crate::scene::validate::plan;
 
 impl Scene {
@@ -92,7 +92,7 @@ fn header(scene: &Scene) -> SceneBuilder {
         shear_rate: scene.shear_rate,
         displacement: scene.displacement,
         contact_time: scene.contact_time,
-        species: scene.species.iter().map(UnvalidatedSpecies::of).collect(),
+        species: scene.species.iter().map(SpeciesDraft::of).collect(),
         audit: scene.audit,
         run: scene.run.clone(),
         output: scene.output.clone(),
