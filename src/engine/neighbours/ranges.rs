@@ -26,7 +26,7 @@ impl Ranges {
                 longest.max(scene.interactions()[bond.interaction.0 as usize].potential.range())
             }),
             of_cells: scene.longest_range(),
-            may_be_overstretched: scene.allows_invalid_start(),
+            may_be_overstretched: scene.allow_invalid_start(),
         }
     }
 

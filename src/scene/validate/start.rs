@@ -9,7 +9,7 @@ use crate::model::space::{Boundary, Space, nearest_image};
 use crate::model::{ParticleId, SpeciesId};
 use crate::prepare::packing::occupancy::{Contacts, first_overlap};
 use crate::scene::config_path::{ConfigPath, PathStep};
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
 use crate::scene::limits::AXES;
@@ -137,13 +137,11 @@ pub(crate) fn list_bonds(
         }
         let [a, b] = draft.pair;
         if a == b {
-            let kind = SceneErrorKind::value(format!("[{a}, {b}]"), "two different particles");
-            return Err(SceneError::new(key_at("particles"), kind));
+            return refuse(key_at("particles"), format!("[{a}, {b}]"), "two different particles");
         }
         let kinds: [SpeciesId; 2] = draft.pair.map(|id| groups.particles[id as usize].species);
         if kinds.iter().all(|kind| species[kind.0 as usize].is_static()) {
-            let kind = SceneErrorKind::value("static", "at least one particle that moves");
-            return Err(SceneError::new(key_at("particles"), kind));
+            return refuse(key_at("particles"), "static", "at least one particle that moves");
         }
         let interaction = interactions.bond(&draft.interaction, kinds[0], kinds[1], &key_at("interaction"))?;
         let pair = [ParticleId(a.min(b)), ParticleId(a.max(b))];
