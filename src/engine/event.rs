@@ -5,7 +5,7 @@ mod counts;
 pub use counts::{CountedKind, EventCountsBySpecies};
 
 use crate::Vector;
-use crate::base::sum::Sum;
+use crate::base::exact::ExactSum;
 use crate::model::ParticleId;
 use serde::{Deserialize, Serialize};
 
@@ -145,31 +145,31 @@ pub struct EventCounts {
     /// Deepest overlap at any event, relative to the discontinuity's distance.
     pub deepest_overlap: f64,
     /// Sum of `r_ij . J` over pair events, the collisional virial `[energy]`.
-    pub virial: f64,
+    pub virial: ExactSum,
     /// Along each axis between two walls, the sum of `x_i J_i` over the particles of all pair events, with `x` from the middle of the box,
     /// each divided by the volume that the centres of its species can reach `[energy / length^D]`.
-    pub confined_virial: [f64; 3],
+    pub confined_virial: [ExactSum; 3],
     /// Along each axis between two walls, the sum of all changes of `m_i v_i^2` at events, each times the time at which it came and divided by the
     /// same volume: `t sum m v^2` is so much more than the integral of `sum m v^2` up to the time `t` `[energy time / length^D]`.
-    pub confined_heating: [Sum; 3],
+    pub confined_heating: [ExactSum; 3],
     /// For each axis, momentum that its lower and its upper wall have given, inwards, divided by the area of the wall that centres of the
     /// particle's species can reach `[energy time / length^D]`; 0 where that area has no end.
-    pub wall_push: [[f64; 2]; 3],
+    pub wall_push: [[ExactSum; 2]; 3],
     /// For each axis, energy that its lower and its upper wall have supplied, less what they took `[energy]`.
-    pub wall_heat: [[Sum; 2]; 3],
+    pub wall_heat: [[ExactSum; 2]; 3],
     /// Kinetic energy lost to restitution `[energy]`.
-    pub dissipated: Sum,
+    pub dissipated: ExactSum,
     /// The sum of all that was dissipated, each times its time since the start of the simulation: `t dissipated` is so much more than the integral
     /// of `dissipated` up to the time `t` `[energy time]`.
-    pub dissipated_moment: Sum,
+    pub dissipated_moment: ExactSum,
     /// Velocities that a thermostat has given.
     pub thermostat: u64,
     /// Energy from outside: of thermostats, growing diameters and sheared boxes `[energy]`.
-    pub supplied: Sum,
+    pub supplied: ExactSum,
     /// The sum of all that was supplied, each times its time since the start of the simulation, as [`Self::dissipated_moment`] `[energy time]`.
-    pub supplied_moment: Sum,
+    pub supplied_moment: ExactSum,
     /// The sum of all changes of the potential energy of pairs, each times its time since the start of the simulation `[energy time]`.
-    pub pair_energy_moment: Sum,
+    pub pair_energy_moment: ExactSum,
 }
 
 impl EventCounts {
@@ -204,21 +204,51 @@ impl EventCounts {
         ] {
             *count -= before;
         }
-        since.virial -= earlier.virial;
-        for axis in 0..3 {
-            since.confined_virial[axis] -= earlier.confined_virial[axis];
-            since.confined_heating[axis].add(-earlier.confined_heating[axis].total());
-            for side in 0..2 {
-                since.wall_push[axis][side] -= earlier.wall_push[axis][side];
-                since.wall_heat[axis][side].add(-earlier.wall_heat[axis][side].total());
-            }
+        for (sum, before) in since.sums_mut().into_iter().zip(earlier.sums()) {
+            sum.subtract(before);
         }
-        since.dissipated.add(-earlier.dissipated.total());
-        since.dissipated_moment.add(-earlier.dissipated_moment.total());
-        since.supplied.add(-earlier.supplied.total());
-        since.supplied_moment.add(-earlier.supplied_moment.total());
-        since.pair_energy_moment.add(-earlier.pair_energy_moment.total());
         since
+    }
+
+    /// All sums.
+    fn sums(&self) -> Vec<&ExactSum> {
+        let Self {
+            virial,
+            confined_virial,
+            confined_heating,
+            wall_push,
+            wall_heat,
+            dissipated,
+            dissipated_moment,
+            supplied,
+            supplied_moment,
+            pair_energy_moment,
+            ..
+        } = self;
+        let scalars = [virial, dissipated, dissipated_moment, supplied, supplied_moment, pair_energy_moment];
+        let of_axes = confined_virial.iter().chain(confined_heating);
+        let of_walls = wall_push.iter().chain(wall_heat).flatten();
+        scalars.into_iter().chain(of_axes).chain(of_walls).collect()
+    }
+
+    fn sums_mut(&mut self) -> Vec<&mut ExactSum> {
+        let Self {
+            virial,
+            confined_virial,
+            confined_heating,
+            wall_push,
+            wall_heat,
+            dissipated,
+            dissipated_moment,
+            supplied,
+            supplied_moment,
+            pair_energy_moment,
+            ..
+        } = self;
+        let scalars = [virial, dissipated, dissipated_moment, supplied, supplied_moment, pair_energy_moment];
+        let of_axes = confined_virial.iter_mut().chain(confined_heating);
+        let of_walls = wall_push.iter_mut().chain(wall_heat).flatten();
+        scalars.into_iter().chain(of_axes).chain(of_walls).collect()
     }
 
     #[inline]

@@ -39,7 +39,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
             let gained = body.velocity[axis] - before[axis];
             if is_by_particle {
                 let arm = body.position[axis] - confinement.middle[axis];
-                self.counts.totals.confined_virial[axis] += share * gained * arm;
+                self.counts.totals.confined_virial[axis].add(share * gained * arm);
             }
             let change = share * gained * (body.velocity[axis] + before[axis]);
             if change != 0.0 {
@@ -52,6 +52,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     pub(super) fn note_push(&mut self, particle: u32, axis: usize, is_upper: bool, impulse: f64) {
         let Some(confinement) = &self.sources.confinement else { return };
         let per_area = confinement.per_area[usize::from(self.row(particle))][axis];
-        self.counts.totals.wall_push[axis][usize::from(is_upper)] += impulse * per_area;
+        self.counts.totals.wall_push[axis][usize::from(is_upper)].add(impulse * per_area);
     }
 }

@@ -254,7 +254,7 @@ impl EventQueue {
         }
     }
 
-    /// The same queue, without entries, with another number of buckets.
+    /// A queue of epochs as long, without entries, with another number of buckets.
     #[cfg(test)]
     pub fn rebuilt(&self, buckets: usize) -> Self {
         assert_eq!((self.cursor, self.steps), (0, 0), "at the beginning of an epoch");

@@ -156,7 +156,9 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
                 }
             }
         }
-        self.counts.totals.virial += change.virial;
+        if change.virial != 0.0 {
+            self.counts.totals.virial.add(change.virial);
+        }
         self.note_energies(change.energy_step, change.dissipated, change.supplied);
         if self.sources.confinement.is_some() {
             self.note_confined(particle, &before[0], matches!(change.other, With::Particle(_)));

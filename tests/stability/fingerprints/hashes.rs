@@ -101,10 +101,10 @@ impl Bits {
         ] {
             self.ledger.bits(count);
         }
-        self.ledger.add([counts.deepest_overlap, counts.virial]);
-        self.ledger.add(counts.confined_virial);
+        self.ledger.add([counts.deepest_overlap, counts.virial.total()]);
+        self.ledger.add(counts.confined_virial.map(|sum| sum.total()));
         self.ledger.add(counts.confined_heating.map(|sum| sum.total()));
-        self.ledger.add(counts.wall_push.into_iter().flatten());
+        self.ledger.add(counts.wall_push.into_iter().flatten().map(|sum| sum.total()));
         self.ledger.add(counts.wall_heat.into_iter().flatten().map(|sum| sum.total()));
         let sums = [
             counts.dissipated,
