@@ -45,12 +45,16 @@ impl ExactSum {
         // A subnormal number has the exponent of the smallest normal one, without the bit before its digits.
         let place = exponent.max(1) - 1;
         let magnitude = (bits & ((1 << 52) - 1)) | u64::from(exponent > 0) << 52;
-        let shifted = u128::from(magnitude) << (place % u64::from(BITS));
-        let sign = if x < 0.0 { -1 } else { 1 };
-        #[expect(clippy::cast_possible_truncation, reason = "less than 2046 / 32")]
-        let first = (place / u64::from(BITS)) as usize;
-        for (digit, at) in self.digits[first..first + 3].iter_mut().zip(0..) {
-            *digit += sign * digit_of(shifted, at);
+        #[expect(clippy::cast_possible_truncation, reason = "less than 2046")]
+        let (first, shift) = (place as usize / BITS as usize, place as u32 % BITS);
+        let (low, high) = (magnitude << shift, (magnitude >> 1) >> (63 - shift));
+        // Either all bits, or none: turns the sign of a number that it is taken from.
+        let sign = bits.cast_signed() >> 63;
+        let of = |digit: u64| (digit.cast_signed() ^ sign) - sign;
+        if let Some([one, two, three]) = self.digits.get_mut(first..first + 3) {
+            *one += of(low & u64::from(u32::MAX));
+            *two += of(low >> BITS);
+            *three += of(high);
         }
         self.additions += 1;
         if self.additions == MOST {
@@ -106,14 +110,6 @@ impl ExactSum {
         self.digits[DIGITS - 1] += carry;
         self.additions = 0;
     }
-}
-
-/// One of the digits of a number.
-#[inline]
-fn digit_of(number: u128, at: u32) -> i64 {
-    #[expect(clippy::cast_possible_truncation, reason = "32 bits of it")]
-    let digit = (number >> (at * BITS)) as u32;
-    i64::from(digit)
 }
 
 impl PartialEq for ExactSum {

@@ -5,9 +5,9 @@ use crate::Vector;
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Counts what an event adds to the potential energy of a pair, what it dissipates and what comes from outside, and when.
-    #[inline]
+    #[inline(always)]
     pub(super) fn note_energies(&mut self, energy_step: f64, dissipated: f64, supplied: f64) {
-        let time = self.elapsed();
+        let time = self.clock.epoch + self.clock.now;
         let totals = &mut self.counts.totals;
         if dissipated != 0.0 {
             totals.dissipated.add(dissipated);

@@ -102,8 +102,23 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// The first contact with any of some uncaptured others; `wraps` if the nearest image of one may be another one than itself.
-    #[inline]
-    pub(super) fn predict_uncaptured(
+    #[inline(always)]
+    pub(super) fn predict_nearest(
+        &self,
+        me: &Streamed,
+        wraps: bool,
+        (others, length): (&[u32], usize),
+        prediction: &mut Prediction,
+    ) {
+        if let Some(growing) = self.distances.growing() {
+            return self.predict_growing(me, growing, wraps, others, prediction);
+        }
+        self.predict_uncaptured(me, wraps, others, length, prediction);
+    }
+
+    /// The first contact with any of some uncaptured others at constant distances.
+    #[inline(never)]
+    fn predict_uncaptured(
         &self,
         me: &Streamed,
         wraps: bool,
@@ -111,9 +126,6 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         length: usize,
         prediction: &mut Prediction,
     ) {
-        if let Some(growing) = self.distances.growing() {
-            return self.predict_growing(me, growing, wraps, others, prediction);
-        }
         let before = prediction.contact_time;
         let met = self.others(me, wraps).earliest_contact::<FALLING, TABLE>(me, others, length, before);
         if met.other != NO_PARTICLE && prediction.is_before(me.id, met.other, met.time, &self.state.bodies) {

@@ -29,7 +29,7 @@ pub(super) struct Prediction {
     pub partner: u32,
     /// The partner's number of events when this was predicted; the number of a surface.
     pub partner_events: u32,
-    /// Decides between simultaneous contacts: pairs before surfaces, then the lower id of the pair or particle.
+    /// Decides between simultaneous contacts: pairs before surfaces, then the lower id of the pair or particle, then whether it is the other's prediction.
     pub tie_order: u32,
     pub contact: Contact,
     /// The face of the cell that it leaves through; of no meaning with lists.
@@ -78,7 +78,8 @@ impl Prediction {
         self.contact_time = time;
         self.partner = other;
         self.partner_events = partner.events;
-        self.tie_order = partner.name.min(bodies[particle as usize].name);
+        let name = bodies[particle as usize].name;
+        self.tie_order = partner.name.min(name) << 1 | u32::from(partner.name < name);
         self.contact = Contact::Pair(side);
     }
 
@@ -104,12 +105,12 @@ impl Prediction {
         self.contact_time = time;
         self.partner = NO_PARTICLE;
         self.partner_events = surface;
-        self.tie_order = SURFACE | name;
+        self.tie_order = SURFACE | name << 1;
         self.contact = Contact::Surface;
     }
 }
 
-/// Bits in the tie orders of contacts with surfaces and of transitions, which those of pairs have not.
+/// Bits in the tie orders of contacts with surfaces and of transitions, which those of pairs have not: there are fewer than `2^29` particles.
 const SURFACE: u32 = 1 << 30;
 const TRANSITION: u32 = 2 << 30;
 

@@ -24,13 +24,19 @@ pub struct QueueEntry {
 }
 
 impl QueueEntry {
-    /// One number that orders entries by time and tie order.
+    /// Whether two entries are of the same time and tie order.
+    #[inline]
+    fn ties_with(&self, other: &Self) -> bool {
+        self.time == other.time && self.tie_order == other.tie_order
+    }
+
+    /// One number that orders entries by time and tie order, and brings those of a particle together.
     #[inline]
     fn key(&self) -> u128 {
         let bits = self.time.to_bits().cast_signed();
         // All bits of a negative number are turned around, and the sign of a positive one.
         let ordered = bits.cast_unsigned() ^ ((bits >> 63).cast_unsigned() | 1 << 63);
-        u128::from(ordered) << 32 | u128::from(self.tie_order)
+        u128::from(ordered) << 64 | u128::from(self.tie_order) << 32 | u128::from(self.particle)
     }
 }
 
@@ -140,11 +146,15 @@ impl EventQueue {
     pub fn push(&mut self, entry: QueueEntry, pending: &impl Pending) {
         let bucket = self.bucket(entry.time);
         if bucket <= self.cursor {
-            let key = entry.key();
-            let after = self.front.partition_point(|other| key < other.key());
+            let after = {
+                let key = entry.key();
+                self.front.partition_point(|other| key < other.key())
+            };
             self.front.insert(after, entry);
-            if self.front.get(after + 1).is_some_and(|other| other.key() == key) {
-                self.order_ties(after, pending);
+            let is_tie = |other: Option<&QueueEntry>| other.is_some_and(|other| other.ties_with(&entry));
+            if is_tie(self.front.get(after + 1)) || is_tie(after.checked_sub(1).map(|before| &self.front[before])) {
+                let first = self.front[..after].iter().rposition(|other| !other.ties_with(&entry));
+                self.order_ties(first.map_or(0, |before| before + 1), pending);
             }
         } else if bucket < self.buckets.count() {
             self.buckets.push(bucket, entry.particle);
@@ -206,11 +216,14 @@ impl EventQueue {
             }
         }
         self.front.sort_unstable_by_key(|entry| !entry.key());
-        if self.front.is_sorted_by(|entry, next| entry.key() > next.key()) {
-            return;
-        }
+        let mut has_ties = false;
+        // A particle may have come to the same bucket more than once.
+        self.front.dedup_by(|entry, before| {
+            has_ties |= entry.ties_with(before) && entry.particle != before.particle;
+            entry.particle == before.particle
+        });
         let mut at = 0;
-        while at < self.front.len() {
+        while has_ties && at < self.front.len() {
             at = self.order_ties(at, pending);
         }
     }
@@ -219,13 +232,15 @@ impl EventQueue {
     /// last of them.
     #[cold]
     fn order_ties(&mut self, first: usize, pending: &impl Pending) -> usize {
-        let key = self.front[first].key();
-        let end = first + self.front[first..].partition_point(|entry| entry.key() == key);
+        let one = self.front[first];
+        let end = first + self.front[first..].iter().take_while(|entry| entry.ties_with(&one)).count();
+        if end == first + 1 {
+            return end;
+        }
         let mut ties: Vec<QueueEntry> = self.front[first..end].to_vec();
         // One of a particle that is due at another time now is void.
         ties.retain(|entry| pending.entry(entry.particle) == *entry);
         ties.sort_unstable_by_key(|entry| (!pending.rank(entry.particle), entry.particle));
-        // A particle may have come to the same bucket more than once.
         ties.dedup();
         let end_of_ties = first + ties.len();
         self.front.splice(first..end, ties);

@@ -70,18 +70,18 @@ impl Change {
 
 impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     /// Gives particles their velocities after a contact, voids their predictions, counts, and shows the event.
-    #[inline]
+    #[inline(always)]
     pub(in crate::engine) fn apply(&mut self, change: &Change, observe: &mut Observe<'_>) -> ControlFlow<()> {
         let before = self.change_velocities(change);
         self.account(change, &before);
         match change.counted {
-            Some(kind) => show(observe, || self.event(change, kind, before)),
+            Some(kind) => show(observe, || self.event(*change, kind, before)),
             None => ControlFlow::Continue(()),
         }
     }
 
     /// Writes the velocities, and returns those before.
-    #[inline]
+    #[inline(always)]
     fn change_velocities(&mut self, change: &Change) -> [Vector; 2] {
         let [of_particle, of_partner] = change.after;
         let before = self.change_velocity(change.particle, of_particle);
@@ -100,8 +100,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         std::mem::replace(&mut body.velocity, after)
     }
 
-    /// The event, for observers.
-    fn event(&self, change: &Change, kind: CountedKind, before: [Vector; 2]) -> Event {
+    /// The event, for observers. By value, so that without observers a change is never written to memory.
+    #[cold]
+    #[inline(never)]
+    fn event(&self, change: Change, kind: CountedKind, before: [Vector; 2]) -> Event {
         let position = |particle: u32| self.state.bodies[particle as usize].position;
         let first = position(change.particle);
         let (other, positions, after) = match change.other {
@@ -138,7 +140,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Counts a change, and adds it to all sums.
-    #[inline]
+    #[inline(always)]
     fn account(&mut self, change: &Change, before: &[Vector; 2]) {
         let particle = change.particle;
         if let Some(kind) = change.counted {
@@ -161,12 +163,19 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         }
         self.note_energies(change.energy_step, change.dissipated, change.supplied);
         if self.sources.confinement.is_some() {
-            self.note_confined(particle, &before[0], matches!(change.other, With::Particle(_)));
-            match change.other {
-                With::Particle(partner) => self.note_confined(partner, &before[1], true),
-                With::Surface(surface) => self.note_wall(change, surface),
-                With::Bath | With::Program => {}
-            }
+            self.account_between_walls(*change, *before);
+        }
+    }
+
+    /// Adds a change to the sums of the pressure between walls.
+    #[cold]
+    #[inline(never)]
+    fn account_between_walls(&mut self, change: Change, before: [Vector; 2]) {
+        self.note_confined(change.particle, &before[0], matches!(change.other, With::Particle(_)));
+        match change.other {
+            With::Particle(partner) => self.note_confined(partner, &before[1], true),
+            With::Surface(surface) => self.note_wall(&change, surface),
+            With::Bath | With::Program => {}
         }
     }
 

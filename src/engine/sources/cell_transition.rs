@@ -69,13 +69,12 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         });
         match self.way(me.id, me.time) {
             Way::Nearest => {
-                let (others, length) = near.filled_up(me.id);
-                self.predict_uncaptured(me, true, others, length, prediction);
+                self.predict_nearest(me, true, near.filled_up(me.id), prediction);
             }
             Way::Several => {
-                let (others, length) = near.filled_up(me.id);
-                self.predict_uncaptured(me, true, others, length, prediction);
-                self.predict_further_images(me, others, self.leaves_cell(me, cells), prediction);
+                let found = near.filled_up(me.id);
+                self.predict_nearest(me, true, found, prediction);
+                self.predict_further_images(me, found.0, self.leaves_cell(me, cells), prediction);
             }
             Way::Sliding(sliding) => {
                 let (others, _) = near.filled_up(me.id);

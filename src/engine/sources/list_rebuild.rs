@@ -30,10 +30,10 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
         &self,
         me: &Streamed,
         verlet: &VerletLists,
-        (others, length): (&[u32], usize),
+        listed: (&[u32], usize),
         prediction: &mut Prediction,
     ) {
-        self.predict_uncaptured(me, verlet.wraps(&me.position), others, length, prediction);
+        self.predict_nearest(me, verlet.wraps(&me.position), listed, prediction);
     }
 
     /// When the particle leaves its skin: like a bond to the centre that reaches its length.

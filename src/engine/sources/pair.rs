@@ -45,7 +45,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// The change of velocities of a pair at a discontinuity.
-    #[inline]
+    #[inline(always)]
     fn respond(&mut self, pair: &Frame, seen: &Discontinuity, restitution: f64, time: f64) -> (Outcome, Change) {
         let (response, tangential_scale) = self.leave(pair, seen, restitution, time);
         let Approach { radial, squared, reduced_mass } = pair.approach;
@@ -89,7 +89,7 @@ impl<const FALLING: bool, const TABLE: bool> Engine<FALLING, TABLE> {
     }
 
     /// Energy that a contact takes from outside: from images that slide, and from diameters that grow.
-    #[inline]
+    #[inline(always)]
     fn supplied(&self, pair: &Frame, before: &[Vector; 2], after: &Vector, impulse: f64) -> f64 {
         let mut supplied = 0.0;
         if self.images.slide() {
