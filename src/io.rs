@@ -1,7 +1,7 @@
 //! Files of a run.
 
 pub(crate) mod atomic;
-mod checkpoints;
+pub(crate) mod checkpoints;
 mod contacts;
 pub mod convert;
 mod csv;

@@ -40,7 +40,9 @@ pub(crate) use continuation::LastRun;
 pub use diagnostic::{SceneError, SceneErrorKind};
 pub(crate) use record::{with_limit, without_limit};
 pub use schema::schema;
-pub use unvalidated::{Amount, Arrangement, Chain, Fill, Lattice, Model, Surface, SurfaceFill};
+pub use unvalidated::{
+    Amount, Arrangement, Chain, Fill, InteractionDraft, Lattice, Model, SpeciesDraft, Surface, SurfaceFill,
+};
 
 use crate::model::Scene;
 

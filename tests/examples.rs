@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "the tests call what the `main` of an example calls")]
 
+#[path = "../examples/dimer.rs"]
+mod dimer;
 #[path = "../examples/event_statistics.rs"]
 mod event_statistics;
 #[path = "../examples/fluid.rs"]
@@ -46,6 +48,12 @@ fn replicas_agree_with_kinetic_theory() {
     let expected = HardSphereFluid::reduced(0.2).collision_rate();
     // 30,000 contacts in each replica: half of a percent in each rate, and as much in 256 particles.
     assert!(error < 0.01 * expected && (mean / expected - 1.0).abs() < 0.015, "{mean} +- {error}, expected {expected}");
+}
+
+#[test]
+fn a_bond_turns_its_beads_back_at_both_of_its_ends() {
+    // First after 0.1, then each time that 0.4 are passed with a speed of 2.
+    assert_eq!(dimer::contacts(10.0).unwrap(), 50);
 }
 
 #[test]

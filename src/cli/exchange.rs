@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use carom::analysis::statistics::Estimate;
 use carom::base::text::digits;
-use carom::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Measured, Opened};
+use carom::exchange::{Exchange, ExchangeFolder, ExchangeSummary, Opened};
 use carom::io::estimate::allowed;
 use carom::io::{Existing, read_scene, refuse_input, refuse_link};
 use carom::model::Scene;
@@ -211,8 +211,8 @@ fn text(summary: &ExchangeSummary) -> String {
     lines.join("\n") + "\n"
 }
 
-fn cell(measured: Option<Measured>) -> String {
-    measured.map_or_else(String::new, |Measured { mean, standard_error }| match standard_error {
+fn cell(measured: Option<Estimate>) -> String {
+    measured.map_or_else(String::new, |Estimate { mean, standard_error }| match standard_error {
         Some(_) => describe::estimate(&Estimate { mean, standard_error }),
         None => digits(mean),
     })

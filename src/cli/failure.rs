@@ -109,10 +109,7 @@ impl From<SweepError> for Failure {
         match error {
             SweepError::Scene(error) => error.into(),
             SweepError::Output(error) => error.into(),
-            error => {
-                let code = if let SweepError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
-                Self::new(with_causes(&error), error.cure(), code)
-            }
+            error => Self::new(with_causes(&error), error.cure(), BAD_INPUT),
         }
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::populations::Populations;
-use super::results::{Measured, Neighbours, Population, TemperatureResult};
+use super::results::{Neighbours, TemperatureResult};
 use crate::analysis::observables::Observer;
 use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::engine::Simulation;
@@ -47,20 +47,20 @@ impl AtTemperature {
     }
 
     /// Means at a temperature.
-    fn measured(&self, temperature: f64) -> Vec<(&'static str, Measured)> {
+    fn measured(&self, temperature: f64) -> Vec<(&'static str, Estimate)> {
         let applicable = self.observer.applicable();
         let (particles, dimensions) = (applicable.moving as f64, applicable.dimensions);
         let all = self.observer.estimates().into_iter().filter(|(name, _)| *name != POTENTIAL);
-        let mut all: Vec<(&'static str, Measured)> = all.map(|(name, estimate)| (name, estimate.into())).collect();
+        let mut all: Vec<(&'static str, Estimate)> = all.collect();
         let shifted = self.energy.estimate().zip(self.first).map(|(energy, first)| {
             let energy = Estimate { mean: energy.mean + first, ..energy };
-            (POTENTIAL, Measured::from(energy.over(particles)))
+            (POTENTIAL, energy.over(particles))
         });
         all.extend(shifted);
         let heat_capacity = self.energy.variance(&self.square).map(|variance| {
             let of_positions = variance.over(particles * temperature * temperature);
             let heat_capacity = Estimate { mean: 0.5 * dimensions + of_positions.mean, ..of_positions };
-            ("heat_capacity_per_particle", Measured::from(heat_capacity))
+            ("heat_capacity_per_particle", heat_capacity)
         });
         all.extend(heat_capacity);
         all
@@ -103,19 +103,10 @@ impl Averages {
 
     /// Means at each temperature.
     pub fn results(&self, temperatures: &[f64]) -> Vec<TemperatureResult> {
-        let population = |place: usize| {
-            let levels = self.populations.all();
-            let of_level = |level: super::populations::Population<'_>| Population {
-                energy: level.energy,
-                width: level.width,
-                population: level.occupied[place].estimate().map_or_else(Measured::default, Measured::from),
-            };
-            levels.map(of_level).collect()
-        };
         let result = |(place, (temperature, at)): (usize, (&f64, &AtTemperature))| TemperatureResult {
             temperature: *temperature,
             observables: at.measured(*temperature).into_iter().map(|(name, it)| (name.to_owned(), it)).collect(),
-            populations: population(place),
+            populations: self.populations.at(place),
         };
         temperatures.iter().zip(&self.temperatures).enumerate().map(result).collect()
     }
@@ -127,7 +118,7 @@ impl Averages {
             temperatures: [pair[0], pair[1]],
             attempts: *attempts,
             accepted: *accepted,
-            acceptance: swaps.estimate().map(Measured::from),
+            acceptance: swaps.estimate(),
         };
         temperatures.windows(2).zip(swaps).map(neighbours).collect()
     }

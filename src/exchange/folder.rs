@@ -6,7 +6,7 @@ mod size;
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -17,11 +17,12 @@ use super::summary::ExchangeSummary;
 use super::tables;
 use crate::base::checksum::checksum;
 use crate::engine::Simulation;
-use crate::io::atomic::{sync_folder, write_atomically};
+use crate::io::atomic::{sync_folder, write_text};
+use crate::io::checkpoints::Checkpoints;
 use crate::io::inputs::refuse_changed;
 use crate::io::partial::PartialFile;
 use crate::io::plain;
-use crate::io::{Existing, Frames, OutputError, remove};
+use crate::io::{Frames, OutputError, remove};
 use crate::model::Scene;
 use crate::model::input_file::spelled;
 use crate::run::checkpoint::{self, Checked, ManifestEntry};
@@ -34,10 +35,6 @@ const CHECKPOINT: &str = "exchange.checkpoint";
 /// The page, which is no longer true of an exchange that goes on to a later end.
 const PAGE: &str = "exchange.html";
 pub(super) const SUMMARY: &str = "summary.json";
-
-/// Between two checkpoints unless something else is given, and to the first one at most.
-const INTERVAL: Duration = Duration::from_secs(300);
-const FIRST: Duration = Duration::from_secs(1);
 
 /// Content of a checkpoint.
 #[derive(Serialize)]
@@ -87,9 +84,7 @@ pub struct ExchangeFolder {
     rows: PartialFile,
     trajectories: Vec<PartialFile>,
     frames: Frames,
-    interval: Duration,
-    since: Instant,
-    is_first: bool,
+    checkpoints: Checkpoints,
 }
 
 /// State of the folder of an exchange when it is opened.
@@ -124,7 +119,7 @@ impl ExchangeFolder {
             Ok(text) if without_limit(&text) == without_limit(record) => has_other_end = true,
             Ok(_) => return Err(ExchangeFolderError::Other(path.to_owned())),
             Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                write(&kept, record)?;
+                write_text(&kept, record)?;
             }
             Err(source) => return Err(ExchangeFolderError::Read { path: kept, source }),
         }
@@ -134,7 +129,7 @@ impl ExchangeFolder {
         }
         if !is_complete && !path.join(CHECKPOINT).exists() {
             if has_other_end {
-                write(&kept, record)?;
+                write_text(&kept, record)?;
             }
             return Ok(Opened::UnderWay(Box::new(Self::begin(path, mark, scene)?)));
         }
@@ -145,7 +140,7 @@ impl ExchangeFolder {
         if has_other_end {
             // From here on the results are no longer those of the scene. A process that is killed before it has the new scene comes to the old end again.
             [SUMMARY, ENERGIES, PAGE].iter().try_for_each(|name| remove(&path.join(name)))?;
-            write(&kept, record)?;
+            write_text(&kept, record)?;
         }
         Ok(Opened::UnderWay(Box::new(Self::resume(path, mark, exchange, &files)?)))
     }
@@ -164,9 +159,7 @@ impl ExchangeFolder {
             rows,
             trajectories,
             frames,
-            interval: INTERVAL,
-            since: Instant::now(),
-            is_first: true,
+            checkpoints: Checkpoints::begin(path.join(CHECKPOINT)),
         };
         Ok((folder, exchange))
     }
@@ -204,9 +197,7 @@ impl ExchangeFolder {
             frames: Frames::of_simulation(exchange.example()),
             path: path.to_owned(),
             _mark: mark,
-            interval: INTERVAL,
-            since: Instant::now(),
-            is_first: false,
+            checkpoints: Checkpoints::go_on(path.join(CHECKPOINT)),
         };
         exchange.enlarge();
         Ok((folder, exchange))
@@ -215,7 +206,7 @@ impl ExchangeFolder {
     /// Writes a checkpoint so often, instead of every five minutes.
     #[must_use]
     pub fn checkpoint_every(mut self, interval: Duration) -> Self {
-        self.interval = interval;
+        self.checkpoints.interval = interval;
         self
     }
 
@@ -244,7 +235,7 @@ impl ExchangeFolder {
     pub fn complete(mut self, exchange: &Exchange) -> Result<ExchangeSummary, ExchangeFolderError> {
         let mut summary = ExchangeSummary::of(exchange);
         let energies = tables::energies(&summary.results);
-        write(&self.path.join(ENERGIES), &energies)?;
+        write_text(&self.path.join(ENERGIES), &energies)?;
         self.rows.sync()?;
         let checksums = [(ENERGIES, checksum(energies.as_bytes())), (ROWS, self.rows.keep(&self.path)?.checksum)];
         summary.tables = checksums.map(|(name, checksum)| (name.to_owned(), spelled(checksum))).into();
@@ -253,7 +244,7 @@ impl ExchangeFolder {
             file.complete()?;
         }
         sync_folder(&self.path);
-        write(&self.path.join(SUMMARY), &summary.text())?;
+        write_text(&self.path.join(SUMMARY), &summary.text())?;
         sync_folder(&self.path);
         Ok(summary)
     }
@@ -322,25 +313,13 @@ impl ExchangeRecorder for ExchangeFolder {
     }
 
     fn is_checkpoint_due(&self) -> bool {
-        let interval = if self.is_first { self.interval.min(FIRST) } else { self.interval };
-        self.since.elapsed() >= interval
+        self.checkpoints.is_due()
     }
 
     fn checkpoint(&mut self, exchange: &Exchange) -> Result<(), OutputError> {
         let files = std::iter::once(&mut self.rows).chain(&mut self.trajectories);
         let files: Vec<ManifestEntry> = files.map(|file| file.keep(&self.path)).collect::<Result<_, _>>()?;
-        let [last, partial] = [CHECKPOINT.to_owned(), format!("{CHECKPOINT}.partial")].map(|name| self.path.join(name));
-        let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
-        if let Err(error) = checkpoint::write_content(&file, &Content { exchange, files: &files }) {
-            // Half of one is of no use; what it took on a full disk may be.
-            drop(file);
-            let _ = fs::remove_file(&partial);
-            return Err(OutputError::write(&partial)(error));
-        }
-        fs::rename(&partial, &last).map_err(OutputError::write(&last))?;
-        sync_folder(&self.path);
-        (self.since, self.is_first) = (Instant::now(), false);
-        Ok(())
+        self.checkpoints.write(&Content { exchange, files: &files })
     }
 }
 
@@ -358,10 +337,6 @@ fn refuse_other(
     } else {
         Err(ExchangeFolderError::Table { path: folder.join(name), found, expected })
     }
-}
-
-fn write(path: &Path, text: &str) -> Result<(), OutputError> {
-    write_atomically(path, Existing::Replace, |file| file.write_all(text.as_bytes())).map_err(OutputError::write(path))
 }
 
 fn trajectory_in(path: &Path, place: usize) -> PathBuf {

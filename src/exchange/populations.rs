@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::analysis::statistics::BlockAverage;
+use super::results::Population;
+use crate::analysis::statistics::{BlockAverage, Estimate};
 use crate::model::Scene;
 
 /// More levels than these become bins of even width.
@@ -40,16 +41,6 @@ pub(super) struct Populations {
     /// Averages of a level that has not been seen yet.
     empty: BlockAverage,
     temperatures: usize,
-}
-
-/// Population of a level at a temperature.
-pub(super) struct Population<'p> {
-    /// Its energy, in the middle of a bin.
-    pub energy: f64,
-    /// Width of a bin; 0 for an exact level.
-    pub width: f64,
-    /// By temperature.
-    pub occupied: &'p [BlockAverage],
 }
 
 impl Populations {
@@ -133,13 +124,15 @@ impl Populations {
         self.levels = merged;
     }
 
-    /// All levels in ascending order.
-    pub fn all(&self) -> impl Iterator<Item = Population<'_>> {
-        self.levels.iter().map(|level| Population {
+    /// The populations of all levels at a temperature, by its place, in ascending order.
+    pub fn at(&self, place: usize) -> Vec<Population> {
+        let nothing = Estimate { mean: 0.0, standard_error: None };
+        let population = |level: &Level| Population {
             energy: self.width.map_or(level.at, |width| (level.at + 0.5) * width),
             width: self.width.unwrap_or(0.0),
-            occupied: &level.occupied,
-        })
+            population: level.occupied[place].estimate().unwrap_or(nothing),
+        };
+        self.levels.iter().map(population).collect()
     }
 }
 
@@ -163,7 +156,7 @@ mod tests {
     }
 
     fn means(populations: &Populations, temperature: usize) -> Vec<(f64, f64)> {
-        populations.all().map(|level| (level.energy, level.occupied[temperature].mean().unwrap())).collect()
+        populations.at(temperature).iter().map(|level| (level.energy, level.population.mean)).collect()
     }
 
     #[test]

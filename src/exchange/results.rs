@@ -6,21 +6,6 @@ use serde::{Deserialize, Serialize};
 
 use crate::analysis::statistics::Estimate;
 
-/// A mean with its standard error.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Measured {
-    /// The mean.
-    pub mean: f64,
-    /// Its standard error; `None` for insufficient data.
-    pub standard_error: Option<f64>,
-}
-
-impl From<Estimate> for Measured {
-    fn from(Estimate { mean, standard_error }: Estimate) -> Self {
-        Self { mean, standard_error }
-    }
-}
-
 /// Population of a level of the potential energy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Population {
@@ -29,7 +14,7 @@ pub struct Population {
     /// Width of the bin; 0 for an exact level `[energy]`.
     pub width: f64,
     /// The part of all samples that is in it.
-    pub population: Measured,
+    pub population: Estimate,
 }
 
 /// Results at a temperature, over whichever replica was there.
@@ -40,7 +25,7 @@ pub struct TemperatureResult {
     pub temperature: f64,
     /// Means by name: those of [`OBSERVABLES`](crate::analysis::observables::OBSERVABLES) that mean something for the scene, and
     /// `heat_capacity_per_particle` (at constant volume, in units of k_B), `D / 2 + <(U - <U>)^2> / (N T^2)`.
-    pub observables: BTreeMap<String, Measured>,
+    pub observables: BTreeMap<String, Estimate>,
     /// Populations of the levels of the potential energy, in ascending order; in `energies.csv`, not in `summary.json`.
     #[serde(skip)]
     pub populations: Vec<Population>,
@@ -57,7 +42,7 @@ pub struct Neighbours {
     /// and how many of them were accepted.
     pub accepted: u64,
     /// Their ratio with its standard error; `None` without an attempt.
-    pub acceptance: Option<Measured>,
+    pub acceptance: Option<Estimate>,
 }
 
 /// Results of an exchange.

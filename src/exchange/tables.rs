@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use super::replicas::ExchangeRow;
-use super::results::{ExchangeResults, Measured, Population};
+use super::results::{ExchangeResults, Population};
+use crate::analysis::statistics::Estimate;
 use crate::io::number::Cell;
 
 /// The first line of `exchange.csv`; temperatures and replicas count from 1.
@@ -62,7 +63,7 @@ pub(super) fn read_energies(text: &str, results: &mut ExchangeResults) -> Result
         let numbers = [cell(0), cell(1), cell(2), cell(3)].map(|it| it.ok_or_else(wrong));
         let [temperature, energy, width, mean] = numbers;
         let temperature = temperature?;
-        let population = Measured { mean: mean?, standard_error: cell(4) };
+        let population = Estimate { mean: mean?, standard_error: cell(4) };
         let at = results.temperatures.iter_mut().find(|at| at.temperature == temperature).ok_or_else(wrong)?;
         at.populations.push(Population { energy: energy?, width: width?, population });
     }

@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use super::draft::UnnamedFile;
+use super::error::OutputError;
 
 /// Policy for an existing file or folder at the path of an output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -43,6 +44,14 @@ pub(crate) fn write_atomically(
     file.get_ref().sync_all()?;
     drop(file);
     draft.publish(existing)
+}
+
+/// Writes a text, in the place of what was there, as [`write_atomically`].
+///
+/// # Errors
+/// [`OutputError::Write`].
+pub(crate) fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
+    write_atomically(path, Existing::Replace, |file| file.write_all(text.as_bytes())).map_err(OutputError::write(path))
 }
 
 pub(super) fn holds_same(one: &Path, other: &Path) -> io::Result<bool> {

@@ -1,20 +1,20 @@
-//! The checkpoints of a run in its folder: the last one, and the one before.
+//! The checkpoints of a run in its folder, the last one and the one before; and when and how checkpoints are written.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::atomic::sync_folder;
+use serde::Serialize;
+
+use super::atomic::{folder_of, sync_folder};
 use super::error::OutputError;
 use super::folder::remove;
+use super::partial::partial_of;
 use super::plain;
-use crate::engine::Simulation;
-use crate::run::RunState;
-use crate::run::checkpoint::{self, Manifest};
+use crate::run::checkpoint;
 
 const LAST: &str = "checkpoint";
 const PREVIOUS: &str = "checkpoint.previous";
-const PARTIAL: &str = "checkpoint.partial";
 
 /// Names of complete checkpoints.
 pub(super) const NAMES: [&str; 2] = [LAST, PREVIOUS];
@@ -30,6 +30,11 @@ pub(super) fn last(folder: &Path) -> PathBuf {
     folder.join(LAST)
 }
 
+/// Where the one before is.
+pub(super) fn previous(folder: &Path) -> PathBuf {
+    folder.join(PREVIOUS)
+}
+
 /// The one to go on from: the last one, or where that is gone the one before.
 pub(super) fn newest(folder: &Path) -> PathBuf {
     let [last, previous] = NAMES.map(|name| folder.join(name));
@@ -43,22 +48,29 @@ pub(super) fn has_any(folder: &Path) -> bool {
 
 /// When and where checkpoints are written.
 #[derive(Debug)]
-pub(super) struct Checkpoints {
-    folder: PathBuf,
+pub(crate) struct Checkpoints {
+    last: PathBuf,
+    /// Where the one before is kept.
+    previous: Option<PathBuf>,
     pub interval: Duration,
     since: Instant,
     is_first: bool,
 }
 
 impl Checkpoints {
-    /// For a new run.
-    pub fn begin(folder: &Path) -> Self {
-        Self { is_first: true, ..Self::go_on(folder) }
+    /// For what begins anew.
+    pub fn begin(last: PathBuf) -> Self {
+        Self { is_first: true, ..Self::go_on(last) }
     }
 
-    /// For a run that is resumed.
-    pub fn go_on(folder: &Path) -> Self {
-        Self { folder: folder.to_owned(), interval: INTERVAL, since: Instant::now(), is_first: false }
+    /// For what is resumed.
+    pub fn go_on(last: PathBuf) -> Self {
+        Self { last, previous: None, interval: INTERVAL, since: Instant::now(), is_first: false }
+    }
+
+    /// Keeps the checkpoint before the last one, too.
+    pub fn keeping(self, previous: PathBuf) -> Self {
+        Self { previous: Some(previous), ..self }
     }
 
     /// Whether it is time for the next one.
@@ -68,25 +80,25 @@ impl Checkpoints {
     }
 
     /// Writes one beside the last one, which becomes the one before when the new one is safe on the disk.
-    pub fn write(&mut self, simulation: &Simulation, state: &RunState, manifest: &Manifest) -> Result<(), OutputError> {
-        let [last, previous, partial] = [LAST, PREVIOUS, PARTIAL].map(|name| self.folder.join(name));
+    pub fn write(&mut self, content: &impl Serialize) -> Result<(), OutputError> {
+        let (last, partial) = (&self.last, partial_of(&self.last));
         let file = plain::create(&partial).map_err(OutputError::write(&partial))?;
-        if let Err(error) = checkpoint::write(&file, simulation, state, manifest) {
+        if let Err(error) = checkpoint::write(&file, content) {
             // Half of one is of no use; what it took on a full disk may be.
             drop(file);
             let _ = fs::remove_file(&partial);
             return Err(OutputError::write(&partial)(error));
         }
         // A second name first, so that there is one under the first name at every instant; where a disk has no second names, almost.
-        if last.exists() {
-            remove(&previous)?;
-            if fs::hard_link(&last, &previous).is_err() {
-                fs::rename(&last, &previous).map_err(OutputError::write(&previous))?;
+        if let Some(previous) = self.previous.as_ref().filter(|_| last.exists()) {
+            remove(previous)?;
+            if fs::hard_link(last, previous).is_err() {
+                fs::rename(last, previous).map_err(OutputError::write(previous))?;
             }
         }
-        fs::rename(&partial, &last).map_err(OutputError::write(&last))?;
+        fs::rename(&partial, last).map_err(OutputError::write(last))?;
         // The new names, too, are to survive a power cut.
-        sync_folder(&self.folder);
+        sync_folder(folder_of(last));
         (self.since, self.is_first) = (Instant::now(), false);
         Ok(())
     }

@@ -6,11 +6,10 @@
 //! cells. A species name with a comma or a quote is quoted (RFC 4180); one that a spreadsheet would take for a formula
 //! gets an apostrophe before it. Names of scenes are neither: they begin with a letter or a digit.
 
-use std::borrow::Cow;
 use std::io::Write;
 
 use super::convert::{Draft, FrameError, Moment, Writer};
-use super::number::Cell;
+use super::number::{Cell, quoted};
 use crate::analysis::instruments::Scalar;
 use crate::trajectory::Frame;
 
@@ -49,10 +48,10 @@ impl Writer for Table {
         };
         let columns: Vec<Option<&Scalar>> =
             scalars.iter().map(|name| frame.scalars.iter().find(|scalar| scalar.name == *name)).collect();
-        let names: Vec<Cow<str>> = frame.species.iter().map(|species| quoted(&species.name)).collect();
+        let names: Vec<String> = frame.species.iter().map(|species| cell(&species.name)).collect();
         let time = Cell(Some(frame.time));
         for (place, particle) in frame.particles.iter().enumerate() {
-            let name = names.get(particle.species.0 as usize).map_or("", AsRef::as_ref);
+            let name = names.get(particle.species.0 as usize).map_or("", String::as_str);
             write!(self.file, "{index},{time},{},{name}", particle.id.0)?;
             for &x in &particle.position {
                 write!(self.file, ",{}", Cell(Some(x)))?;
@@ -82,14 +81,8 @@ impl Writer for Table {
 }
 
 /// As a cell. A name that a spreadsheet would take for a formula, which only files of other programs can have, gets an apostrophe.
-fn quoted(name: &str) -> Cow<'_, str> {
-    if name.starts_with(['=', '+', '-', '@']) {
-        Cow::Owned(quoted(&format!("'{name}")).into_owned())
-    } else if name.contains([',', '"']) {
-        Cow::Owned(format!("\"{}\"", name.replace('"', "\"\"")))
-    } else {
-        Cow::Borrowed(name)
-    }
+fn cell(name: &str) -> String {
+    if name.starts_with(['=', '+', '-', '@']) { quoted(&format!("'{name}")) } else { quoted(name) }
 }
 
 #[cfg(test)]
@@ -109,8 +102,8 @@ mod tests {
             0,0.25,0,bead,-1.5,0.1,2,1,0.30000000000000004,-2e-9,0.5\n\
             0,0.25,1,\"a,b\",-0.5,0.1,2,0,0,0,0.75\n";
         assert_eq!(text, expected);
-        assert_eq!([quoted("ab"), quoted("a\"b")], ["ab", "\"a\"\"b\""]);
-        assert_eq!([quoted("=1+cmd"), quoted("-1,x"), quoted("1-x")], ["'=1+cmd", "\"'-1,x\"", "1-x"]);
+        assert_eq!([cell("ab"), cell("a\"b")], ["ab", "\"a\"\"b\""]);
+        assert_eq!([cell("=1+cmd"), cell("-1,x"), cell("1-x")], ["'=1+cmd", "\"'-1,x\"", "1-x"]);
     }
 
     #[test]

@@ -35,7 +35,7 @@ use crate::engine::event::Event;
 use crate::engine::{Simulation, Snapshot};
 use crate::model::Format;
 use crate::model::Scene;
-use crate::run::checkpoint::Manifest;
+use crate::run::checkpoint::{Content, Manifest};
 use crate::run::{Recorder, RunState, Stage};
 
 /// The last file of a run: where it is, the others are complete and belong to it.
@@ -88,8 +88,10 @@ pub struct Folder {
     target: PathBuf,
     /// Where the files are until they are complete: the same, or within it.
     path: PathBuf,
-    /// The lists of the folders from the first to the second.
-    owned: Vec<Owned>,
+    /// The list of the files there.
+    owned: Owned,
+    /// That of the run that is to be replaced.
+    outer: Option<Owned>,
     scene: Option<SceneCopy>,
     columns: Columns,
     thermo: PartialFile,
@@ -124,25 +126,22 @@ impl Folder {
             fs::create_dir_all(path).map_err(|source| OutputError::Folder { path: path.to_owned(), source })
         };
         make(target)?;
-        let mut owned = vec![Owned::lock(target)?];
-        replacement::recover(target, &mut owned[0])?;
+        let mut owned = Owned::lock(target)?;
+        replacement::recover(target, &mut owned)?;
         let path = spot(target, existing)?;
         let names = names_of(scene);
-        let levels = levels(target, &path);
         // What would be in the way at the end is reported now, before anything else is made.
-        owned[0].allow(&names)?;
-        for level in levels.iter().skip(1) {
-            if let Some(outer) = owned.last_mut().filter(|outer| outer.replacement() == Replacement::None) {
-                outer.set_replacement(Replacement::Begun)?;
-            }
-            make(level)?;
-            let list = Owned::lock(level)?;
-            list.allow(&names)?;
-            owned.push(list);
+        owned.allow(&names)?;
+        let mut outer = None;
+        if path != target {
+            owned.set_replacement(Replacement::Begun)?;
+            make(&path)?;
+            let mut inner = Owned::lock(&path)?;
+            // Of one that was to replace the same run, and has not come to its end.
+            inner.remove_all()?;
+            outer = Some(std::mem::replace(&mut owned, inner));
         }
-        if let Some(owned) = owned.last_mut() {
-            owned.claim(&names)?;
-        }
+        owned.claim(&names)?;
         let columns = Columns::of(scene);
         let mut thermo = PartialFile::create(path.join(THERMO))?;
         thermo.write(&columns.header())?;
@@ -156,10 +155,11 @@ impl Folder {
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             most_bytes: f64::INFINITY,
-            checkpoints: Checkpoints::begin(&path),
+            checkpoints: Checkpoints::begin(checkpoints::last(&path)).keeping(checkpoints::previous(&path)),
             target: target.to_owned(),
             path,
             owned,
+            outer,
         })
     }
 
@@ -244,14 +244,6 @@ fn names_of(scene: &Scene) -> Vec<String> {
     names
 }
 
-/// The folders from the one that was asked for to the one within it where a run is written.
-fn levels(target: &Path, path: &Path) -> Vec<PathBuf> {
-    let inner = path.ancestors().take_while(|level| *level != target);
-    let mut levels: Vec<PathBuf> = inner.chain([target]).map(Path::to_owned).collect();
-    levels.reverse();
-    levels
-}
-
 /// Removes a file that may not be there.
 pub(crate) fn remove(path: &Path) -> Result<(), OutputError> {
     match fs::remove_file(path) {
@@ -308,6 +300,6 @@ impl Recorder for Folder {
             files.extend(log.keep(&self.path)?);
         }
         let manifest = Manifest { scene: self.scene.as_ref().map(|scene| scene.checksum), files };
-        self.checkpoints.write(simulation, state, &manifest)
+        self.checkpoints.write(&Content { simulation, state, manifest: &manifest })
     }
 }

@@ -71,7 +71,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
             if !is_known && (inner.is_symlink() || contents(&inner)? != Contents::Nothing) {
                 return Err(OutputError::NotReplacement(inner));
             }
-            spot(&inner, existing)
+            Ok(inner)
         }
     }
 }
@@ -80,7 +80,7 @@ pub(super) fn spot(path: &Path, existing: Existing) -> Result<PathBuf, OutputErr
 pub(super) fn active(path: &Path) -> PathBuf {
     let inner = replacement::within(path);
     let is_known = owned::replacement_of(path) != Replacement::None;
-    if is_known && is_run(&inner) && checkpoints::has_any(&inner) { active(&inner) } else { path.to_owned() }
+    if is_known && is_run(&inner) && checkpoints::has_any(&inner) { inner } else { path.to_owned() }
 }
 
 /// The run in whose folder a folder is, or would be.

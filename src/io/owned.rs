@@ -2,8 +2,8 @@
 //! also notes how far a run has come that is to replace this one: no other folder is ever taken for such a run.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{Read, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
 use super::convert;
@@ -29,17 +29,15 @@ pub(super) enum Replacement {
     /// There is none.
     #[default]
     None,
-    /// It has been begun, and can be gone on with.
+    /// It has been begun.
     Begun,
-    /// It came to an end that it cannot be led away from.
-    Failed,
     /// It is complete, and takes the place of the other one.
     Complete,
 }
 
 impl Replacement {
-    const WORDS: [(Self, &'static str); 4] =
-        [(Self::None, "over"), (Self::Begun, "begun"), (Self::Failed, "failed"), (Self::Complete, "complete")];
+    const WORDS: [(Self, &'static str); 3] =
+        [(Self::None, "over"), (Self::Begun, "begun"), (Self::Complete, "complete")];
 
     fn from_word(word: &str) -> Option<Self> {
         Self::WORDS.into_iter().find(|(_, known)| *known == word).map(|(state, _)| state)
@@ -91,16 +89,7 @@ impl Owned {
     pub fn lock(folder: &Path) -> Result<Self, OutputError> {
         let path = folder.join(FILE);
         let is_run = is_run(folder);
-        plain::refuse(&path, false)?;
-        let file = plain::open(OpenOptions::new().read(true).append(true).create(true), &path);
-        let mut file = file.map_err(OutputError::write(&path))?;
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(folder.to_owned())),
-            // Where the system has no locks, nothing keeps two runs apart.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
-        }
-        let mut text = Vec::new();
-        file.read_to_end(&mut text).map_err(OutputError::write(&path))?;
+        let (file, text) = plain::lock(folder, FILE)?;
         let lines = text.strip_prefix(HEADER.as_bytes());
         // A last line that was cut off is none.
         let whole = lines.map_or(0, |lines| text.len() - lines.len() + whole_lines(lines));
@@ -201,6 +190,12 @@ impl Owned {
         self.append(&names.iter().map(|name| format!("- {name}\n")).collect::<String>())?;
         self.names.retain(|name| !names.contains(name));
         Ok(())
+    }
+
+    /// Removes all files of the run.
+    pub fn remove_all(&mut self) -> Result<(), OutputError> {
+        let names: Vec<String> = self.names.iter().cloned().collect();
+        self.remove(&names)
     }
 
     /// Removes what there is of a file, or of a folder, before it is complete.

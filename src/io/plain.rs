@@ -1,11 +1,13 @@
 //! Files of Carom's own: plain files in plain folders. No link is followed to them: what it leads to is not Carom's, nor what has another
 //! name as well.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
+use super::draft::remove_abandoned;
 use super::error::OutputError;
+use super::occupied::run_around;
 use super::partial::partial_of;
 
 /// An empty file, in the place of one that was there: neither a link nor a second name leads its bytes elsewhere.
@@ -46,6 +48,41 @@ pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     open(OpenOptions::new().read(true), path)?.take(most).read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+/// Opens the file by which a folder of Carom's is known, or makes it, for this process alone until it is dropped; and what it holds.
+///
+/// # Errors
+/// [`OutputError::Busy`] if another process has it, [`OutputError::NotPlain`] or [`OutputError::Write`] if it cannot be opened.
+pub(crate) fn lock(folder: &Path, name: &str) -> Result<(File, Vec<u8>), OutputError> {
+    let path = folder.join(name);
+    refuse(&path, false)?;
+    let mut file =
+        open(OpenOptions::new().read(true).append(true).create(true), &path).map_err(OutputError::write(&path))?;
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => return Err(OutputError::Busy(folder.to_owned())),
+        // Where the system has no locks, nothing keeps two processes apart.
+        Ok(()) | Err(TryLockError::Error(_)) => {}
+    }
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(OutputError::write(&path))?;
+    Ok((file, bytes))
+}
+
+/// Makes a folder in which a command writes, unless there is one, and removes what killed commands have left there.
+///
+/// # Errors
+/// [`OutputError::WithinRun`] in the folder of a run, [`OutputError::NotFolder`] or [`OutputError::Folder`] if there can be none.
+pub(crate) fn make_folder(path: &Path) -> Result<(), OutputError> {
+    if let Some(run) = run_around(path) {
+        return Err(OutputError::WithinRun { target: path.to_owned(), run });
+    }
+    if fs::metadata(path).is_ok_and(|metadata| !metadata.is_dir()) {
+        return Err(OutputError::NotFolder(path.to_owned()));
+    }
+    fs::create_dir_all(path).map_err(|source| OutputError::Folder { path: path.to_owned(), source })?;
+    remove_abandoned(path);
+    Ok(())
 }
 
 /// Refuses whatever is under the name of a file of Carom's, complete or not, and no plain file; of a folder with all files of a format,

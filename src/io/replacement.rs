@@ -29,7 +29,6 @@ pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> 
         return owned.set_replacement(Replacement::None);
     }
     let mut new = Owned::lock(&inner)?;
-    recover(&inner, &mut new)?;
     let has_ended = inner.join(SUMMARY).exists();
     if has_ended && owned.replacement() == Replacement::Complete {
         return take_place(&inner, new, run, owned);
@@ -37,8 +36,7 @@ pub(super) fn recover(run: &Path, owned: &mut Owned) -> Result<(), OutputError> 
     if has_ended || checkpoints::has_any(&inner) {
         return Ok(());
     }
-    let names: Vec<String> = new.names().iter().cloned().collect();
-    new.remove(&names)?;
+    new.remove_all()?;
     clear(&inner, new);
     owned.set_replacement(Replacement::None)
 }

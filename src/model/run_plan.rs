@@ -70,12 +70,6 @@ impl RunPlan {
         self.thermostat.is_some() || self.stages.iter().any(is_driven)
     }
 
-    /// Whether a thermostat gives single particles new velocities in the measurement, so that momentum is not conserved there.
-    #[must_use]
-    pub fn measures_with_andersen(&self) -> bool {
-        matches!(self.thermostat, Some(Thermostat::Andersen { .. }))
-    }
-
     /// Whether some thermostat gives single particles new velocities in any stage.
     #[must_use]
     pub fn has_andersen(&self) -> bool {

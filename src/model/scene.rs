@@ -90,9 +90,9 @@ pub struct Particle {
     pub velocity: Vector,
 }
 
-/// Declares a scene and its parts, which have the same fields: closed there, open here.
+/// Declares a scene and its parts, which have the same fields: open there, and here shown by methods of the same names, with the type behind `=>`.
 macro_rules! scene {
-    ($($(#[$doc:meta])* $field:ident: $type:ty,)*) => {
+    ($($(#[$doc:meta])* $field:ident: $type:ty => $view:ident $shown:ty,)*) => {
         /// A validated scene: everything that decides a trajectory, and what is to be measured and written.
         ///
         /// [`SceneBuilder`](crate::scene::SceneBuilder) makes one in code, [`Scene::from_file`] from a file, and [`Scene::new`] from the
@@ -110,6 +110,14 @@ macro_rules! scene {
         }
 
         impl Scene {
+            $(
+                $(#[$doc])*
+                #[must_use]
+                pub fn $field(&self) -> $shown {
+                    scene!($view self.$field)
+                }
+            )*
+
             /// Takes the scene apart.
             #[must_use]
             pub fn into_parts(self) -> SceneParts {
@@ -124,188 +132,59 @@ macro_rules! scene {
             }
         }
     };
+    (copy $value:expr) => { $value };
+    (lent $value:expr) => { &$value };
+    (optional $value:expr) => { $value.as_ref() };
 }
 
 scene! {
     /// Name: the folder of a run.
-    name: String,
-    /// Seed of the random numbers that placed the particles and drew their velocities.
-    seed: u64,
+    name: String => lent &str,
+    /// Seed of all random numbers.
+    seed: u64 => copy u64,
     /// Simulated time at the start `[time]`.
-    start_time: f64,
+    start_time: f64 => copy f64,
     /// The box.
-    space: Space,
-    /// The species, at least one.
-    species: Vec<Species>,
-    /// The interactions that `table` and `bonds` refer to.
-    interactions: Vec<Interaction>,
+    space: Space => lent &Space,
+    /// The species, at least one; [`SpeciesId`] is an index into them.
+    species: Vec<Species> => lent &[Species],
+    /// The interactions of species and bonds; [`InteractionId`] is an index into them.
+    interactions: Vec<Interaction> => lent &[Interaction],
     /// The interactions of each two species; those without one pass through each other.
-    table: SpeciesPairs<InteractionId>,
-    /// Pairs that interact differently from their species.
-    bonds: Vec<Bond>,
-    /// The particles, in the order of their ids.
-    particles: Vec<Particle>,
-    /// The surfaces among the particles; empty if there are none.
-    static_surfaces: Vec<StaticSurface>,
+    table: SpeciesPairs<InteractionId> => lent &SpeciesPairs<InteractionId>,
+    /// Pairs of particles that interact differently from their species.
+    bonds: Vec<Bond> => lent &[Bond],
+    /// The particles at the start; [`ParticleId`] is an index into them.
+    particles: Vec<Particle> => lent &[Particle],
+    /// The surfaces among the particles.
+    static_surfaces: Vec<StaticSurface> => lent &[StaticSurface],
     /// For each axis, temperature of its lower and its upper wall `[energy]`; `None` where it reflects, and where there is no wall.
-    wall_temperatures: [[Option<f64>; 2]; 3],
+    wall_temperatures: [[Option<f64>; 2]; 3] => copy [[Option<f64>; 2]; 3],
     /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
-    shear_rate: Option<f64>,
+    shear_rate: Option<f64> => copy Option<f64>,
     /// Displacement at the start of the next image up along y, along x; 0 unless the box is sheared `[length]`.
-    displacement: f64,
+    displacement: f64 => copy f64,
     /// Contact time of the TC model `[time]`; `None` switches the model off.
-    contact_time: Option<f64>,
+    contact_time: Option<f64> => copy Option<f64>,
     /// Whether overlaps at the start are left to the stable rule instead of being an error.
-    allow_invalid_start: bool,
-    /// When the run's audit fails.
-    audit: AuditPlan,
-    /// How long.
-    run: RunPlan,
-    /// Output plan.
-    output: OutputPlan,
-    /// Measurement plan.
-    measure: MeasurementPlan,
-    /// Replicas at several temperatures in place of one run; `None` for none.
-    exchange: Option<ExchangePlan>,
-    /// The files that the particles come from, in the order of the tables that name them.
-    inputs: Vec<InputFile>,
+    allow_invalid_start: bool => copy bool,
+    /// When the audit of a run fails.
+    audit: AuditPlan => copy AuditPlan,
+    /// The stages of a run, and how long it lasts.
+    run: RunPlan => lent &RunPlan,
+    /// Output plan: the files that a run writes.
+    output: OutputPlan => lent &OutputPlan,
+    /// Measurement plan: the instruments of a run.
+    measure: MeasurementPlan => lent &MeasurementPlan,
+    /// Replicas at several temperatures, for [`Exchange`](crate::exchange::Exchange); `None` where the scene is run as it is.
+    exchange: Option<ExchangePlan> => optional Option<&ExchangePlan>,
+    /// The files that the particles come from.
+    inputs: Vec<InputFile> => lent &[InputFile],
     /// The run whose last state is the start; `None` for a start of its own.
-    predecessor: Option<Predecessor>,
+    predecessor: Option<Predecessor> => optional Option<&Predecessor>,
 }
 
 impl Scene {
-    /// Name: the folder of a run.
-    #[must_use]
-    pub fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// Seed of all random numbers.
-    #[must_use]
-    pub fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    /// Simulated time at the start `[time]`.
-    #[must_use]
-    pub fn start_time(&self) -> f64 {
-        self.start_time
-    }
-
-    /// The box.
-    #[must_use]
-    pub fn space(&self) -> &Space {
-        &self.space
-    }
-
-    /// The species, at least one; [`SpeciesId`] is an index into them.
-    #[must_use]
-    pub fn species(&self) -> &[Species] {
-        &self.species
-    }
-
-    /// The interactions of species and bonds; [`InteractionId`] is an index into them.
-    #[must_use]
-    pub fn interactions(&self) -> &[Interaction] {
-        &self.interactions
-    }
-
-    /// The interactions of each two species; those without one pass through each other.
-    #[must_use]
-    pub fn table(&self) -> &SpeciesPairs<InteractionId> {
-        &self.table
-    }
-
-    /// Pairs of particles that interact differently from their species.
-    #[must_use]
-    pub fn bonds(&self) -> &[Bond] {
-        &self.bonds
-    }
-
-    /// The particles at the start; [`ParticleId`] is an index into them.
-    #[must_use]
-    pub fn particles(&self) -> &[Particle] {
-        &self.particles
-    }
-
-    /// The surfaces among the particles.
-    #[must_use]
-    pub fn static_surfaces(&self) -> &[StaticSurface] {
-        &self.static_surfaces
-    }
-
-    /// For each axis, temperature of its lower and its upper wall `[energy]`; `None` where it reflects, and where there is no wall.
-    #[must_use]
-    pub fn wall_temperatures(&self) -> [[Option<f64>; 2]; 3] {
-        self.wall_temperatures
-    }
-
-    /// Shear rate `dv_x / dy` of a sheared box `[1 / time]`; `None` for a box at rest.
-    #[must_use]
-    pub fn shear_rate(&self) -> Option<f64> {
-        self.shear_rate
-    }
-
-    /// Displacement at the start of the next image up along y, along x; 0 unless the box is sheared `[length]`.
-    #[must_use]
-    pub fn displacement(&self) -> f64 {
-        self.displacement
-    }
-
-    /// Contact time of the TC model `[time]`; `None` switches the model off.
-    #[must_use]
-    pub fn contact_time(&self) -> Option<f64> {
-        self.contact_time
-    }
-
-    /// Whether overlaps at the start are left to the stable rule instead of being an error.
-    #[must_use]
-    pub fn allows_invalid_start(&self) -> bool {
-        self.allow_invalid_start
-    }
-
-    /// When the audit of a run fails.
-    #[must_use]
-    pub fn audit(&self) -> AuditPlan {
-        self.audit
-    }
-
-    /// The stages of a run, and how long it lasts.
-    #[must_use]
-    pub fn run(&self) -> &RunPlan {
-        &self.run
-    }
-
-    /// Output plan: the files that a run writes.
-    #[must_use]
-    pub fn output(&self) -> &OutputPlan {
-        &self.output
-    }
-
-    /// Measurement plan: the instruments of a run.
-    #[must_use]
-    pub fn measure(&self) -> &MeasurementPlan {
-        &self.measure
-    }
-
-    /// Replicas at several temperatures, for [`Exchange`](crate::exchange::Exchange); `None` where the scene is run as it is.
-    #[must_use]
-    pub fn exchange(&self) -> Option<&ExchangePlan> {
-        self.exchange.as_ref()
-    }
-
-    /// The files that the particles come from.
-    #[must_use]
-    pub fn inputs(&self) -> &[InputFile] {
-        &self.inputs
-    }
-
-    /// The run whose last state is the start; `None` for a start of its own.
-    #[must_use]
-    pub fn predecessor(&self) -> Option<&Predecessor> {
-        self.predecessor.as_ref()
-    }
-
     /// The number of the first stream of random numbers of its thermostats: those before it are the predecessor's.
     pub(crate) fn first_stream(&self) -> usize {
         self.predecessor.as_ref().map_or(0, |run| run.streams)

@@ -68,24 +68,23 @@ pub struct Checkpoint {
 
 /// Content of a checkpoint to be written.
 #[derive(Serialize)]
-struct Content<'a> {
-    simulation: &'a Simulation,
-    state: &'a RunState,
-    manifest: &'a Manifest,
+pub(crate) struct Content<'a> {
+    pub simulation: &'a Simulation,
+    pub state: &'a RunState,
+    pub manifest: &'a Manifest,
 }
 
-fn version() -> [u8; VERSION] {
-    let mut padded = [0; VERSION];
-    for (to, from) in padded.iter_mut().zip(env!("CARGO_PKG_VERSION").bytes()) {
+/// The first bytes of the checkpoints that this program writes, and reads.
+fn head() -> [u8; HEAD] {
+    let mut head = [0; HEAD];
+    // The build script writes nothing but digits.
+    let sources = u64::from_str_radix(FINGERPRINT, 16).unwrap_or_default().to_le_bytes();
+    head[..MAGIC.len()].copy_from_slice(MAGIC);
+    head[MAGIC.len() + VERSION..].copy_from_slice(&sources);
+    for (to, from) in head[MAGIC.len()..][..VERSION].iter_mut().zip(env!("CARGO_PKG_VERSION").bytes()) {
         *to = from;
     }
-    padded
-}
-
-/// Its bytes.
-fn fingerprint() -> [u8; FINGERPRINT.len() / 2] {
-    // The build script writes nothing but digits.
-    u64::from_str_radix(FINGERPRINT, 16).unwrap_or_default().to_le_bytes()
+    head
 }
 
 /// A writer that keeps its error, which the serializer does not pass on.
@@ -110,35 +109,20 @@ impl<W: Write> Write for KeepsError<W> {
         self.note(result)
     }
 
-    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let result = self.inner.write_all(bytes);
-        self.note(result)
-    }
-
     fn flush(&mut self) -> io::Result<()> {
         let result = self.inner.flush();
         self.note(result)
     }
 }
 
-/// Writes a checkpoint into a file, and makes it safe on the disk.
-///
-/// # Errors
-/// If it cannot be written.
-pub(crate) fn write(file: &File, simulation: &Simulation, state: &RunState, manifest: &Manifest) -> io::Result<()> {
-    write_content(file, &Content { simulation, state, manifest })
-}
-
 /// Writes any content in the form of a checkpoint, and makes it safe on the disk.
 ///
 /// # Errors
 /// If it cannot be written.
-pub(crate) fn write_content(file: &File, content: &impl Serialize) -> io::Result<()> {
+pub(crate) fn write(file: &File, content: &impl Serialize) -> io::Result<()> {
     // The serializer writes number by number, and a checksum takes long of a few bytes at a time.
     let mut out = BufWriter::with_capacity(PIECE, Checked::new(file));
-    out.write_all(MAGIC)?;
-    out.write_all(&version())?;
-    out.write_all(&fingerprint())?;
+    out.write_all(&head())?;
     let mut keeper = KeepsError { inner: &mut out, failure: None };
     if let Err(error) = postcard::to_io(content, &mut keeper) {
         return Err(keeper.failure.unwrap_or_else(|| io::Error::other(error)));
@@ -153,50 +137,37 @@ pub(crate) fn write_content(file: &File, content: &impl Serialize) -> io::Result
     file.sync_all()
 }
 
-/// State of a file by its first and last bytes; all between them is read in pieces.
-enum Sound {
-    Whole { version: [u8; VERSION], sources: [u8; FINGERPRINT.len() / 2] },
-    Damaged(&'static str),
-}
-
-impl Sound {
-    fn of(file: &mut File) -> io::Result<Self> {
-        let length = file.metadata()?.len();
-        let mut head = [0; HEAD];
-        let whole = length >= (HEAD + TAIL) as u64;
-        let begins = if whole { HEAD } else { MAGIC.len().min(numbers::index(length)) };
-        file.read_exact(&mut head[..begins])?;
-        if head[..MAGIC.len()] != *MAGIC {
-            return Ok(Self::Damaged("it does not begin like one"));
-        }
-        if !whole {
-            return Ok(Self::Damaged("its end is missing"));
-        }
-        let mut found = crc32fast::Hasher::new();
-        found.update(&head);
-        let mut left = length - (HEAD + TAIL) as u64;
-        let mut piece = vec![0; PIECE];
-        while left > 0 {
-            let some = numbers::index(left.min(PIECE as u64));
-            file.read_exact(&mut piece[..some])?;
-            found.update(&piece[..some]);
-            left -= some as u64;
-        }
-        let (mut stated, mut checksum) = ([0; 8], [0; 4]);
-        file.read_exact(&mut stated)?;
-        file.read_exact(&mut checksum)?;
-        found.update(&stated);
-        if u64::from_le_bytes(stated) != length - (HEAD + TAIL) as u64 {
-            return Ok(Self::Damaged("its end is missing"));
-        }
-        if checksum != found.finalize().to_le_bytes() {
-            return Ok(Self::Damaged("its checksum is wrong"));
-        }
-        let (mut version, mut sources) = ([0; VERSION], [0; FINGERPRINT.len() / 2]);
-        version.copy_from_slice(&head[MAGIC.len()..MAGIC.len() + VERSION]);
-        sources.copy_from_slice(&head[MAGIC.len() + VERSION..]);
-        Ok(Self::Whole { version, sources })
+/// The first bytes of a checkpoint, of which no bit has changed; all that stands behind them is read in pieces. Otherwise what is wrong with it.
+fn sound_head(file: &mut File) -> io::Result<Result<[u8; HEAD], &'static str>> {
+    let length = file.metadata()?.len();
+    let mut head = [0; HEAD];
+    let whole = length >= (HEAD + TAIL) as u64;
+    let begins = if whole { HEAD } else { MAGIC.len().min(numbers::index(length)) };
+    file.read_exact(&mut head[..begins])?;
+    if head[..MAGIC.len()] != *MAGIC {
+        return Ok(Err("it does not begin like one"));
     }
+    if !whole {
+        return Ok(Err("its end is missing"));
+    }
+    let mut found = crc32fast::Hasher::new();
+    found.update(&head);
+    let mut left = length - (HEAD + TAIL) as u64;
+    let mut piece = vec![0; PIECE];
+    while left > 0 {
+        let some = numbers::index(left.min(PIECE as u64));
+        file.read_exact(&mut piece[..some])?;
+        found.update(&piece[..some]);
+        left -= some as u64;
+    }
+    let (mut stated, mut checksum) = ([0; 8], [0; 4]);
+    file.read_exact(&mut stated)?;
+    file.read_exact(&mut checksum)?;
+    found.update(&stated);
+    if u64::from_le_bytes(stated) != length - (HEAD + TAIL) as u64 {
+        return Ok(Err("its end is missing"));
+    }
+    Ok(if checksum == found.finalize().to_le_bytes() { Ok(head) } else { Err("its checksum is wrong") })
 }
 
 /// Reads the content of a checkpoint, without memory for more than what is made of it.
@@ -206,13 +177,11 @@ impl Sound {
 pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, CheckpointError> {
     let unreadable = |source| CheckpointError::unreadable(path, source);
     let mut file = File::open(path).map_err(unreadable)?;
-    let sound = Sound::of(&mut file).map_err(unreadable)?;
-    let (version_found, sources) = match sound {
-        Sound::Whole { version, sources } => (version, sources),
-        Sound::Damaged(why) => return Err(CheckpointError::Damaged { path: path.to_owned(), why: why.to_owned() }),
-    };
-    if version_found != version() || sources != fingerprint() {
-        let version = String::from_utf8_lossy(&version_found).trim_end_matches('\0').to_owned();
+    let damaged = |why: String| CheckpointError::Damaged { path: path.to_owned(), why };
+    let found = sound_head(&mut file).map_err(unreadable)?.map_err(|why| damaged(why.to_owned()))?;
+    if found != head() {
+        let (version, sources) = found[MAGIC.len()..].split_at(VERSION);
+        let version = String::from_utf8_lossy(version).trim_end_matches('\0').to_owned();
         let sources = sources.iter().rev().map(|byte| format!("{byte:02x}")).collect::<String>();
         let found = format!("{version} ({sources})");
         return Err(CheckpointError::OtherVersion { path: path.to_owned(), found, here: FINGERPRINT });
@@ -221,7 +190,7 @@ pub(crate) fn read_content<T: DeserializeOwned>(path: &Path) -> Result<T, Checkp
     let reader = BufReader::with_capacity(PIECE, file);
     match postcard::from_io::<T, _>((reader, &mut vec![0; LONGEST_TEXT])) {
         Ok((content, _)) => Ok(content),
-        Err(error) => Err(CheckpointError::Damaged { path: path.to_owned(), why: error.to_string() }),
+        Err(error) => Err(damaged(error.to_string())),
     }
 }
 
@@ -310,7 +279,8 @@ mod tests {
         let simulation = Simulation::without_plan(scene);
         let state = RunState::new(&simulation);
         let full = File::options().write(true).open("/dev/full").unwrap();
-        let error = write(&full, &simulation, &state, &Manifest { scene: None, files: Vec::new() }).unwrap_err();
+        let manifest = &Manifest { scene: None, files: Vec::new() };
+        let error = write(&full, &Content { simulation: &simulation, state: &state, manifest }).unwrap_err();
         assert_eq!(error.kind(), io::ErrorKind::StorageFull);
     }
 }

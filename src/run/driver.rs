@@ -162,19 +162,11 @@ impl Driver<'_> {
                 Some(_) => return Ok(ending),
                 None => {}
             }
-            let is_grown = match self.check_growth() {
-                ControlFlow::Break(Some(jammed)) => return Ok(Some(jammed)),
-                ControlFlow::Break(None) => true,
-                ControlFlow::Continue(()) => false,
-            };
-            let is_settled = match self.check_equilibrium() {
-                ControlFlow::Break(Some(unsettled)) => return Ok(Some(unsettled)),
-                ControlFlow::Break(None) => true,
-                ControlFlow::Continue(()) => false,
-            };
-            if is_grown || is_settled {
-                self.is_over = true;
-                return Ok(None);
+            for check in [Self::check_growth, Self::check_equilibrium] {
+                if let ControlFlow::Break(ending) = check(self) {
+                    self.is_over = ending.is_none();
+                    return Ok(ending);
+                }
             }
         }
         Ok((self.simulation.event_counts().physical() >= events).then_some(Ending::Events))

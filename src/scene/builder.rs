@@ -1,15 +1,18 @@
 //! A scene built in code, with the same checks as one from a file.
 
+use std::collections::BTreeMap;
+
 use crate::Vector;
+use crate::base::numbers::id;
 use crate::model::MeasurementPlan;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
-use crate::model::{AuditPlan, ExchangePlan, InputFile, OutputPlan, RunPlan};
+use crate::model::{AuditPlan, ExchangePlan, InputFile, OutputPlan, ParticleId, RunPlan, SpeciesId};
 use crate::scene::classes::Origins;
 use crate::scene::config_path::ConfigPath;
 use crate::scene::unvalidated::{
-    Amount, Arrangement, Chain, Fill, Group, Listed, LocatedGroup, Model, SurfaceFill, UnvalidatedBond,
-    UnvalidatedInteraction, UnvalidatedSpecies, UnvalidatedStart,
+    Amount, Arrangement, Chain, Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft, SurfaceFill,
+    UnvalidatedBond, UnvalidatedStart,
 };
 
 /// Builder of a scene: collects its parts; [`SceneBuilder::build`] checks them and places the particles.
@@ -45,11 +48,15 @@ pub struct SceneBuilder {
     pub(crate) shear_rate: Option<f64>,
     pub(crate) displacement: f64,
     pub(crate) contact_time: Option<f64>,
-    pub(crate) species: Vec<UnvalidatedSpecies>,
-    pub(crate) interactions: Vec<UnvalidatedInteraction>,
+    pub(crate) species: Vec<SpeciesDraft>,
+    pub(crate) interactions: Vec<InteractionDraft>,
     pub(crate) groups: Vec<LocatedGroup>,
-    /// Groups of one particle that [`Self::particle`] has added: to count them each time takes long where there are many.
-    pub(crate) listed: usize,
+    /// Numbers of groups by the table of a scene file that has such.
+    pub(crate) entries: BTreeMap<&'static str, usize>,
+    /// The id of the next particle; `None` behind a group of any number of particles.
+    pub(crate) next_id: Option<u64>,
+    /// The first group whose ids were asked for and are not known.
+    pub(crate) unnumbered: Option<ConfigPath>,
     pub(crate) bonds: Vec<UnvalidatedBond>,
     pub(crate) audit: AuditPlan,
     pub(crate) run: RunPlan,
@@ -81,7 +88,9 @@ impl SceneBuilder {
             species: Vec::new(),
             interactions: Vec::new(),
             groups: Vec::new(),
-            listed: 0,
+            entries: BTreeMap::new(),
+            next_id: Some(0),
+            unnumbered: None,
             bonds: Vec::new(),
             audit: AuditPlan::default(),
             run: RunPlan::default(),
@@ -171,59 +180,54 @@ impl SceneBuilder {
 
     /// A species that moves.
     pub fn species(mut self, name: &str, mass: f64, diameter: f64) -> Self {
-        self.species.push(UnvalidatedSpecies { name: name.to_owned(), mass: Some(mass), diameter, acceleration: None });
+        self.insert_species(SpeciesDraft::new(name).mass(mass).diameter(diameter));
         self
     }
 
     /// A species that never moves.
     pub fn static_species(mut self, name: &str, diameter: f64) -> Self {
-        self.species.push(UnvalidatedSpecies { name: name.to_owned(), mass: None, diameter, acceleration: None });
+        self.insert_species(SpeciesDraft::new(name).diameter(diameter).fixed());
         self
+    }
+
+    /// Inserts a species, and gives its id.
+    pub fn insert_species(&mut self, species: SpeciesDraft) -> SpeciesId {
+        self.species.push(species);
+        SpeciesId(id(self.species.len() - 1))
     }
 
     /// Interaction of two species: a potential and a restitution.
     pub fn interaction(mut self, first: &str, second: &str, potential: Potential, restitution: f64) -> Self {
-        self.interactions.push(UnvalidatedInteraction {
-            name: None,
-            species: Some([first.to_owned(), second.to_owned()]),
-            model: Model::Exact(potential),
-            diameter: None,
-            restitution,
-        });
+        self.insert_interaction(InteractionDraft::new(potential).between(first, second).restitution(restitution));
         self
     }
 
     /// Lets particles of two species pass through each other.
     pub fn no_interaction(mut self, first: &str, second: &str) -> Self {
-        self.interactions.push(UnvalidatedInteraction {
-            name: None,
-            species: Some([first.to_owned(), second.to_owned()]),
-            model: Model::None,
-            diameter: None,
-            restitution: 1.0,
-        });
+        self.insert_interaction(InteractionDraft::new(Model::None).between(first, second));
         self
     }
 
     /// An interaction for bonds, by name.
     pub fn bond_interaction(mut self, name: &str, potential: Potential, restitution: f64) -> Self {
-        self.interactions.push(UnvalidatedInteraction {
-            name: Some(name.to_owned()),
-            species: None,
-            model: Model::Exact(potential),
-            diameter: None,
-            restitution,
-        });
+        self.insert_interaction(InteractionDraft::new(potential).named(name).restitution(restitution));
         self
+    }
+
+    /// Inserts an interaction of two species, of bonds, or of both.
+    pub fn insert_interaction(&mut self, interaction: InteractionDraft) {
+        self.interactions.push(interaction);
     }
 
     /// One particle.
     pub fn particle(mut self, species: &str, position: Vector, velocity: Vector) -> Self {
-        let listed = Listed { species: species.to_owned(), position, velocity };
-        let at = ConfigPath::entry("particle", self.listed);
-        self.listed += 1;
-        self.groups.push(LocatedGroup { at, group: Group::Listed(vec![listed]) });
+        self.push("particle", Group::Listed(vec![Listed { species: species.to_owned(), position, velocity }]));
         self
+    }
+
+    /// Inserts a particle, and gives its id. [`Self::build`] refuses it behind a fill or a surface of any number of particles.
+    pub fn insert_particle(&mut self, species: &str, position: Vector, velocity: Vector) -> ParticleId {
+        self.insert("particle", Group::Listed(vec![Listed { species: species.to_owned(), position, velocity }]))
     }
 
     /// Particles of one species by number and density; the size of the box follows if it is not given.
@@ -233,9 +237,13 @@ impl SceneBuilder {
 
     /// Many particles.
     pub fn add_fill(mut self, fill: Fill) -> Self {
-        let at = ConfigPath::entry("fill", self.count_groups(|group| matches!(group, Group::Fill(_))));
-        self.groups.push(LocatedGroup { at, group: Group::Fill(fill) });
+        self.push("fill", Group::Fill(fill));
         self
+    }
+
+    /// Inserts many particles, and gives the id of the first one; [`Self::build`] refuses what [`Self::insert_particle`] says.
+    pub fn insert_fill(&mut self, fill: Fill) -> ParticleId {
+        self.insert("fill", Group::Fill(fill))
     }
 
     /// Maxwell velocities for the fills and chains added so far that have neither a temperature nor a speed yet `[energy]`.
@@ -268,23 +276,32 @@ impl SceneBuilder {
 
     /// Bonded chains.
     pub fn chain(mut self, chain: Chain) -> Self {
-        let at = ConfigPath::entry("chain", self.count_groups(|group| matches!(group, Group::Chain(_))));
-        self.groups.push(LocatedGroup { at, group: Group::Chain(chain) });
+        self.push("chain", Group::Chain(chain));
         self
+    }
+
+    /// Inserts bonded chains, and gives the id of the first particle, which the others follow chain by chain; [`Self::build`] refuses what
+    /// [`Self::insert_particle`] says.
+    pub fn insert_chain(&mut self, chain: Chain) -> ParticleId {
+        self.insert("chain", Group::Chain(chain))
     }
 
     /// A surface of static spheres.
     pub fn static_surface(mut self, surface: SurfaceFill) -> Self {
-        let at = ConfigPath::entry("mesh", self.count_groups(|group| matches!(group, Group::Surface(_))));
-        self.groups.push(LocatedGroup { at, group: Group::Surface(surface) });
+        self.push("mesh", Group::Surface(surface));
         self
     }
 
     /// A bond between two particles, by a named interaction.
     pub fn bond(mut self, first: u32, second: u32, interaction: &str) -> Self {
-        let at = ConfigPath::entry("bond", self.bonds.len());
-        self.bonds.push(UnvalidatedBond { pair: [first, second], interaction: interaction.to_owned(), at });
+        self.insert_bond([first, second].map(ParticleId), interaction);
         self
+    }
+
+    /// Inserts a bond between two particles, by a named interaction.
+    pub fn insert_bond(&mut self, pair: [ParticleId; 2], interaction: &str) {
+        let at = ConfigPath::entry("bond", self.bonds.len());
+        self.bonds.push(UnvalidatedBond { pair: pair.map(|id| id.0), interaction: interaction.to_owned(), at });
     }
 
     /// How long to run.
@@ -312,7 +329,32 @@ impl SceneBuilder {
         self
     }
 
-    fn count_groups(&self, is_counted: impl Fn(&Group) -> bool) -> usize {
-        self.groups.iter().filter(|placed| is_counted(&placed.group)).count()
+    /// Adds particles that start together, an entry of a table of a scene file. Says which id the first of them has, if that is known.
+    pub(crate) fn push(&mut self, table: &'static str, group: Group) -> Option<u64> {
+        let first = self.next_id;
+        let count = match &group {
+            Group::Listed(listed) => Some(listed.len() as u64),
+            Group::Fill(Fill { count: Some(count), as_many_as_fit: false, .. }) => Some(*count),
+            Group::Chain(chain) => Some(chain.length.saturating_mul(chain.count)),
+            Group::Fill(_) | Group::Surface(_) => None,
+        };
+        self.next_id = first.zip(count).map(|(first, count)| first.saturating_add(count));
+        let number = self.entries.entry(table).or_default();
+        self.groups.push(LocatedGroup { at: ConfigPath::entry(table, *number), group });
+        *number += 1;
+        first
+    }
+
+    /// Adds particles that start together, and gives the id of the first of them.
+    fn insert(&mut self, table: &'static str, group: Group) -> ParticleId {
+        // More particles than ids are refused with the scene.
+        let first = self.push(table, group).map(|first| ParticleId(u32::try_from(first).unwrap_or(u32::MAX)));
+        if let (None, Some(last)) = (first, self.groups.last()) {
+            self.unnumbered.get_or_insert_with(|| last.at.clone());
+        }
+        first.unwrap_or(ParticleId(u32::MAX))
     }
 }
+
+#[cfg(test)]
+mod tests;

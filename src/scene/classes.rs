@@ -3,9 +3,9 @@
 use crate::prepare::polydispersity::{Class, mass_of, mean_diameter, spread};
 use crate::scene::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::limits::positive;
-use crate::scene::unvalidated::{Fill, Group, Listed, LocatedGroup, Model, UnvalidatedInteraction, UnvalidatedSpecies};
+use crate::scene::unvalidated::{Fill, Group, InteractionDraft, Listed, LocatedGroup, Model, SpeciesDraft};
 
 /// Species of one scene, where some have a distribution: their pairs, 32,896, have to be countable in 16 bits.
 const MOST_SPECIES: usize = 256;
@@ -105,20 +105,21 @@ fn expand_species(scene: &mut SceneBuilder, distributed: &[Distributed]) -> Resu
             continue;
         };
         let Some(mass) = draft.mass else {
-            let kind = SceneErrorKind::value("true", "a species that moves, because its diameters are distributed");
-            return Err(SceneError::new(at.key("static"), kind));
+            return refuse(at.key("static"), "true", "a species that moves, because its diameters are distributed");
         };
         positive(mass, at.key("mass"))?;
         let mean = mean_diameter(&of.classes);
         for (k, class) in of.classes.iter().enumerate() {
             let mass = Some(mass_of(class, mean, mass, dimensions));
-            species.push(UnvalidatedSpecies { name: of.class(k), mass, diameter: class.diameter, ..draft.clone() });
+            species.push(SpeciesDraft { name: of.class(k), mass, diameter: class.diameter, ..draft.clone() });
             scene.origins.species.push(index);
         }
         if species.len() > MOST_SPECIES {
-            let kind =
-                SceneErrorKind::value(species.len(), format!("at most {MOST_SPECIES} species, classes included"));
-            return Err(SceneError::new(at.key("diameter"), kind));
+            return refuse(
+                at.key("diameter"),
+                species.len(),
+                format!("at most {MOST_SPECIES} species, classes included"),
+            );
         }
     }
     scene.species = species;
@@ -147,7 +148,7 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
         for (k, a) in first.iter().enumerate() {
             for b in second.iter().skip(if is_alike { k } else { 0 }) {
                 let pair = Some([a.clone(), b.clone()]);
-                interactions.push(UnvalidatedInteraction { name: name.take(), species: pair, ..draft.clone() });
+                interactions.push(InteractionDraft { name: name.take(), species: pair, ..draft.clone() });
                 scene.origins.interactions.push(index);
             }
         }
@@ -157,14 +158,14 @@ fn expand_interactions(scene: &mut SceneBuilder, distributed: &[Distributed]) ->
 }
 
 /// Pairs of classes differ in what follows from their diameters, so nothing else may say it.
-fn check_diameter(draft: &UnvalidatedInteraction, at: &ConfigPath) -> Result<(), SceneError> {
+fn check_diameter(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
     let expected = "no length of its own: it follows from the diameters of each two classes of a distribution";
     let (key, value) = match (&draft.model, draft.diameter) {
         (_, Some(diameter)) => ("diameter", diameter.to_string()),
         (Model::Exact(_), None) => ("potential", "given by its radii".to_owned()),
         _ => return Ok(()),
     };
-    Err(SceneError::new(at.key(key), SceneErrorKind::value(value, expected)))
+    refuse(at.key(key), value, expected)
 }
 
 fn expand_fill(fill: &mut Fill, distributed: &[Distributed], at: &ConfigPath) -> Result<(), SceneError> {

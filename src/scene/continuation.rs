@@ -16,13 +16,11 @@ use crate::model::{
 use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::expand_families;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
-use crate::scene::limits::{affordable_species, motion};
-use crate::scene::unvalidated::{UnvalidatedSpecies, UnvalidatedStart};
-use crate::scene::validate::instruments::check_measurable;
-use crate::scene::validate::{plan, start};
+use crate::scene::limits::motion;
+use crate::scene::unvalidated::{SpeciesDraft, UnvalidatedStart};
 
 /// A run that has ended, and the checksum of that state.
 pub(crate) struct LastRun {
@@ -38,10 +36,6 @@ struct Left {
 
 fn at_start() -> ConfigPath {
     ConfigPath::root().key("start").key("from")
-}
-
-fn refuse<T>(at: ConfigPath, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
-    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
 }
 
 impl SceneBuilder {
@@ -82,7 +76,7 @@ impl SceneBuilder {
         }
         let gravity = next.gravity;
         if next.species.is_empty() {
-            next.species = run.species.iter().map(UnvalidatedSpecies::of).collect();
+            next.species = run.species.iter().map(SpeciesDraft::of).collect();
             expand_families(&mut next)?;
             if start.has_dynamics {
                 let moving = next.species.iter_mut().filter(|species| species.mass.is_some());
@@ -127,7 +121,11 @@ impl SceneBuilder {
             interactions.check_complete(&groups.counts(species.len()))?;
         }
         let is_as_it_was = is_kept.iter().all(|kept| *kept) && has_same_walls(run, &species, &space);
-        self.check_start(&groups, &species, &space, &interactions, is_as_it_was)?;
+        self.check_plan(&groups, &species, &space, &interactions)?;
+        // No place is worse than in the run otherwise.
+        if !is_as_it_was {
+            self.check_places(&groups, &species, &space, self.displacement, &interactions)?;
+        }
         let finished = interactions.finish();
         let mut scene = self.assembled(space, species, finished, groups, self.displacement);
         scene.particles = particles;
@@ -139,32 +137,7 @@ impl SceneBuilder {
         let state = Some(Arc::new(LastState { images, captured, is_kept, differences, simulation }));
         let (checkpoint, streams) = (last.checkpoint.clone(), run.next_stream());
         scene.predecessor = Some(Predecessor { checkpoint, streams, state });
-        plan::check_growth_fits(&scene)?;
-        self.check_equilibrium(&scene)?;
-        check_measurable(&scene)?;
-        Ok(scene)
-    }
-
-    /// Whether the plan of the scene and the places of the particles fit; `is_as_it_was` where no place can be worse than in the run.
-    fn check_start(
-        &self,
-        groups: &Groups,
-        species: &[Species],
-        space: &Space,
-        interactions: &Interactions<'_>,
-        is_as_it_was: bool,
-    ) -> Result<(), SceneError> {
-        affordable_species(groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
-        start::check_ranges(space, species, interactions, groups)?;
-        self.check_drive(space, species, interactions, interactions.longest_range(|_, _| true))?;
-        self.check_measure(space, species)?;
-        self.check_displacement()?;
-        if is_as_it_was || self.allow_invalid_start {
-            return Ok(());
-        }
-        start::check_walls(groups, species, space)?;
-        start::check_bonds(groups, space, self.displacement, interactions)?;
-        start::check_overlaps(groups, &interactions.contacts(), space, self.displacement)
+        self.settled(scene)
     }
 }
 

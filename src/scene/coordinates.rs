@@ -9,9 +9,9 @@ use crate::model::input_file::is_checksum;
 use crate::model::space::{AXES, Boundary};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing};
 use crate::scene::file::{CoordinatesFile, SpaceFile};
-use crate::scene::unvalidated::{Group, Listed, LocatedGroup, UnvalidatedBond};
+use crate::scene::unvalidated::{Group, Listed, UnvalidatedBond};
 use crate::trajectory::Frame;
 use crate::trajectory::extended_xyz::{Beside, FrameReader, ReadError};
 
@@ -60,8 +60,7 @@ pub(super) fn add(
             position: particle.position,
             velocity: particle.velocity,
         });
-        let group = Group::Listed(listed.collect());
-        scene.groups.push(LocatedGroup { at, group });
+        scene.push("file", Group::Listed(listed.collect()));
     }
     Ok(sizes)
 }
@@ -78,8 +77,8 @@ fn take_box(frame: &Frame, space: &SpaceFile, scene: &mut SceneBuilder) -> Resul
             (true, _) => Boundary::Flat,
             (false, true) => Boundary::Periodic,
             (false, false) => {
-                let (key, why) = (AXES[k], "the box of the file is not periodic along it".to_owned());
-                return Err(SceneError::new(ConfigPath::root().key("space"), SceneErrorKind::Missing { key, why }));
+                let why = "the box of the file is not periodic along it";
+                return Err(missing(&ConfigPath::root().key("space"), AXES[k], why));
             }
         };
     }

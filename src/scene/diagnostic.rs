@@ -201,6 +201,20 @@ impl From<PackingError> for SceneErrorKind {
     }
 }
 
+/// Refuses a value outside of its range.
+pub(crate) fn refuse<T>(
+    at: ConfigPath,
+    value: impl fmt::Display,
+    expected: impl Into<String>,
+) -> Result<T, SceneError> {
+    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
+}
+
+/// Error of a table without a key that it needs.
+pub(crate) fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
+    SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
+}
+
 /// `a`, `b` or `c`.
 fn one_of<S: AsRef<str>>(words: &[S]) -> String {
     let quoted: Vec<String> = words.iter().map(|word| format!("`{}`", word.as_ref())).collect();

@@ -5,6 +5,7 @@
 
 mod diameter;
 mod drive;
+mod either;
 mod interaction;
 mod measure;
 mod particles;
@@ -28,8 +29,8 @@ use crate::scene::parse::plan::AUTOMATIC;
 
 /// A scene of Carom: what is simulated, for how long, and what is measured and written. Reduced units: lengths, masses
 /// and energies are what the scene makes them, and Boltzmann's constant is 1.
-#[derive(Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 #[schemars(title = "Carom scene", extend(
     "$id" = "urn:carom:scene",
     "required" = ["run"],
@@ -41,13 +42,12 @@ pub(crate) struct SceneFile {
     pub name: Option<String>,
     /// Seed of the random numbers that place particles and draw velocities.
     #[schemars(extend("default" = 1))]
-    #[serde(default, deserialize_with = "whole::given")]
+    #[serde(deserialize_with = "whole::given")]
     pub seed: Option<u64>,
     /// Simulated time at the start `[time]`.
     #[schemars(extend("default" = 0.0))]
     pub start_time: Option<f64>,
     /// Whether particles may overlap at the start; the stable rule parts them.
-    #[serde(default)]
     pub allow_invalid_start: bool,
     /// The run that this one starts from, in place of particles.
     pub start: Option<StartFile>,
@@ -56,45 +56,33 @@ pub(crate) struct SceneFile {
     /// Gravity, and the TC model.
     pub dynamics: Option<DynamicsFile>,
     /// The kinds of particles, at least one; with `start`, those of that run if not given.
-    #[serde(default)]
     #[schemars(length(min = 1))]
     pub species: Vec<SpeciesFile>,
     /// Interactions of two species, or of two bonded particles; with `start`, those of that run if not given.
-    #[serde(default)]
     pub interaction: Vec<InteractionFile>,
     /// Single particles.
-    #[serde(default)]
     pub particle: Vec<ParticleFile>,
     /// Particles from coordinate files.
-    #[serde(default)]
     pub file: Vec<CoordinatesFile>,
     /// Chains of bonded particles.
-    #[serde(default)]
     pub chain: Vec<ChainFile>,
     /// Many particles in the box or in a part of it.
-    #[serde(default)]
     pub fill: Vec<FillFile>,
     /// Surfaces made of static particles.
-    #[serde(default)]
     pub mesh: Vec<MeshFile>,
     /// Single bonds.
-    #[serde(default)]
     pub bond: Vec<BondFile>,
     /// When the audit of a run fails, in place of the limits that follow from round-off.
-    #[serde(default)]
     pub audit: AuditFile,
     /// Stages before the run, in their order.
-    #[serde(default)]
     pub stage: Vec<StageFile>,
     /// How long to run.
     pub run: Option<RunFile>,
     /// Replicas at several temperatures, swapped now and then, in place of one run.
     pub exchange: Option<ExchangeFile>,
     /// Measurements.
-    #[serde(default)]
     pub measure: MeasureFile,
     /// Output.
-    #[serde(default)]
     pub output: OutputFile,
 }
 
@@ -182,7 +170,7 @@ pub(crate) struct RunFile {
 
 /// `[output]`: what to write, in intervals of simulated time.
 #[derive(Debug, Default, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub(crate) struct OutputFile {
     /// Between two rows of `thermo.csv` `[time]`, in all stages; some 200 rows in each if not given.
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -191,17 +179,13 @@ pub(crate) struct OutputFile {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub frame_interval: Option<f64>,
     /// Whether every physical event is written to `contacts.csv`.
-    #[serde(default)]
     pub contacts: bool,
     /// Whether every event is written to the folder `events`, by columns, with positions and velocities.
-    #[serde(default)]
     pub events: bool,
     /// Formats into which the trajectory is converted at the end of the run.
-    #[serde(default)]
     #[schemars(extend("items" = json!({ "type": "string", "enum": Format::ALL.map(Format::name) }), "default" = json!([])))]
     pub formats: Vec<String>,
     /// Boxes in which particles are counted, each a column of `thermo.csv`.
-    #[serde(default)]
     pub count: Vec<CountFile>,
 }
 

@@ -11,7 +11,7 @@ use crate::prepare::packing::occupancy::Contacts;
 use crate::prepare::region::FillRegion;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::interactions::species_named;
 use crate::scene::limits::{affordable, positive};
 use crate::scene::region::region;
@@ -58,24 +58,26 @@ impl Filling {
         at: &ConfigPath,
     ) -> Result<u64, SceneError> {
         if fill.as_many_as_fit && fill.arrangement != Arrangement::Random {
-            let kind = SceneErrorKind::value(
+            return refuse(
+                at.key("as_many_as_fit"),
                 true,
                 "`arrangement = \"random\"`, or no such key: a lattice has all of its particles",
             );
-            return Err(SceneError::new(at.key("as_many_as_fit"), kind));
         }
         let region = region(fill, space, at)?;
         let shares = shares(fill, species, at)?;
         let count = match (fill.count, fill.amount) {
-            (Some(0), _) => return Err(SceneError::new(at.key("count"), SceneErrorKind::value(0, "at least 1"))),
+            (Some(0), _) => return refuse(at.key("count"), 0, "at least 1"),
             (Some(count), _) => count,
             (None, Some(amount)) => {
                 let volume = region.volume(space);
                 let count = (volume / volume_per_particle(amount, &shares, species, space, at)?).round();
                 if count < 1.0 {
-                    let kind =
-                        SceneErrorKind::value(format!("too low for one particle in a volume of {volume}"), "more");
-                    return Err(SceneError::new(at.key(key_of(amount)), kind));
+                    return refuse(
+                        at.key(key_of(amount)),
+                        format!("too low for one particle in a volume of {volume}"),
+                        "more",
+                    );
                 }
                 trunc_to_u64(count)
             }
@@ -83,8 +85,7 @@ impl Filling {
                 most_that_fit(region.volume(space), &shares, species, contacts, space, at)?
             }
             (None, None) => {
-                let why = "or number_density or packing_fraction".to_owned();
-                return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "count", why }));
+                return Err(missing(at, "count", "or number_density or packing_fraction"));
             }
         };
         affordable(count, at)?;
@@ -117,14 +118,14 @@ impl Filling {
                 _ => "`line` or `random` because two axes are flat",
             };
             let value = format!("a lattice of {} dimensions", lattice.dimensions());
-            return Err(SceneError::new(at.key("arrangement"), SceneErrorKind::value(value, expected)));
+            return refuse(at.key("arrangement"), value, expected);
         }
         let count = self.shares.iter().map(|(_, count)| count).sum();
         let contact = contacts.map(|contacts| self.longest_contact(contacts, species.len()));
         let around = lattice::sites_around(&self.region, space, count);
         if around > MOST_SITES.max(count as f64 * 10.0) {
             let value = format!("a lattice in a region that fills {:.0e} of the box around it", count as f64 / around);
-            return Err(SceneError::new(at.key("arrangement"), SceneErrorKind::value(value, "`random`")));
+            return refuse(at.key("arrangement"), value, "`random`");
         }
         let sites = Sites { count, diameter: self.largest(species), contact };
         match &self.region {
@@ -162,8 +163,7 @@ fn shares(fill: &Fill, species: &[Species], at: &ConfigPath) -> Result<Vec<(Spec
         shares.push((id, positive(*share, at)?));
     }
     if shares.is_empty() {
-        let why = "a fill needs species or composition".to_owned();
-        return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "species", why }));
+        return Err(missing(at, "species", "a fill needs species or composition"));
     }
     Ok(shares)
 }
@@ -187,8 +187,11 @@ fn most_that_fit(
     let mean: f64 =
         shares.iter().map(|(id, share)| share / total * volume(if is_additive { own(*id) } else { least })).sum();
     if mean <= 0.0 {
-        let why = "because these particles do not keep each other apart: any number of them would fit".to_owned();
-        return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "count", why }));
+        return Err(missing(
+            at,
+            "count",
+            "because these particles do not keep each other apart: any number of them would fit",
+        ));
     }
     Ok(trunc_to_u64(room / mean).saturating_add(1))
 }
@@ -231,9 +234,12 @@ impl SceneBuilder {
             _ => None,
         });
         let (Some((fill, count, amount, at)), None) = (deciding.next(), deciding.next()) else {
-            let why = "it follows only if exactly one [[fill]] gives both a count and a density".to_owned();
             let at = ConfigPath::root().key("space");
-            return Err(SceneError::new(at, SceneErrorKind::Missing { key: "size", why }));
+            return Err(missing(
+                &at,
+                "size",
+                "it follows only if exactly one [[fill]] gives both a count and a density",
+            ));
         };
         affordable(count, at)?;
         let shares = shares(fill, species, at)?;

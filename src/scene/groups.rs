@@ -11,7 +11,7 @@ use crate::model::{Bond, Particle, ParticleId, Species};
 use crate::prepare::velocity::Drawn;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::interactions::{Interactions, species_named};
 use crate::scene::limits::{affordable, motion, on_flat_axes};
 use crate::scene::unvalidated::{Chain, Fill, Group, Listed, LocatedGroup, SurfaceFill};
@@ -93,8 +93,7 @@ impl Groups {
             groups.particles.extend(part);
         }
         if groups.particles.is_empty() {
-            let why = "give [[particle]], [[file]], [[chain]] or [[fill]]".to_owned();
-            return Err(SceneError::new(ConfigPath::root(), SceneErrorKind::Missing { key: "particle", why }));
+            return Err(missing(&ConfigPath::root(), "particle", "give [[particle]], [[file]], [[chain]] or [[fill]]"));
         }
         start::list_bonds(&mut groups, placing.species, &scene.bonds, interactions)?;
         Ok(groups)

@@ -8,10 +8,10 @@ use crate::model::species_pairs::SpeciesPairs;
 use crate::model::{Interaction, InteractionId, Species, SpeciesId};
 use crate::prepare::packing::occupancy::Contacts;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::limits::{above_one, finite, positive, restitution};
-use crate::scene::names;
-use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
+use crate::scene::limits::{above_one, finite, positive, positive_if_given, restitution};
+use crate::scene::names::{self, Taken};
+use crate::scene::unvalidated::{InteractionDraft, Model};
 
 /// The most steps of a stepped potential: more are a slip of the keyboard.
 pub(crate) const MOST_STEPS: usize = 10_000;
@@ -22,7 +22,7 @@ pub(crate) const MOST_KINDS: usize = 1 << 16;
 
 /// The interactions in use. One draft makes several if it stands for pairs of different diameters.
 pub(crate) struct Interactions<'a> {
-    drafts: &'a [UnvalidatedInteraction],
+    drafts: &'a [InteractionDraft],
     species: &'a [Species],
     list: Vec<Interaction>,
     made: HashMap<(usize, u64), Option<InteractionId>>,
@@ -32,23 +32,17 @@ pub(crate) struct Interactions<'a> {
 
 impl<'a> Interactions<'a> {
     /// Checks every draft and fills the table of species.
-    pub(crate) fn new(drafts: &'a [UnvalidatedInteraction], species: &'a [Species]) -> Result<Self, SceneError> {
+    pub(crate) fn new(drafts: &'a [InteractionDraft], species: &'a [Species]) -> Result<Self, SceneError> {
         let table = SpeciesPairs::new(species.len());
         let mut these = Self { drafts, species, list: Vec::new(), made: HashMap::new(), table };
         let mut given_by: HashMap<[usize; 2], usize> = HashMap::new();
-        let mut names: HashMap<&str, usize> = HashMap::new();
+        let mut taken = Taken::default();
         for (index, draft) in drafts.iter().enumerate() {
             let at = ConfigPath::entry("interaction", index);
             check(draft, &at)?;
             if let Some(name) = &draft.name {
                 names::word(name, &at.key("name"))?;
-            }
-            if let Some(name) = &draft.name
-                && let Some(first) = names.insert(name, index)
-            {
-                let kind =
-                    SceneErrorKind::Duplicate { name: name.clone(), first: ConfigPath::entry("interaction", first) };
-                return Err(SceneError::new(at.key("name"), kind));
+                taken.take(name, &at)?;
             }
             let Some(words) = &draft.species else { continue };
             let mut pair = [0; 2];
@@ -70,7 +64,7 @@ impl<'a> Interactions<'a> {
         let [a, b] = pair;
         if self.species[a].is_static() && self.species[b].is_static() {
             let expected = "at least one species that moves: static ones never meet";
-            return Err(SceneError::new(at.key("species"), SceneErrorKind::value("static", expected)));
+            return refuse(at.key("species"), "static", expected);
         }
         let id = self.make(index, a, b)?;
         if let Some(id) = id
@@ -78,7 +72,7 @@ impl<'a> Interactions<'a> {
         {
             let expected = "a potential that ends at some distance; a bond holds single pairs: give it a name instead \
                             of species, and use it in [[bond]] or [[chain]]";
-            return Err(SceneError::new(at.key("potential"), SceneErrorKind::value("a bond", expected)));
+            return refuse(at.key("potential"), "a bond", expected);
         }
         self.table.set(a, b, id);
         Ok(())
@@ -101,16 +95,18 @@ impl<'a> Interactions<'a> {
             SceneError::new(ConfigPath::entry("interaction", index).key(key), error)
         })?;
         if potential.is_some() && self.list.len() == MOST_KINDS {
-            let kind =
-                SceneErrorKind::value(format!("more than {MOST_KINDS} interactions"), "at most so many in a scene");
-            return Err(SceneError::new(ConfigPath::entry("interaction", index), kind));
+            return refuse(
+                ConfigPath::entry("interaction", index),
+                format!("more than {MOST_KINDS} interactions"),
+                "at most so many in a scene",
+            );
         }
         let steps = potential.as_ref().map_or(0, |potential| potential.radii().len());
         // A stepped Lennard-Jones potential has its core besides.
         if steps > MOST_STEPS + 1 {
             let expected = format!("a number of radii from 1 to {}", MOST_STEPS + 1);
             let at = ConfigPath::entry("interaction", index).key("radii");
-            return Err(SceneError::new(at, SceneErrorKind::value(steps, expected)));
+            return refuse(at, steps, expected);
         }
         let id = potential.map(|potential| {
             self.list.push(Interaction { potential, restitution: draft.restitution, name: draft.name.clone() });
@@ -132,8 +128,7 @@ impl<'a> Interactions<'a> {
         let is_in_list = table.iter().all(|(_, id)| (id.0 as usize) < list.len());
         if table.species() != species.len() || !is_in_list {
             let expected = format!("one of {} species and {} interactions", species.len(), list.len());
-            let kind = SceneErrorKind::value("a table of other species or interactions", expected);
-            return Err(SceneError::new(ConfigPath::root().key("interaction"), kind));
+            return refuse(ConfigPath::root().key("interaction"), "a table of other species or interactions", expected);
         }
         Ok(Self { drafts: &[], species, list, made: HashMap::new(), table: table.map(|id| Some(Some(id))) })
     }
@@ -222,11 +217,9 @@ pub(crate) fn species_named(species: &[Species], name: &str, at: &ConfigPath) ->
     })
 }
 
-fn check(draft: &UnvalidatedInteraction, at: &ConfigPath) -> Result<(), SceneError> {
+fn check(draft: &InteractionDraft, at: &ConfigPath) -> Result<(), SceneError> {
     restitution(draft.restitution, at.key("restitution"))?;
-    if let Some(diameter) = draft.diameter {
-        positive(diameter, at.key("diameter"))?;
-    }
+    positive_if_given(draft.diameter, at.key("diameter"))?;
     match draft.model {
         Model::SquareWell { lambda, well_depth } => {
             above_one(lambda, at.key("lambda"))?;
@@ -248,7 +241,7 @@ fn check(draft: &UnvalidatedInteraction, at: &ConfigPath) -> Result<(), SceneErr
             positive(core_energy, at.key("core_energy"))?;
             if !(1..=MOST_STEPS).contains(&steps) {
                 let expected = format!("a number of steps from 1 to {MOST_STEPS}");
-                return Err(SceneError::new(at.key("steps"), SceneErrorKind::value(steps, expected)));
+                return refuse(at.key("steps"), steps, expected);
             }
         }
         Model::None | Model::HardSphere | Model::Exact(_) => {}

@@ -6,7 +6,7 @@ use crate::base::text::shortest;
 use crate::model::Species;
 use crate::model::space::{Boundary, Space};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
 /// The largest magnitude of any quantity and, inverted, the smallest of those that must be positive: products of four, such
 /// as the discriminants of event detection, stay finite.
@@ -37,8 +37,7 @@ fn affordable_with(particles: u64, budget: u64, at: &ConfigPath) -> Result<(), S
     }
     if particles > MOST_PARTICLES {
         let expected = format!("at most {MOST_PARTICLES}, however much memory there is");
-        let kind = SceneErrorKind::value(format!("a scene of {particles} particles"), expected);
-        return Err(SceneError::new(at.clone(), kind));
+        return refuse(at.clone(), format!("a scene of {particles} particles"), expected);
     }
     Ok(())
 }
@@ -54,13 +53,13 @@ pub(crate) fn affordable_species(species: usize) -> Result<(), SceneError> {
             budget >> 30
         );
         let value = format!("{species} species with particles");
-        return Err(SceneError::new(ConfigPath::root().key("species"), SceneErrorKind::value(value, expected)));
+        return refuse(ConfigPath::root().key("species"), value, expected);
     }
     Ok(())
 }
 
 fn check(value: f64, is_good: bool, expected: &str, at: ConfigPath) -> Result<f64, SceneError> {
-    if is_good { Ok(value) } else { Err(SceneError::new(at, SceneErrorKind::value(shortest(value), expected))) }
+    if is_good { Ok(value) } else { refuse(at, shortest(value), expected) }
 }
 
 /// Expected value in a message: a number of this kind, or if it is of this kind, one in this range.
@@ -79,6 +78,26 @@ pub(crate) fn positive(value: f64, at: ConfigPath) -> Result<f64, SceneError> {
     let is_of_kind = value > 0.0 && value.is_finite();
     let expected = instead(is_of_kind, "a positive finite number", "a number from 1e-50 to 1e50");
     check(value, (1.0 / LARGEST..=LARGEST).contains(&value), expected, at)
+}
+
+/// A number above zero, where it is given.
+pub(crate) fn positive_if_given(value: Option<f64>, at: ConfigPath) -> Result<(), SceneError> {
+    value.map_or(Ok(()), |value| positive(value, at).map(drop))
+}
+
+/// Two corners of a box, the upper one above the lower one along some axes.
+pub(crate) fn corners(
+    lower: &Vector,
+    upper: &Vector,
+    mut axes: impl Iterator<Item = usize>,
+    at: &ConfigPath,
+) -> Result<(), SceneError> {
+    finite_vector(lower, &at.key("lower"))?;
+    finite_vector(upper, &at.key("upper"))?;
+    match axes.find(|&k| lower[k] >= upper[k]) {
+        Some(k) => refuse(at.key("upper").index(k), upper[k], format!("more than the lower end, {}", lower[k])),
+        None => Ok(()),
+    }
 }
 
 /// Zero or a number above it.
@@ -114,7 +133,7 @@ pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &C
     for k in 0..3 {
         if space.boundary[k] == Boundary::Flat && vector[k] != flat[k] {
             let expected = format!("{} because {} is flat", flat[k], AXES[k]);
-            return Err(SceneError::new(at.index(k), SceneErrorKind::value(vector[k], expected)));
+            return refuse(at.index(k), vector[k], expected);
         }
     }
     Ok(())
@@ -123,8 +142,7 @@ pub(crate) fn on_flat_axes(vector: &Vector, flat: &Vector, space: &Space, at: &C
 /// A velocity of a species that moves, or none.
 pub(crate) fn motion(species: &Species, velocity: &Vector, at: &ConfigPath) -> Result<(), SceneError> {
     if species.is_static() && *velocity != Vector::zeros() {
-        let kind = SceneErrorKind::value(format!("{:?}", velocity.as_slice()), "none: a static species stays");
-        return Err(SceneError::new(at.clone(), kind));
+        return refuse(at.clone(), format!("{:?}", velocity.as_slice()), "none: a static species stays");
     }
     Ok(())
 }

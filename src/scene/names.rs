@@ -1,7 +1,9 @@
 //! Names: they stand in files, tables, pages and on terminals, and must mean nothing else there.
 
+use std::collections::HashMap;
+
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
 
 /// The longest name of one word, and the longest of several, in characters.
 const LONGEST_WORD: usize = 64;
@@ -12,6 +14,18 @@ pub(crate) const WORD: &str = r"^[^\x00-/:-@\[-`{-\x7f][^\x00-'*,/:-@\[-\^`{-\x7
 pub(crate) const WORDS: &str =
     r"^[^\x00-/:-@\[-`{-\x7f]([^\x00-\x1f!-'*,/:-@\[-\^`{-\x7f]{0,98}[^\x00-'*,/:-@\[-\^`{-\x7f])?$";
 pub(crate) const SCENE: &str = "^[A-Za-z0-9_-]{1,100}$";
+
+/// Names of entries that have to differ, and their entries.
+#[derive(Default)]
+pub(crate) struct Taken<'n>(HashMap<&'n str, ConfigPath>);
+
+impl<'n> Taken<'n> {
+    /// Takes the name of an entry, unless another one has it.
+    pub fn take(&mut self, name: &'n str, entry: &ConfigPath) -> Result<(), SceneError> {
+        let Some(first) = self.0.insert(name, entry.clone()) else { return Ok(()) };
+        Err(SceneError::new(entry.key("name"), SceneErrorKind::Duplicate { name: name.to_owned(), first }))
+    }
+}
 
 /// A name that stands in columns of trajectories, in lists with blanks between, and in tables: no formula of a spreadsheet begins with
 /// a letter or a digit.
@@ -44,7 +58,7 @@ fn check(is_good: bool, name: &str, expected: String, at: &ConfigPath) -> Result
     if name.chars().nth(40).is_some() {
         shown += "...";
     }
-    Err(SceneError::new(at.clone(), SceneErrorKind::value(format!("\"{shown}\""), expected)))
+    refuse(at.clone(), format!("\"{shown}\""), expected)
 }
 
 #[cfg(test)]

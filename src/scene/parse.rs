@@ -9,6 +9,9 @@ mod start;
 
 use std::path::Path;
 
+use serde::Serialize;
+use toml::Table;
+
 use crate::Vector;
 use crate::model::Format;
 use crate::model::Region;
@@ -18,30 +21,37 @@ use crate::scene::builder::SceneBuilder;
 use crate::scene::classes::{self, Distributed};
 use crate::scene::config_path::ConfigPath;
 use crate::scene::coordinates;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing};
 use crate::scene::file::{CountFile, DiameterFile, OutputFile, SceneFile, SpeciesFile};
-use crate::scene::unvalidated::{Group, Listed, LocatedGroup, UnvalidatedBond, UnvalidatedSpecies};
+use crate::scene::unvalidated::{Group, Listed, SpeciesDraft, UnvalidatedBond};
+
+/// Kinds of an entry, and the keys that each of them takes.
+type Kinds = [(&'static str, &'static [&'static str])];
 
 /// The keys of an entry that depend on its kind, and which of them are given.
 pub(super) struct Keys<'k> {
     pub at: &'k ConfigPath,
     pub context: String,
-    pub given: &'k [(&'static str, bool)],
+    given: Vec<&'static str>,
 }
 
 impl<'k> Keys<'k> {
     /// The kind that an entry names under `what`, one of `kinds`, and its keys. Refuses other words, and given keys that are those of other kinds.
     pub fn of_kind(
-        kinds: &[(&'static str, &[&'static str])],
+        kinds: &Kinds,
         what: &'static str,
         word: &str,
         at: &'k ConfigPath,
-        given: &'k [(&'static str, bool)],
+        entry: &impl Serialize,
     ) -> Result<(&'static str, Self), SceneError> {
         let Some(&(word, known)) = kinds.iter().find(|(known, _)| *known == word) else {
             let kind = SceneErrorKind::unknown_word(what, word, kinds.iter().map(|(known, _)| *known));
             return Err(SceneError::new(at.key(what), kind));
         };
+        // A table has those that are given.
+        let table = Table::try_from(entry).unwrap_or_default();
+        let all = kinds.iter().flat_map(|(_, keys)| *keys).copied();
+        let given = all.filter(|key| table.contains_key(*key)).collect();
         let keys = Self { at, context: format!("{what} = \"{word}\""), given };
         keys.allow(known)?;
         Ok((word, keys))
@@ -49,11 +59,11 @@ impl<'k> Keys<'k> {
 
     /// Refuses every given key that is not among those of the kind.
     pub fn allow(&self, known: &[&'static str]) -> Result<(), SceneError> {
-        match self.given.iter().find(|(key, is_given)| *is_given && !known.contains(key)) {
+        match self.given.iter().copied().find(|key| !known.contains(key)) {
             None => Ok(()),
-            Some((key, _)) => {
+            Some(key) => {
                 let (context, known) = (self.context.clone(), known.to_vec());
-                Err(SceneError::new(self.at.key(*key), SceneErrorKind::Misplaced { key, context, known }))
+                Err(SceneError::new(self.at.key(key), SceneErrorKind::Misplaced { key, context, known }))
             }
         }
     }
@@ -62,10 +72,6 @@ impl<'k> Keys<'k> {
     pub fn need<T>(&self, value: Option<T>, key: &'static str) -> Result<T, SceneError> {
         value.ok_or_else(|| missing(self.at, key, format!("{} needs it", self.context)))
     }
-}
-
-fn missing(at: &ConfigPath, key: &'static str, why: impl Into<String>) -> SceneError {
-    SceneError::new(at.clone(), SceneErrorKind::Missing { key, why: why.into() })
 }
 
 /// The variant that a word stands for.
@@ -106,27 +112,22 @@ pub(crate) fn parts(file: SceneFile, name: &str, directory: &Path) -> Result<Sce
     for (index, file) in file.interaction.into_iter().enumerate() {
         scene.interactions.push(interaction::parse_interaction(file, &ConfigPath::entry("interaction", index))?);
     }
-    for (index, particle) in file.particle.into_iter().enumerate() {
+    for particle in file.particle {
         let (position, velocity) = (vector(particle.position), vector(particle.velocity));
-        let group = Group::Listed(vec![Listed { species: particle.species, position, velocity }]);
-        scene.groups.push(LocatedGroup { at: ConfigPath::entry("particle", index), group });
+        scene.push("particle", Group::Listed(vec![Listed { species: particle.species, position, velocity }]));
     }
     // With a fill, the box follows from that.
     let sizes = coordinates::add(&file.file, directory, &space, file.fill.is_empty(), &mut scene)?;
     for (index, chain) in file.chain.into_iter().enumerate() {
-        let at = ConfigPath::entry("chain", index);
-        let group = Group::Chain(particles::parse_chain(chain, &at)?);
-        scene.groups.push(LocatedGroup { at, group });
+        scene.push("chain", Group::Chain(particles::parse_chain(chain, &ConfigPath::entry("chain", index))?));
     }
     for (index, fill) in file.fill.into_iter().enumerate() {
         let at = ConfigPath::entry("fill", index);
-        let group = Group::Fill(particles::parse_fill(fill, &at, scene.size.is_some())?);
-        scene.groups.push(LocatedGroup { at, group });
+        let fill = particles::parse_fill(fill, &at, scene.size.is_some())?;
+        scene.push("fill", Group::Fill(fill));
     }
     for (index, surface) in file.mesh.into_iter().enumerate() {
-        let at = ConfigPath::entry("mesh", index);
-        let group = Group::Surface(particles::parse_surface(surface, &at)?);
-        scene.groups.push(LocatedGroup { at, group });
+        scene.push("mesh", Group::Surface(particles::parse_surface(surface, &ConfigPath::entry("mesh", index))?));
     }
     for (index, bond) in file.bond.into_iter().enumerate() {
         let at = ConfigPath::entry("bond", index);
@@ -164,23 +165,14 @@ fn parse_output(output: OutputFile) -> Result<OutputPlan, SceneError> {
 }
 
 /// A species, and the classes of its diameters if they are distributed.
-fn parse_species(
-    species: SpeciesFile,
-    at: &ConfigPath,
-) -> Result<(UnvalidatedSpecies, Option<Vec<Class>>), SceneError> {
+fn parse_species(species: SpeciesFile, at: &ConfigPath) -> Result<(SpeciesDraft, Option<Vec<Class>>), SceneError> {
     let SpeciesFile { name, diameter, mass, is_static, acceleration } = species;
-    match mass {
-        None if !is_static => return Err(missing(at, "mass", "every species that moves has one")),
-        Some(mass) if is_static => {
-            let kind = SceneErrorKind::value(mass, "no mass: static = true makes it infinite");
-            return Err(SceneError::new(at.key("mass"), kind));
-        }
-        _ => {}
-    }
     let (diameter, classes) = match diameter {
         DiameterFile::Number(diameter) => (diameter, None),
         // Every class will have its own.
         DiameterFile::Distribution(file) => (0.0, Some(diameter::parse_distribution(file, &at.key("diameter"))?)),
     };
-    Ok((UnvalidatedSpecies { name, mass, diameter, acceleration: acceleration.map(vector) }, classes))
+    let draft = SpeciesDraft { name, mass, diameter, is_static, acceleration: acceleration.map(vector) };
+    draft.check_mass(at)?;
+    Ok((draft, classes))
 }

@@ -5,8 +5,8 @@ use crate::model::Region;
 use crate::model::space::{Boundary, Space};
 use crate::prepare::region::FillRegion;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::limits::{AXES, finite_vector, not_negative, on_flat_axes, positive};
+use crate::scene::diagnostic::{SceneError, refuse};
+use crate::scene::limits::{AXES, corners, not_negative, on_flat_axes, positive};
 use crate::scene::unvalidated::Fill;
 
 /// The region of a fill, the whole box if it has none.
@@ -26,17 +26,12 @@ pub(crate) fn region(fill: &Fill, space: &Space, at: &ConfigPath) -> Result<Fill
 }
 
 fn check_box(region: &Region, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
-    finite_vector(&region.lower, &at.key("lower"))?;
-    finite_vector(&region.upper, &at.key("upper"))?;
-    for k in (0..3).filter(|&k| space.boundary[k] != Boundary::Flat) {
-        if region.lower[k] >= region.upper[k] {
-            let kind = SceneErrorKind::value(region.upper[k], format!("more than the lower end, {}", region.lower[k]));
-            return Err(SceneError::new(at.key("upper").index(k), kind));
-        }
+    let axes = || (0..3).filter(|&k| space.boundary[k] != Boundary::Flat);
+    corners(&region.lower, &region.upper, axes(), at)?;
+    for k in axes() {
         for (key, value) in [("lower", region.lower[k]), ("upper", region.upper[k])] {
             if is_outside(value, k, space, 0.0) {
-                let kind = SceneErrorKind::value(value, expected(k, space));
-                return Err(SceneError::new(at.key(key).index(k), kind));
+                return refuse(at.key(key).index(k), value, expected(k, space));
             }
         }
     }
@@ -56,8 +51,7 @@ fn expected(axis: usize, space: &Space) -> String {
 /// Refuses shapes without extent, numbers that are none, and shapes on a line.
 fn check_shape(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(), SceneError> {
     if space.dimensions() < 2 {
-        let kind = SceneErrorKind::value("a shape in one dimension", "`box`: a line has stretches only");
-        return Err(SceneError::new(at.key("shape"), kind));
+        return refuse(at.key("shape"), "a shape in one dimension", "`box`: a line has stretches only");
     }
     match region {
         FillRegion::Cone { base, axis, radii, length } => {
@@ -89,9 +83,7 @@ fn check_inside(region: &FillRegion, space: &Space, at: &ConfigPath) -> Result<(
         let rounding = 1e-12 * (bounds.upper[k] - bounds.lower[k] + bounds.lower[k].abs());
         for value in [bounds.lower[k], bounds.upper[k]] {
             if is_outside(value, k, space, rounding) {
-                let kind =
-                    SceneErrorKind::value(format!("one that reaches to {} = {value}", AXES[k]), expected(k, space));
-                return Err(SceneError::new(at.clone(), kind));
+                return refuse(at.clone(), format!("one that reaches to {} = {value}", AXES[k]), expected(k, space));
             }
         }
     }

@@ -5,8 +5,8 @@ use crate::model::space::Space;
 use crate::prepare::surface::curve::plane_axes;
 use crate::prepare::surface::{BoxSide, Surface};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::limits::{AXES, finite_vector, not_negative, on_flat_axes, positive};
+use crate::scene::diagnostic::{SceneError, refuse};
+use crate::scene::limits::{AXES, corners, finite_vector, not_negative, on_flat_axes, positive};
 
 impl BoxSide {
     /// The names of the sides, with z upwards and y away from the viewer.
@@ -28,20 +28,10 @@ impl Surface {
                 let area = edges[0].cross(&edges[1]).norm();
                 // Edges in one direction have an area of rounding only.
                 if area <= 1e-9 * edges[0].norm() * edges[1].norm() {
-                    let kind = SceneErrorKind::value("parallel to edge_1 or zero", "an edge in another direction");
-                    return Err(SceneError::new(at.key("edge_2"), kind));
+                    return refuse(at.key("edge_2"), "parallel to edge_1 or zero", "an edge in another direction");
                 }
             }
-            Self::Box { lower, upper, .. } => {
-                finite_vector(lower, &at.key("lower"))?;
-                finite_vector(upper, &at.key("upper"))?;
-                for k in 0..3 {
-                    if lower[k] >= upper[k] {
-                        let kind = SceneErrorKind::value(upper[k], format!("more than the lower end, {}", lower[k]));
-                        return Err(SceneError::new(at.key("upper").index(k), kind));
-                    }
-                }
-            }
+            Self::Box { lower, upper, .. } => corners(lower, upper, 0..3, at)?,
             Self::Cone { base, axis, radii, length } => {
                 finite_vector(base, &at.key("base"))?;
                 finite_vector(axis, &at.key("axis"))?;
@@ -61,8 +51,7 @@ impl Surface {
                     finite_vector(point, &at.key("points").index(index))?;
                 }
                 if points.is_empty() {
-                    let kind = SceneErrorKind::value("empty", "at least one point");
-                    return Err(SceneError::new(at.key("points"), kind));
+                    return refuse(at.key("points"), "empty", "at least one point");
                 }
             }
         }
@@ -76,8 +65,7 @@ impl Surface {
                 3 => ("three dimensions", "`plane`, `box`, `cylinder`, `cone`, `sphere` or `points`, or one flat axis"),
                 _ => ("one dimension", "`points`, or one flat axis"),
             };
-            let kind = SceneErrorKind::value(format!("a shape of a plane in {is_in}"), cure);
-            return Err(SceneError::new(at.key("surface"), kind));
+            return refuse(at.key("surface"), format!("a shape of a plane in {is_in}"), cure);
         };
         let in_plane = |point: &Vector, key: &'static str| on_flat_axes(point, &space.lower, space, &at.key(key));
         match self {
@@ -85,8 +73,7 @@ impl Surface {
                 in_plane(&ends[0], "start")?;
                 in_plane(&ends[1], "end")?;
                 if ends[0] == ends[1] {
-                    let kind = SceneErrorKind::value("the same as start", "another place");
-                    return Err(SceneError::new(at.key("end"), kind));
+                    return refuse(at.key("end"), "the same as start", "another place");
                 }
             }
             Self::Ring { centre, radius } => {
@@ -96,12 +83,7 @@ impl Surface {
             Self::Rectangle { lower, upper, open } => {
                 in_plane(lower, "lower")?;
                 in_plane(upper, "upper")?;
-                for k in axes {
-                    if lower[k] >= upper[k] {
-                        let kind = SceneErrorKind::value(upper[k], format!("more than the lower end, {}", lower[k]));
-                        return Err(SceneError::new(at.key("upper").index(k), kind));
-                    }
-                }
+                corners(lower, upper, axes.into_iter(), at)?;
                 check_open_sides(open, axes, at)?;
             }
             _ => {}
@@ -115,12 +97,14 @@ fn check_open_sides(open: &[BoxSide], axes: [usize; 2], at: &ConfigPath) -> Resu
     let sides = || BoxSide::NAMES.iter().filter(|(_, side)| axes.contains(&side.axis));
     if let Some((index, side)) = open.iter().enumerate().find(|(_, side)| !axes.contains(&side.axis)) {
         let names: Vec<String> = sides().map(|(name, _)| format!("`{name}`")).collect();
-        let kind = SceneErrorKind::value(format!("across {}, which is flat", AXES[side.axis.min(2)]), names.join(", "));
-        return Err(SceneError::new(at.key("open").index(index), kind));
+        return refuse(
+            at.key("open").index(index),
+            format!("across {}, which is flat", AXES[side.axis.min(2)]),
+            names.join(", "),
+        );
     }
     if sides().all(|(_, side)| open.contains(side)) {
-        let kind = SceneErrorKind::value("all four sides", "at least one side that is there");
-        return Err(SceneError::new(at.key("open"), kind));
+        return refuse(at.key("open"), "all four sides", "at least one side that is there");
     }
     Ok(())
 }

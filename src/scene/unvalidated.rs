@@ -12,6 +12,7 @@ pub use crate::prepare::lattice::Lattice;
 use crate::prepare::region::FillRegion;
 pub use crate::prepare::surface::Surface;
 use crate::scene::config_path::ConfigPath;
+use crate::scene::diagnostic::{SceneError, missing, refuse};
 
 /// Density of a fill: number density or packing fraction.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -181,6 +182,12 @@ pub enum Model {
     Exact(Potential),
 }
 
+impl From<Potential> for Model {
+    fn from(potential: Potential) -> Self {
+        Self::Exact(potential)
+    }
+}
+
 impl Model {
     /// The potential of a pair with this diameter; `None` where they pass through each other.
     pub(crate) fn potential(&self, diameter: f64) -> Result<Option<Potential>, PotentialError> {
@@ -199,40 +206,112 @@ impl Model {
     }
 }
 
-/// One `[[species]]`, unvalidated.
+/// A species of a scene that is being made: particles that move, with a mass and a diameter, or static ones.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct UnvalidatedSpecies {
-    pub name: String,
-    /// `None` for a static species.
-    pub mass: Option<f64>,
-    pub diameter: f64,
+pub struct SpeciesDraft {
+    pub(crate) name: String,
+    pub(crate) mass: Option<f64>,
+    pub(crate) diameter: f64,
+    pub(crate) is_static: bool,
     /// Instead of gravity.
-    pub acceleration: Option<Vector>,
+    pub(crate) acceleration: Option<Vector>,
 }
 
-impl UnvalidatedSpecies {
+impl SpeciesDraft {
+    /// A species without a mass and a diameter yet.
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self { name: name.to_owned(), mass: None, diameter: 0.0, is_static: false, acceleration: None }
+    }
+
+    /// With a mass `[mass]`, which every species that moves has.
+    #[must_use]
+    pub fn mass(self, mass: f64) -> Self {
+        Self { mass: Some(mass), ..self }
+    }
+
+    /// With a diameter `[length]`, which every species has.
+    #[must_use]
+    pub fn diameter(self, diameter: f64) -> Self {
+        Self { diameter, ..self }
+    }
+
+    /// With an acceleration of its own in place of gravity `[length / time^2]`.
+    #[must_use]
+    pub fn acceleration(self, acceleration: Vector) -> Self {
+        Self { acceleration: Some(acceleration), ..self }
+    }
+
+    /// Of particles that never move.
+    #[must_use]
+    pub fn fixed(self) -> Self {
+        Self { is_static: true, ..self }
+    }
+
     /// One that has been validated.
-    pub fn of(species: &Species) -> Self {
+    pub(crate) fn of(species: &Species) -> Self {
         Self {
             name: species.name.clone(),
             mass: (!species.is_static()).then_some(species.mass),
             diameter: species.diameter,
+            is_static: species.is_static(),
             acceleration: Some(species.acceleration),
+        }
+    }
+
+    /// A mass, unless it is static.
+    pub(crate) fn check_mass(&self, at: &ConfigPath) -> Result<(), SceneError> {
+        match self.mass {
+            None if !self.is_static => Err(missing(at, "mass", "every species that moves has one")),
+            Some(mass) if self.is_static => refuse(at.key("mass"), mass, "no mass: static = true makes it infinite"),
+            _ => Ok(()),
         }
     }
 }
 
-/// One `[[interaction]]`, unvalidated.
+/// An interaction of a scene that is being made: of two species, of bonds, or of both.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct UnvalidatedInteraction {
+pub struct InteractionDraft {
     /// For bonds.
-    pub name: Option<String>,
+    pub(crate) name: Option<String>,
     /// For the table.
-    pub species: Option<[String; 2]>,
-    pub model: Model,
+    pub(crate) species: Option<[String; 2]>,
+    pub(crate) model: Model,
     /// Half the sum of the species' diameters if it is not given.
-    pub diameter: Option<f64>,
-    pub restitution: f64,
+    pub(crate) diameter: Option<f64>,
+    pub(crate) restitution: f64,
+}
+
+impl InteractionDraft {
+    /// A potential, or the form of one, with a restitution of 1.
+    #[must_use]
+    pub fn new(model: impl Into<Model>) -> Self {
+        Self { name: None, species: None, model: model.into(), diameter: None, restitution: 1.0 }
+    }
+
+    /// Of each two particles of two species, or of one.
+    #[must_use]
+    pub fn between(self, first: &str, second: &str) -> Self {
+        Self { species: Some([first.to_owned(), second.to_owned()]), ..self }
+    }
+
+    /// Of bonds that have this name.
+    #[must_use]
+    pub fn named(self, name: &str) -> Self {
+        Self { name: Some(name.to_owned()), ..self }
+    }
+
+    /// With a distance of contact other than the mean diameter of the species, where the model has one `[length]`.
+    #[must_use]
+    pub fn diameter(self, diameter: f64) -> Self {
+        Self { diameter: Some(diameter), ..self }
+    }
+
+    /// With a ratio of the normal speeds after and before a contact with an infinite barrier, 0 to 1.
+    #[must_use]
+    pub fn restitution(self, restitution: f64) -> Self {
+        Self { restitution, ..self }
+    }
 }
 
 /// One particle at a given position.

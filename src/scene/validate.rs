@@ -7,19 +7,19 @@ mod parts;
 pub(crate) mod plan;
 pub(crate) mod start;
 
-use std::collections::HashMap;
-
 use crate::Vector;
 use crate::model::space::{Boundary, Face, Space, displacement_within_period};
 use crate::model::{AuditPlan, CountRegion, Interaction, InteractionId, Scene, Species, SpeciesPairs};
 use crate::prepare::velocity::set_velocities;
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::{Interactions, MOST_KINDS};
-use crate::scene::limits::{AXES, affordable_species, finite, finite_vector, on_flat_axes, positive, restitution};
-use crate::scene::names;
+use crate::scene::limits::{
+    AXES, affordable_species, finite, finite_vector, on_flat_axes, positive, positive_if_given, restitution,
+};
+use crate::scene::names::{self, Taken};
 use crate::scene::unvalidated::{Group, SurfaceFill};
 
 impl SceneBuilder {
@@ -28,6 +28,10 @@ impl SceneBuilder {
     /// # Errors
     /// [`SceneError`] with the first mistake: its kind, and the config path of the value.
     pub fn build(&self) -> Result<Scene, SceneError> {
+        if let Some(at) = &self.unnumbered {
+            let expected = "before it, or with a count: its id is not known otherwise";
+            return refuse(at.clone(), "given behind a fill or a surface of any number of particles", expected);
+        }
         self.checked().map_err(|error| self.origins.located(error))
     }
 
@@ -38,26 +42,53 @@ impl SceneBuilder {
         self.set_accelerations(&mut species, &space)?;
         let mut interactions = Interactions::new(&self.interactions, &species)?;
         let groups = Groups::place(self, &species, &space, &mut interactions)?;
-        let counts = groups.counts(species.len());
-        affordable_species(counts.iter().filter(|count| **count > 0).count())?;
-        interactions.check_complete(&counts)?;
-        start::check_ranges(&space, &species, &interactions, &groups)?;
-        self.check_drive(&space, &species, &interactions, interactions.longest_range(|_, _| true))?;
-        self.check_measure(&space, &species)?;
-        self.check_displacement()?;
+        interactions.check_complete(&groups.counts(species.len()))?;
         // A flat x has no period, and nothing slides along it.
         let displacement =
             if self.displacement == 0.0 { 0.0 } else { displacement_within_period(self.displacement, space.size.x) };
-        let contacts = interactions.contacts();
-        if !self.allow_invalid_start {
-            start::check_walls(&groups, &species, &space)?;
-            start::check_bonds(&groups, &space, displacement, &interactions)?;
-            start::check_overlaps(&groups, &contacts, &space, displacement)?;
-        }
+        self.check_plan(&groups, &species, &space, &interactions)?;
+        self.check_places(&groups, &species, &space, displacement, &interactions)?;
         let drawn = groups.drawn(self);
         let finished = interactions.finish();
         let mut scene = self.assembled(space, species, finished, groups, displacement);
         set_velocities(&drawn, &mut scene);
+        self.settled(scene)
+    }
+
+    /// Whether the box and the plan of the scene fit its particles and their interactions.
+    pub(super) fn check_plan(
+        &self,
+        groups: &Groups,
+        species: &[Species],
+        space: &Space,
+        interactions: &Interactions<'_>,
+    ) -> Result<(), SceneError> {
+        affordable_species(groups.counts(species.len()).iter().filter(|count| **count > 0).count())?;
+        start::check_ranges(space, species, interactions, groups)?;
+        self.check_drive(space, species, interactions, interactions.longest_range(|_, _| true))?;
+        self.check_measure(space, species)?;
+        self.check_displacement()
+    }
+
+    /// Whether the places of particles are valid, if they have to be.
+    pub(super) fn check_places(
+        &self,
+        groups: &Groups,
+        species: &[Species],
+        space: &Space,
+        displacement: f64,
+        interactions: &Interactions<'_>,
+    ) -> Result<(), SceneError> {
+        if self.allow_invalid_start {
+            return Ok(());
+        }
+        start::check_walls(groups, species, space)?;
+        start::check_bonds(groups, space, displacement, interactions)?;
+        start::check_overlaps(groups, &interactions.contacts(), space, displacement)
+    }
+
+    /// The scene with thermostats that have something to act on, unless its plan does not fit all that is in it.
+    pub(super) fn settled(&self, mut scene: Scene) -> Result<Scene, SceneError> {
         plan::check_growth_fits(&scene)?;
         plan::settle_thermostats(&mut scene)?;
         self.check_equilibrium(&scene)?;
@@ -118,8 +149,7 @@ impl SceneBuilder {
         if self.displacement != 0.0 && self.shear_rate.is_none() {
             let why =
                 format!("images of this start are displaced by {} along x, as in a sheared box", self.displacement);
-            let kind = SceneErrorKind::Missing { key: "shear_rate", why };
-            return Err(SceneError::new(ConfigPath::root().key("space"), kind));
+            return Err(missing(&ConfigPath::root().key("space"), "shear_rate", why));
         }
         Ok(())
     }
@@ -128,30 +158,20 @@ impl SceneBuilder {
         let is_good = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         if self.name.is_empty() || self.name.len() > 100 || !self.name.chars().all(is_good) {
             let expected = "up to 100 letters, digits, - and _: it becomes a folder";
-            let kind = SceneErrorKind::value(format!("{:?}", self.name), expected);
-            return Err(SceneError::new(ConfigPath::root().key("name"), kind));
+            return refuse(ConfigPath::root().key("name"), format!("{:?}", self.name), expected);
         }
         finite(self.start_time, ConfigPath::root().key("start_time"))?;
-        if let Some(time) = self.contact_time {
-            positive(time, ConfigPath::root().key("dynamics").key("contact_time"))?;
-        }
+        positive_if_given(self.contact_time, ConfigPath::root().key("dynamics").key("contact_time"))?;
         let audit = ConfigPath::root().key("audit");
         let AuditPlan { energy, momentum, overlap } = self.audit;
         for (limit, key) in [(energy, "energy"), (momentum, "momentum"), (overlap, "overlap")] {
-            if let Some(limit) = limit {
-                positive(limit, audit.key(key))?;
-            }
+            positive_if_given(limit, audit.key(key))?;
         }
         self.check_names()?;
         self.check_run()?;
         let output = ConfigPath::root().key("output");
-        for (interval, key) in
-            [(self.output.thermo_interval, "thermo_interval"), (self.output.frame_interval, "frame_interval")]
-        {
-            if let Some(interval) = interval {
-                positive(interval, output.key(key))?;
-            }
-        }
+        positive_if_given(self.output.thermo_interval, output.key("thermo_interval"))?;
+        positive_if_given(self.output.frame_interval, output.key("frame_interval"))?;
         check_regions(&self.output.regions)?;
         self.check_exchange()
     }
@@ -159,23 +179,22 @@ impl SceneBuilder {
     /// The species, with no acceleration yet.
     pub(super) fn checked_species(&self) -> Result<Vec<Species>, SceneError> {
         if self.species.is_empty() {
-            let kind = SceneErrorKind::Missing { key: "species", why: "a scene needs at least one [[species]]".into() };
-            return Err(SceneError::new(ConfigPath::root(), kind));
+            return Err(missing(&ConfigPath::root(), "species", "a scene needs at least one [[species]]"));
         }
         if self.species.len() > MOST_KINDS {
-            let kind = SceneErrorKind::value(self.species.len(), format!("at most {MOST_KINDS} species"));
-            return Err(SceneError::new(ConfigPath::entry("species", MOST_KINDS), kind));
+            return refuse(
+                ConfigPath::entry("species", MOST_KINDS),
+                self.species.len(),
+                format!("at most {MOST_KINDS} species"),
+            );
         }
-        let mut taken = HashMap::new();
+        let mut taken = Taken::default();
         let mut species = Vec::with_capacity(self.species.len());
         for (index, draft) in self.species.iter().enumerate() {
             let at = ConfigPath::entry("species", index);
             names::word(&draft.name, &at.key("name"))?;
-            if let Some(first) = taken.insert(&draft.name, index) {
-                let kind =
-                    SceneErrorKind::Duplicate { name: draft.name.clone(), first: ConfigPath::entry("species", first) };
-                return Err(SceneError::new(at.key("name"), kind));
-            }
+            taken.take(&draft.name, &at)?;
+            draft.check_mass(&at)?;
             positive(draft.diameter, at.key("diameter"))?;
             let mass = draft.mass.map_or(Ok(f64::INFINITY), |mass| positive(mass, at.key("mass")))?;
             species.push(Species {
@@ -198,7 +217,7 @@ impl SceneBuilder {
                 on_flat_axes(&acceleration, &zero, space, &at)?;
                 species.acceleration = acceleration;
             } else if draft.acceleration.is_some_and(|given| given != zero) {
-                return Err(SceneError::new(at, SceneErrorKind::value("given", "none: a static species stays")));
+                return refuse(at, "given", "none: a static species stays");
             }
         }
         Ok(())
@@ -221,8 +240,7 @@ impl SceneBuilder {
         }
         let unsized_space = Space { lower: self.lower, size: Vector::zeros(), boundary: self.boundary };
         if unsized_space.dimensions() == 0 {
-            let kind = SceneErrorKind::value("flat along every axis", "an axis along which particles can move");
-            return Err(SceneError::new(at, kind));
+            return refuse(at, "flat along every axis", "an axis along which particles can move");
         }
         let size = match self.size {
             Some(size) => size,
@@ -233,8 +251,7 @@ impl SceneBuilder {
             if self.boundary[k] != Boundary::Flat {
                 positive(size[k], at)?;
             } else if size[k] != 0.0 {
-                let kind = SceneErrorKind::value(size[k], format!("0 because {} is flat", AXES[k]));
-                return Err(SceneError::new(at, kind));
+                return refuse(at, size[k], format!("0 because {} is flat", AXES[k]));
             }
         }
         Ok(Space { size, ..unsized_space })
@@ -243,20 +260,16 @@ impl SceneBuilder {
 
 /// Boxes with an inside, whose names can stand at the head of a column.
 fn check_regions(regions: &[CountRegion]) -> Result<(), SceneError> {
-    let mut taken = HashMap::new();
+    let mut taken = Taken::default();
     for (index, CountRegion { name, region }) in regions.iter().enumerate() {
         let at = ConfigPath::root().key("output").key("count").index(index);
         names::words(name, &at.key("name"))?;
-        if let Some(first) = taken.insert(name, index) {
-            let first = ConfigPath::root().key("output").key("count").index(first);
-            return Err(SceneError::new(at.key("name"), SceneErrorKind::Duplicate { name: name.clone(), first }));
-        }
+        taken.take(name, &at)?;
         finite_vector(&region.lower, &at.key("lower"))?;
         finite_vector(&region.upper, &at.key("upper"))?;
         if let Some(k) = (0..3).find(|&k| region.upper[k] < region.lower[k]) {
             let expected = format!("at least {}, the lower corner's", region.lower[k]);
-            let kind = SceneErrorKind::value(region.upper[k], expected);
-            return Err(SceneError::new(at.key("upper").index(k), kind));
+            return refuse(at.key("upper").index(k), region.upper[k], expected);
         }
     }
     Ok(())

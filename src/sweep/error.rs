@@ -102,15 +102,7 @@ pub enum SweepError {
     /// The folder holds something else.
     #[error("{} exists and holds something that is not a sweep", .0.display())]
     Occupied(PathBuf),
-    /// A file or folder cannot be written.
-    #[error("cannot write {}", path.display())]
-    Write {
-        /// The file or folder.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// The folder of a point cannot be used.
+    /// A file or a folder cannot be used.
     #[error(transparent)]
     Output(#[from] OutputError),
 }
@@ -135,7 +127,7 @@ impl SweepError {
             Self::Changed { .. } => "bring the scene back, or begin another sweep with --out",
             Self::Other { .. } | Self::Occupied(_) => "choose another folder with --out",
             Self::Output(error) => return error.cure(),
-            Self::Axis(_) | Self::TooMany(_) | Self::Scene(_) | Self::Read { .. } | Self::Write { .. } => return None,
+            Self::Axis(_) | Self::TooMany(_) | Self::Scene(_) | Self::Read { .. } => return None,
         })
     }
 }

@@ -84,7 +84,7 @@ impl SweepFolder {
     /// `watch` is called from all threads, with the place of a point; where it breaks, that run is interrupted, and no other is begun.
     ///
     /// # Errors
-    /// [`SweepError::Write`] if it cannot be kept why a run has failed. A run that fails is no error.
+    /// [`SweepError::Output`] if it cannot be kept why a run has failed. A run that fails is no error.
     pub fn execute(
         &self,
         sweep: &Sweep,
@@ -127,7 +127,7 @@ impl SweepFolder {
     /// scheduler of its own, decides what runs when and where. Several processes may ask for the same point: one runs it.
     ///
     /// # Errors
-    /// [`SweepError::Write`] if it cannot be kept why the run has failed. A run that fails is no error.
+    /// [`SweepError::Output`] if it cannot be kept why the run has failed. A run that fails is no error.
     pub fn execute_point(
         &self,
         sweep: &Sweep,

@@ -11,10 +11,10 @@ use super::axis::Axis;
 use super::error::SweepError;
 use super::inputs::Inputs;
 use super::plan::{Point, Sweep};
-use crate::io::atomic::write_atomically;
-use crate::io::draft::{is_draft, remove_abandoned};
-use crate::io::plain::{refuse, refuse_others};
-use crate::io::{Existing, Folder, FolderState, OutputError, Summary};
+use crate::io::atomic::{write_atomically, write_text};
+use crate::io::draft::is_draft;
+use crate::io::plain::{self, refuse, refuse_others};
+use crate::io::{Existing, Folder, FolderState, OutputError, Summary, remove};
 use crate::run::Ending;
 use crate::scene::read_text;
 
@@ -116,20 +116,17 @@ impl SweepFolder {
     ///
     /// # Errors
     /// [`SweepError::Occupied`] if it holds something else, [`SweepError::Changed`] or [`SweepError::Other`] if it holds another sweep,
-    /// [`SweepError::Input`] if a file that its scenes read holds something else than when it began, [`SweepError::Output`] if there can be no such folder, or
-    /// one of its files is a link, [`SweepError::Write`] if it cannot be written.
+    /// [`SweepError::Input`] if a file that its scenes read holds something else than when it began, [`SweepError::Output`] if there can be no such folder,
+    /// one of its files is a link, or it cannot be written.
     pub fn open(path: impl AsRef<Path>, sweep: &Sweep) -> Result<Self, SweepError> {
         let mut folder = Self { path: path.as_ref().to_owned(), inputs: Inputs::new() };
-        fs::create_dir_all(&folder.path).map_err(|source| OutputError::Folder { path: folder.path.clone(), source })?;
-        remove_abandoned(&folder.path);
+        plain::make_folder(&folder.path)?;
         refuse_others(&folder.path, SWEEP)?;
         refuse(&folder.path.join(FAILURES), true)?;
         folder.claim(sweep)?;
         if let Some(text) = sweep.text_alone() {
             refuse_others(&folder.path, SCENE)?;
-            let scene = folder.path.join(SCENE);
-            write_atomically(&scene, Existing::Replace, |file| file.write_all(text.as_bytes()))
-                .map_err(wrong(&scene))?;
+            write_text(&folder.path.join(SCENE), text)?;
         }
         Ok(folder)
     }
@@ -146,7 +143,7 @@ impl SweepFolder {
             if record.exists() {
                 break false;
             }
-            let mut entries = fs::read_dir(&self.path).map_err(wrong(&self.path))?.flatten();
+            let mut entries = fs::read_dir(&self.path).map_err(OutputError::write(&self.path))?.flatten();
             // Another process may have made the record meanwhile.
             if entries.any(|entry| !is_draft(&entry.file_name())) && !record.exists() {
                 return Err(SweepError::Occupied(self.path.clone()));
@@ -154,7 +151,7 @@ impl SweepFolder {
             match write(&now, Existing::Keep) {
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 written => {
-                    written.map_err(wrong(&record))?;
+                    written.map_err(OutputError::write(&record))?;
                     break true;
                 }
             }
@@ -166,7 +163,7 @@ impl SweepFolder {
             for (path, checksum) in then.inputs {
                 now.inputs.entry(path).or_insert(checksum);
             }
-            write(&now, Existing::Replace).map_err(wrong(&record))?;
+            write(&now, Existing::Replace).map_err(OutputError::write(&record))?;
         }
         self.inputs = now.inputs;
         Ok(())
@@ -254,36 +251,24 @@ impl SweepFolder {
     pub(super) fn keep_failure(&self, point: &Point, message: Option<&str>) -> Result<(), SweepError> {
         let path = self.failure_file(point);
         refuse_others(&self.path, &format!("{FAILURES}/{}.txt", point.folder()))?;
-        let wrong = |source| SweepError::Write { path: path.clone(), source };
-        match message {
-            None => match fs::remove_file(&path) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(wrong(error)),
-                _ => {
-                    // Fails where there are others.
-                    let _ = fs::remove_dir(self.path.join(FAILURES));
-                }
-            },
-            Some(message) => {
-                fs::create_dir_all(self.path.join(FAILURES)).map_err(wrong)?;
-                write_atomically(&path, Existing::Replace, |file| writeln!(file, "{message}")).map_err(wrong)?;
-            }
-        }
-        Ok(())
+        let Some(message) = message else {
+            remove(&path)?;
+            // Fails where there are others.
+            let _ = fs::remove_dir(self.path.join(FAILURES));
+            return Ok(());
+        };
+        let folder = self.path.join(FAILURES);
+        fs::create_dir_all(&folder).map_err(OutputError::write(&folder))?;
+        Ok(write_text(&path, &format!("{message}\n"))?)
     }
 
     /// Writes a table, or a page.
     pub(super) fn write(&self, name: &str, text: &str) -> Result<PathBuf, SweepError> {
         let path = self.path.join(name);
         refuse_others(&self.path, name)?;
-        write_atomically(&path, Existing::Replace, |file| file.write_all(text.as_bytes()))
-            .map_err(|source| SweepError::Write { path: path.clone(), source })?;
+        write_text(&path, text)?;
         Ok(path)
     }
-}
-
-fn wrong(path: &Path) -> impl FnOnce(io::Error) -> SweepError {
-    let path = path.to_owned();
-    move |source| SweepError::Write { path, source }
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ impl SweepFolder {
     /// Writes the tables of what there is so far, and says where they are.
     ///
     /// # Errors
-    /// [`SweepError::Write`] if they cannot be written.
+    /// [`SweepError::Output`] if they cannot be written.
     pub fn write_tables(&self, sweep: &Sweep, results: &Results) -> Result<Vec<PathBuf>, SweepError> {
         let tables = [(RUNS, runs(sweep, results)), (MEANS, means(sweep, results)), (COLUMNS, columns(sweep, results))];
         tables.iter().map(|(name, text)| self.write(name, text)).collect()

@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use carom::Vector;
-use carom::exchange::{Exchange, ExchangeResults, Measured};
+use carom::analysis::statistics::Estimate;
+use carom::exchange::{Exchange, ExchangeResults};
 use carom::model::exchange_plan::ExchangePlan;
 use carom::model::{Limit, Potential, RunPlan, Scene, Space};
 use carom::scene::SceneBuilder;
@@ -45,12 +46,12 @@ fn bound(temperature: f64) -> f64 {
     weight / (weight + LENGTH.powi(3) - sphere(LAMBDA))
 }
 
-fn deviation(measured: Measured, expected: f64) -> f64 {
+fn deviation(measured: Estimate, expected: f64) -> f64 {
     (measured.mean - expected) / measured.standard_error.expect("long enough for an error")
 }
 
 /// The population of an exact level at a temperature.
-fn population(results: &ExchangeResults, place: usize, energy: f64) -> Measured {
+fn population(results: &ExchangeResults, place: usize, energy: f64) -> Estimate {
     let level = results.temperatures[place].populations.iter().find(|it| (it.energy - energy).abs() < 1e-12);
     let level = level.unwrap_or_else(|| panic!("no level {energy} in {:?}", results.temperatures[place].populations));
     assert_eq!(level.width, 0.0);

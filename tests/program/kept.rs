@@ -7,7 +7,7 @@ use carom::io::{Existing, Folder};
 use carom::model::{Limit, Scene};
 use carom::run::{Ending, Progress, Run, run};
 
-use super::place::{FLUID, Place, begun, begun_in, code, contents, ended, errors, killed, line, when_free, words};
+use super::place::{FLUID, Place, begun, code, contents, ended, errors, killed, line, when_free, words};
 
 #[test]
 fn no_command_replaces_anything_unasked() {
@@ -92,7 +92,7 @@ fn a_run_is_as_it_was_until_another_one_has_replaced_it() {
     // A file of the user's own in the way is kept: reported at the start, and what was simulated is not lost.
     let arguments = ["run", "scene.toml", "--force", "--set", "output.contacts=true"];
     for is_late in [false, true] {
-        let child = is_late.then(|| begun_in(&place, &arguments[2..], "runs/scene/replacement/replacement"));
+        let child = is_late.then(|| begun(&place, &arguments[2..]));
         fs::write(folder.join("contacts.csv"), "mine").unwrap();
         child.into_iter().for_each(killed);
         let resume = ["run", "--resume", "runs/scene", "--until-time", "1e9"];

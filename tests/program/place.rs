@@ -161,18 +161,17 @@ pub fn line(output: &Output) -> String {
     errors(output).replace('│', " ").split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// A run that goes on for long, with a checkpoint at least.
+/// A run that goes on for long, with a checkpoint of its own at least.
 pub fn begun(place: &Place, more: &[&str]) -> Child {
-    begun_in(place, more, if more.contains(&"--force") { "runs/scene/replacement" } else { "runs/scene" })
-}
-
-pub fn begun_in(place: &Place, more: &[&str], folder: &str) -> Child {
+    let folder = if more.contains(&"--force") { "runs/scene/replacement" } else { "runs/scene" };
+    let checkpoint = place.path().join(folder).join("checkpoint");
+    let before = std::fs::read(&checkpoint).ok();
     let mut arguments = vec!["run", "scene.toml", "-q", "--until-time", "1e6", "--checkpoint-every", "0.01"];
     arguments.extend(["--set", "output.thermo_interval=10.0"]);
     arguments.extend(more);
     let child = place.command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     for _ in 0..600 {
-        if place.path().join(folder).join("checkpoint").exists() {
+        if std::fs::read(&checkpoint).is_ok_and(|now| Some(&now) != before.as_ref()) {
             break;
         }
         std::thread::sleep(Duration::from_millis(50));

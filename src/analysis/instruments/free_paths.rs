@@ -148,7 +148,7 @@ impl Instrument for FreePaths {
         let is_core = event.kind == EventKind::Pair(Outcome::Core);
         self.fly(event.time, system);
         let velocities = event.before.iter().zip(&event.after);
-        for (id, (before, after)) in [Some(event.particle), event.partner].into_iter().zip(velocities) {
+        for (id, (before, after)) in [Some(event.particle), event.partner()].into_iter().zip(velocities) {
             if let Some(id) = id.filter(|id| system.masses.get(id.0 as usize).is_some_and(|mass| mass.is_finite())) {
                 let speed = (before - self.drift).norm();
                 self.turn(id.0, event.time, speed, is_core);

@@ -11,7 +11,7 @@ use crate::io::convert::ConvertError;
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
 use crate::io::measurements::{self, Measurements};
-use crate::io::owned::{Owned, Replacement};
+use crate::io::owned::Owned;
 use crate::io::partial::PartialFile;
 use crate::io::replacement;
 use crate::io::scene_copy::SceneCopy;
@@ -40,10 +40,9 @@ impl Folder {
     /// [`OutputError::Write`] if a file cannot be written; there is no `summary.json` then, or that of the run that was to be replaced. A
     /// conversion that fails is no error here.
     pub fn complete(mut self, finished: &Finished, report: &str) -> Result<Completed, OutputError> {
-        let Some(mut owned) = self.owned.pop() else { return Err(OutputError::NotFolder(self.path)) };
         let trajectory_file = self.trajectory.into_file()?;
         let measured = Measurements::of(finished);
-        owned.claim(&measured.names())?;
+        self.owned.claim(&measured.names())?;
         let mut report_file = PartialFile::create(self.path.join(REPORT))?;
         report_file.write(report)?;
         let contacts = self.contacts.as_ref().map(|_| (CONTACTS.to_owned(), contacts::columns()));
@@ -68,13 +67,16 @@ impl Folder {
         sync_folder(&self.path);
         files.push(summary_file.complete()?);
         sync_folder(&self.path);
-        remove_stale(&mut owned, &measured.names())?;
+        remove_stale(&mut self.owned, &measured.names())?;
         let is_whole = finished.is_sound() && failures.is_empty();
-        let folder = take_places(&self.path, owned, self.owned, is_whole, finished.can_go_on())?;
-        let place = |file: PathBuf| file.strip_prefix(&self.path).map_or(file.clone(), |name| folder.join(name));
+        let Some(mut outer) = self.outer.filter(|_| is_whole) else {
+            let kept = (self.path != self.target).then_some(self.target);
+            return Ok(Completed { files, folder: self.path, kept, failures });
+        };
+        replacement::take_place(&self.path, self.owned, &self.target, &mut outer)?;
+        let place = |file: PathBuf| file.strip_prefix(&self.path).map_or(file.clone(), |name| self.target.join(name));
         let files = files.into_iter().map(place).collect();
-        let kept = (folder != self.target).then_some(self.target);
-        Ok(Completed { files, folder, kept, failures })
+        Ok(Completed { files, folder: self.target, kept: None, failures })
     }
 }
 
@@ -95,26 +97,4 @@ fn remove_stale(owned: &mut Owned, new: &[String]) -> Result<(), OutputError> {
     };
     let stale: Vec<String> = owned.names().iter().filter(is_stale).cloned().collect();
     owned.remove(&stale)
-}
-
-/// Lets a run take the places of those that it is to replace, whose lists are `outer`, and says where it is then. One that is not whole takes
-/// that of a failed one at most, so that it does not matter how often a run fails.
-fn take_places(
-    path: &Path,
-    mut inner: Owned,
-    mut outer: Vec<Owned>,
-    is_whole: bool,
-    can_go_on: bool,
-) -> Result<PathBuf, OutputError> {
-    let mut path = path;
-    while let Some(mut old) = outer.pop() {
-        let is_over_failed = outer.last().is_some_and(|before| before.replacement() == Replacement::Failed);
-        let Some(parent) = path.parent().filter(|_| is_whole || is_over_failed) else {
-            old.set_replacement(if can_go_on { Replacement::Begun } else { Replacement::Failed })?;
-            break;
-        };
-        replacement::take_place(path, inner, parent, &mut old)?;
-        (path, inner) = (parent, old);
-    }
-    Ok(path.to_owned())
 }

@@ -6,14 +6,14 @@ use std::time::Instant;
 
 use super::frames::Frames;
 use super::trajectory::Trajectory;
-use super::{CONTACTS, Folder, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY, levels, names_of};
+use super::{CONTACTS, Folder, SCENE, SUMMARY, SUMMARY_BEFORE, THERMO, TRAJECTORY, names_of};
 use crate::io::checkpoints::{self, Checkpoints};
 use crate::io::contacts::Contacts;
 use crate::io::draft::remove_abandoned;
 use crate::io::error::OutputError;
 use crate::io::event_log::EventLog;
 use crate::io::occupied::active;
-use crate::io::owned::{Owned, Replacement, is_run};
+use crate::io::owned::{Owned, is_run};
 use crate::io::partial::PartialFile;
 use crate::io::scene_copy::SceneCopy;
 use crate::io::thermo::Columns;
@@ -32,7 +32,7 @@ impl Folder {
     /// that of the checkpoint, or if the run is beyond the limit; [`OutputError::Foreign`] if a file that is not Carom's is in the way, [`OutputError::NotPlain`] if one
     /// of its files is a link or a folder: nothing is changed then. [`OutputError::Write`] if one cannot be changed.
     pub fn resume(target: &Path, limit: Option<Limit>) -> Result<(Self, Checkpoint), OutputError> {
-        let (path, mut owned) = locked(target)?;
+        let (path, mut owned, outer) = locked(target)?;
         let path = &path;
         let mut checkpoint = Checkpoint::read(&checkpoints::newest(path))?;
         if let Some(limit) = limit {
@@ -42,20 +42,15 @@ impl Folder {
         let scene = checkpoint.simulation.scene();
         inputs::refuse_changed(scene)?;
         let names = names_of(scene);
-        if let Some((inner, outer)) = owned.split_last() {
-            outer.iter().try_for_each(|outer| outer.allow(&names))?;
-            // The list may have been lost; the files are known by their checksums.
-            inner.allow(&names.into_iter().filter(|name| inner.names().contains(name)).collect::<Vec<_>>())?;
-        }
+        outer.iter().try_for_each(|outer| outer.allow(&names))?;
+        // The list may have been lost; the files are known by their checksums.
+        owned.allow(&names.into_iter().filter(|name| owned.names().contains(name)).collect::<Vec<_>>())?;
         let manifest = &checkpoint.manifest;
         if let Some(checksum) = manifest.scene {
             SceneCopy::check(&path.join(SCENE), checksum)?;
         }
         for file in &manifest.files {
             PartialFile::check(&path.join(&file.name), file)?;
-        }
-        if let [.., outer, _] = owned.as_mut_slice() {
-            outer.set_replacement(Replacement::Begun)?;
         }
         set_summary_aside(path, &mut owned)?;
         let file = |name: &str| {
@@ -77,10 +72,11 @@ impl Folder {
             formats: scene.output.formats.clone(),
             flushed: Instant::now(),
             most_bytes: f64::INFINITY,
-            checkpoints: Checkpoints::go_on(path),
+            checkpoints: Checkpoints::go_on(checkpoints::last(path)).keeping(checkpoints::previous(path)),
             target: target.to_owned(),
             path: path.to_owned(),
             owned,
+            outer,
         };
         if limit.is_some() {
             // Whatever happens next, the new end holds.
@@ -97,8 +93,8 @@ impl Folder {
     }
 }
 
-/// The folder of the run to go on with, and the lists of it and of those that it is to replace, outermost first, locked.
-fn locked(target: &Path) -> Result<(PathBuf, Vec<Owned>), OutputError> {
+/// The folder of the run to go on with, its list, and that of the run that it is to replace, locked.
+fn locked(target: &Path) -> Result<(PathBuf, Owned, Option<Owned>), OutputError> {
     // Nothing is made where there is no run.
     if !is_run(target) {
         let last = checkpoints::last(target);
@@ -107,23 +103,19 @@ fn locked(target: &Path) -> Result<(PathBuf, Vec<Owned>), OutputError> {
     if !checkpoints::has_any(&active(target)) {
         return Err(CheckpointError::Missing(target.to_owned()).into());
     }
-    let mut owned = vec![Owned::lock(target)?];
+    let mut owned = Owned::lock(target)?;
     remove_abandoned(target);
-    replacement::recover(target, &mut owned[0])?;
+    replacement::recover(target, &mut owned)?;
     let path = active(target);
-    for level in levels(target, &path).iter().skip(1) {
-        owned.push(Owned::lock(level)?);
-    }
-    Ok((path, owned))
+    let is_inner = path != target;
+    Ok(if is_inner { (path.clone(), Owned::lock(&path)?, Some(owned)) } else { (path, owned, None) })
 }
 
 /// Gives the summary another name until there is a new one: without it the folder is that of a run under way.
-fn set_summary_aside(path: &Path, owned: &mut [Owned]) -> Result<(), OutputError> {
+fn set_summary_aside(path: &Path, owned: &mut Owned) -> Result<(), OutputError> {
     let summary = path.join(SUMMARY);
     if summary.exists() {
-        if let Some(owned) = owned.last_mut() {
-            owned.claim(&[SUMMARY_BEFORE.to_owned()])?;
-        }
+        owned.claim(&[SUMMARY_BEFORE.to_owned()])?;
         fs::rename(&summary, path.join(SUMMARY_BEFORE)).map_err(OutputError::write(&summary))?;
     }
     Ok(())

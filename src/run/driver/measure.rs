@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use super::pace::{Pace, PaceOfRows};
+use super::pace::Pace;
 use super::{Driver, Failed};
 use crate::analysis::instruments::{Instruments, Sample, Setup, has_scalars, scalars};
 use crate::analysis::sampling_times::SamplingTimes;
@@ -30,13 +30,13 @@ impl Driver<'_> {
         let mut ended = None;
         if self.state.measurement.is_none() {
             match self.pace()? {
-                Ok(pace) => {
+                Some(pace) => {
                     ended = pace.ending;
                     self.set_up(pace);
                 }
-                Err(ending) => {
+                None => {
                     self.keep()?;
-                    return Ok(ending);
+                    return Ok(Ending::Interrupted);
                 }
             }
         }
@@ -67,13 +67,8 @@ impl Driver<'_> {
             if self.state.pilot.is_none() {
                 self.record(true, false)?;
             }
-            let ended = match self.pace_of_rows()? {
-                Ok(PaceOfRows { rows, ending }) => {
-                    (self.state.rows, self.state.pilot) = (Some(rows), None);
-                    ending
-                }
-                Err(ending) => return Ok(Some(ending)),
-            };
+            let Some((rows, ended)) = self.pace_of_rows()? else { return Ok(Some(Ending::Interrupted)) };
+            (self.state.rows, self.state.pilot) = (Some(rows), None);
             if ended.is_some() || self.is_over {
                 return Ok(ended.filter(Ending::is_early));
             }

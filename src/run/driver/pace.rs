@@ -36,14 +36,7 @@ pub(super) struct Pace {
     pub ending: Option<Ending>,
 }
 
-/// When a stage before the measurement writes rows.
-pub(super) struct PaceOfRows {
-    pub rows: SamplingTimes,
-    /// How the stage ended while they were chosen, if it did.
-    pub ending: Option<Ending>,
-}
-
-/// Result of a pilot run.
+/// Expected duration of a stage, of a pilot run if need be.
 pub(super) struct Found {
     /// How long the events will take `[time]`.
     duration: f64,
@@ -52,66 +45,60 @@ pub(super) struct Found {
 }
 
 impl Driver<'_> {
-    /// The times of rows and frames from the start of the measurement on, and how long it will last, as far as is known; or the ending, if the
-    /// caller wants no more while they are chosen.
+    /// The times of rows and frames from the start of the measurement on, and how long it will last, as far as is known; `None` if the caller wants no more
+    /// while they are chosen.
     ///
     /// Where only the number of events is known, a pilot run over the first of them estimates how long the run will last.
-    pub(super) fn pace(&mut self) -> Result<Result<Pace, Ending>, Failed> {
-        let start = self.state.stage.time;
+    pub(super) fn pace(&mut self) -> Result<Option<Pace>, Failed> {
+        let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         let scene = self.simulation.scene();
         let (thermo, frame) = (scene.output.thermo_interval, scene.output.frame_interval);
         let is_given = thermo.is_some() && frame.is_some() && scene.measure.is_empty() && self.registry.is_empty();
-        let mut ending = None;
-        let duration = match self.state.stage.limit {
-            Limit { time: Some(time), events: None } => time,
-            _ if is_given => f64::INFINITY,
-            Limit { time, events } => match self.pilot_run(time, events.unwrap_or(u64::MAX))? {
-                Some(found) => {
-                    ending = found.ending;
-                    rounded(found.duration).min(time.unwrap_or(f64::INFINITY))
-                }
-                None => return Ok(Err(Ending::Interrupted)),
-            },
-        };
+        let of_time = Found { duration: limit.time.unwrap_or(f64::INFINITY), ending: None };
+        let found = if is_given { Some(of_time) } else { self.expected(limit)? };
+        let Some(Found { duration, ending }) = found else { return Ok(None) };
         let ticks = |given: Option<f64>, aim| match given {
             Some(interval) => SamplingTimes::given(start, interval),
             None => SamplingTimes::expecting(start, duration, aim, 0.0),
         };
         let limit = self.state.frames;
         let frames = ticks(frame, limit.aim()).at_most(limit.between());
-        Ok(Ok(Pace { rows: ticks(thermo, ROWS), frames, duration, ending }))
+        Ok(Some(Pace { rows: ticks(thermo, ROWS), frames, duration, ending }))
     }
 
-    /// The times of rows in a stage before the measurement; or the ending, if the caller wants no more while they are chosen.
-    pub(super) fn pace_of_rows(&mut self) -> Result<Result<PaceOfRows, Ending>, Failed> {
+    /// The times of rows in a stage before the measurement, and how it ended while they were chosen, if it did; `None` if the caller wants no more.
+    pub(super) fn pace_of_rows(&mut self) -> Result<Option<(SamplingTimes, Option<Ending>)>, Failed> {
         let (start, limit) = (self.state.stage.time, self.state.stage.limit);
         if let Some(interval) = self.simulation.scene().output.thermo_interval {
-            return Ok(Ok(PaceOfRows { rows: SamplingTimes::given(start, interval), ending: None }));
+            return Ok(Some((SamplingTimes::given(start, interval), None)));
         }
-        let mut ending = None;
-        let duration = match limit {
-            Limit { time: Some(time), events: None } => Some(time),
-            Limit { time, events: Some(events) } => match self.pilot_run(time, events)? {
-                Some(found) => {
-                    ending = found.ending;
-                    Some(rounded(found.duration).min(time.unwrap_or(f64::INFINITY)))
-                }
-                None => return Ok(Err(Ending::Interrupted)),
-            },
-            Limit { time: None, events: None } => match self.growth() {
-                Some(growth) => Some(SOME_GROWTH / growth.rate),
-                // An equilibration that ends by itself: as long as that takes at least.
-                None => {
-                    let events = 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest);
-                    match self.excursion(None, events, self.first_pilot(events))? {
-                        Some(expected) => Some(rounded(expected / 1000.0)),
-                        None => return Ok(Err(Ending::Interrupted)),
-                    }
-                }
-            },
+        let found = match (limit, self.growth()) {
+            (Limit { time: None, events: None }, Some(growth)) => {
+                Some(Found { duration: SOME_GROWTH / growth.rate, ending: None })
+            }
+            // An equilibration that ends by itself: as long as that takes at least.
+            (Limit { time: None, events: None }, None) => {
+                let events = 1000 * self.state.monitor.as_ref().map_or(1, Monitor::shortest);
+                let expected = self.excursion(None, events, self.first_pilot(events))?;
+                expected.map(|expected| Found { duration: rounded(expected / 1000.0), ending: None })
+            }
+            _ => self.expected(limit)?,
         };
-        let duration = duration.filter(|duration| duration.is_finite() && *duration > 0.0).unwrap_or(f64::INFINITY);
-        Ok(Ok(PaceOfRows { rows: SamplingTimes::expecting(start, duration, ROWS, 0.0), ending }))
+        let Some(Found { duration, ending }) = found else { return Ok(None) };
+        let duration = if duration.is_finite() && duration > 0.0 { duration } else { f64::INFINITY };
+        Ok(Some((SamplingTimes::expecting(start, duration, ROWS, 0.0), ending)))
+    }
+
+    /// How long a stage with a limit will last; `None` if the caller wants no more.
+    fn expected(&mut self, limit: Limit) -> Result<Option<Found>, Failed> {
+        match limit {
+            Limit { time: Some(duration), events: None } => Ok(Some(Found { duration, ending: None })),
+            Limit { time, events } => {
+                let found = self.pilot_run(time, events.unwrap_or(u64::MAX))?;
+                let longest = time.unwrap_or(f64::INFINITY);
+                Ok(found.map(|found| Found { duration: rounded(found.duration).min(longest), ..found }))
+            }
+        }
     }
 
     /// How long so many events will take, from the first thousandth of them, or of a limit in time; `None` if the caller wants no more.

@@ -111,6 +111,9 @@ fn what_no_longer_fits_is_refused_by_its_name() {
         .replacen("mass = 1.0", "static = true", 1)
         .replace("static = true\ndiameter = 1.0\n[[interaction]]", "mass = 1.0\ndiameter = 1.0\n[[interaction]]");
     assert!(error(&still).contains("static"), "{}", error(&still));
+    // A thermostat without a temperature to hold, as in a scene with particles of its own.
+    let falling = "dynamics.gravity = [0.0, 0.0, -1.0]\nrun.thermostat = { kind = \"rescaling\", temperature = 1.0, interval = 1.0 }\n";
+    assert!(error(falling).starts_with("run.thermostat.kind is \"rescaling\""), "{}", error(falling));
     let refused = Scene::from_toml(format!("start.from = \"run\"\n{RUN}"), "next.toml").unwrap_err();
     assert!(matches!(refused.kind(), SceneErrorKind::NeedsRun { .. }), "{refused}");
 }

@@ -1,12 +1,9 @@
 //! `diameter` of a species: a number or a distribution.
 
-use std::fmt;
-
 use schemars::JsonSchema;
-use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
+use super::either::Either;
 use crate::base::whole;
 use crate::scene::parse::diameter::DISTRIBUTIONS;
 use crate::scene::schema::{keys_by_kind, words};
@@ -20,7 +17,7 @@ pub(crate) enum DiameterFile {
 }
 
 /// A distribution of diameters; the keys depend on its kind.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("distribution", &DISTRIBUTIONS)))]
 pub(crate) struct DistributionFile {
@@ -50,30 +47,7 @@ pub(crate) struct DistributionFile {
 
 impl<'de> Deserialize<'de> for DiameterFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct NumberOrDistribution;
-        impl<'de> Visitor<'de> for NumberOrDistribution {
-            type Value = DiameterFile;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a number or { distribution = ..., ... }")
-            }
-
-            fn visit_f64<E: Error>(self, number: f64) -> Result<DiameterFile, E> {
-                Ok(DiameterFile::Number(number))
-            }
-
-            fn visit_i64<E: Error>(self, number: i64) -> Result<DiameterFile, E> {
-                Ok(DiameterFile::Number(number as f64))
-            }
-
-            fn visit_u64<E: Error>(self, number: u64) -> Result<DiameterFile, E> {
-                Ok(DiameterFile::Number(number as f64))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<DiameterFile, A::Error> {
-                DistributionFile::deserialize(MapAccessDeserializer::new(map)).map(DiameterFile::Distribution)
-            }
-        }
-        deserializer.deserialize_any(NumberOrDistribution)
+        let either = Either::new("a number or { distribution = ..., ... }", Self::Distribution);
+        Either { of_number: Some(Self::Number), ..either }.deserialize(deserializer)
     }
 }

@@ -1,7 +1,7 @@
 //! Stages, thermostats and replica exchange in the file of a scene.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::base::whole;
@@ -46,7 +46,7 @@ pub(crate) struct StageFile {
 }
 
 /// `{ kind = "andersen", temperature = 1.0, rate = 0.5 }` or `{ kind = "rescaling", temperature = 1.0, interval = 1.0 }`
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("kind", &THERMOSTATS)))]
 pub(crate) struct ThermostatFile {

@@ -1,7 +1,7 @@
 //! `[[interaction]]`: a potential of two species or of bonds.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::base::whole;
@@ -11,7 +11,7 @@ use crate::scene::parse::interaction::POTENTIALS;
 use crate::scene::schema::{keys_by_kind, words};
 
 /// `[[interaction]]`: what two particles do to each other. It has `species`, or a `name` for bonds, or both.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("potential", &POTENTIALS)))]
 pub(crate) struct InteractionFile {

@@ -1,14 +1,11 @@
 //! Measurements in the file of a scene: for each kind `true`, or a table of what is to differ.
 
 use std::borrow::Cow;
-use std::fmt;
-use std::marker::PhantomData;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
+use super::either::Either;
 use crate::model::measurement_plan::{
     BondOrder, Chains, Diffusion, Flow, FreePaths, PressureTensor, Profile, RadialDistribution, Speeds,
     StructureFactor, Transport,
@@ -48,23 +45,8 @@ pub(crate) struct Switch<T>(pub Option<T>);
 
 impl<'de, T: Deserialize<'de> + Default> Deserialize<'de> for Switch<T> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct BoolOrTable<T>(PhantomData<T>);
-        impl<'de, T: Deserialize<'de> + Default> Visitor<'de> for BoolOrTable<T> {
-            type Value = Switch<T>;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("true, false or a table")
-            }
-
-            fn visit_bool<E: Error>(self, is_on: bool) -> Result<Switch<T>, E> {
-                Ok(Switch(is_on.then(T::default)))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Switch<T>, A::Error> {
-                T::deserialize(MapAccessDeserializer::new(map)).map(|table| Switch(Some(table)))
-            }
-        }
-        deserializer.deserialize_any(BoolOrTable(PhantomData))
+        let either = Either::new("true, false or a table", |table| Self(Some(table)));
+        Either { of_bool: Some(|is_on| Self(is_on.then(T::default))), ..either }.deserialize(deserializer)
     }
 }
 

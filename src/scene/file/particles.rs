@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::base::whole;
@@ -111,7 +111,7 @@ pub(crate) struct FillFile {
 }
 
 /// The inside of a box that is aligned with the axes, of a cylinder, a cone or a sphere.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("shape", &REGIONS)))]
 pub(crate) struct RegionFile {
@@ -140,7 +140,7 @@ pub(crate) struct RegionFile {
 }
 
 /// `[[mesh]]`: a surface made of static particles.
-#[derive(Debug, Deserialize, JsonSchema)]
+#[derive(Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 #[schemars(extend("allOf" = keys_by_kind("surface", &SURFACES)))]
 pub(crate) struct MeshFile {

@@ -1,12 +1,9 @@
 //! `[space]`: the box and its sides.
 
-use std::fmt;
-
 use schemars::JsonSchema;
-use serde::Deserialize;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Deserializer, Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
+use super::either::Either;
 use crate::scene::parse::space::{BOUNDARIES, SIDES};
 use crate::scene::schema::words;
 
@@ -82,40 +79,13 @@ pub(crate) struct WallFile {
 impl<'de> Deserialize<'de> for AxisFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let expected = "\"periodic\", \"open\", \"walls\", \"flat\" or { lower = ..., upper = ... }";
-        deserializer.deserialize_any(WordOrTable::<SidesFile, _> {
-            expected,
-            of_word: Self::Word,
-            of_table: Self::Sides,
-        })
+        Either { of_word: Some(Self::Word), ..Either::new(expected, Self::Sides) }.deserialize(deserializer)
     }
 }
 
 impl<'de> Deserialize<'de> for SideFile {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let expected = "\"open\", \"wall\" or the table of a wall, { temperature = ... } or { restitution = ... }";
-        deserializer.deserialize_any(WordOrTable::<WallFile, _> { expected, of_word: Self::Word, of_table: Self::Wall })
-    }
-}
-
-/// A value that is a word or a table.
-struct WordOrTable<T, V> {
-    expected: &'static str,
-    of_word: fn(String) -> V,
-    of_table: fn(T) -> V,
-}
-
-impl<'de, T: Deserialize<'de>, V> Visitor<'de> for WordOrTable<T, V> {
-    type Value = V;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.expected)
-    }
-
-    fn visit_str<E: Error>(self, word: &str) -> Result<V, E> {
-        Ok((self.of_word)(word.to_owned()))
-    }
-
-    fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<V, A::Error> {
-        T::deserialize(MapAccessDeserializer::new(map)).map(self.of_table)
+        Either { of_word: Some(Self::Word), ..Either::new(expected, Self::Wall) }.deserialize(deserializer)
     }
 }

@@ -11,10 +11,12 @@ use crate::prepare::packing::occupancy::{Contacts, Occupancy};
 use crate::prepare::surface::{Layout, tight_spacing};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::filling::Filling;
 use crate::scene::interactions::{Interactions, species_named};
-use crate::scene::limits::{affordable, finite_vector, motion, not_negative, on_flat_axes, positive};
+use crate::scene::limits::{
+    affordable, finite_vector, motion, not_negative, on_flat_axes, positive, positive_if_given,
+};
 use crate::scene::unvalidated::{Arrangement, Chain, Group, LocatedGroup, SurfaceFill};
 
 /// Order of placement: groups at given positions first, random ones around them.
@@ -90,12 +92,10 @@ impl<'a> Placing<'a> {
         let kind = &self.species[species.0 as usize];
         if !kind.is_static() {
             let expected = "a static species (static = true)";
-            return Err(SceneError::new(at.key("species"), SceneErrorKind::value(&surface.species, expected)));
+            return refuse(at.key("species"), &surface.species, expected);
         }
         surface.shape.check(self.space, at)?;
-        if let Some(spacing) = surface.spacing {
-            positive(spacing, at.key("spacing"))?;
-        }
+        positive_if_given(surface.spacing, at.key("spacing"))?;
         let spacing = surface
             .spacing
             .unwrap_or_else(|| surface.shape.spacing(tight_spacing(species, self.species, self.contacts)));
@@ -168,7 +168,7 @@ impl<'a> Placing<'a> {
         let species = species_named(self.species, &chain.species, &at.key("species"))?;
         for (value, key) in [(chain.length, "length"), (chain.count, "count")] {
             if value == 0 {
-                return Err(SceneError::new(at.key(key), SceneErrorKind::value(0, "at least 1")));
+                return refuse(at.key(key), 0, "at least 1");
             }
         }
         let bond = interactions.bond(&chain.bond, species, species, &at.key("bond"))?;
@@ -177,8 +177,11 @@ impl<'a> Placing<'a> {
             (Some(spacing), _) => positive(spacing, at.key("spacing"))?,
             (None, true) => 0.5 * (potential.range() + potential.core().unwrap_or(0.0)),
             (None, false) => {
-                let why = "this interaction lets its pair part, so there is no middle to start in".to_owned();
-                return Err(SceneError::new(at.clone(), SceneErrorKind::Missing { key: "spacing", why }));
+                return Err(missing(
+                    at,
+                    "spacing",
+                    "this interaction lets its pair part, so there is no middle to start in",
+                ));
             }
         };
         let positions = match (chain.straight, occupancy) {
@@ -213,7 +216,7 @@ impl<'a> Placing<'a> {
         positive(direction.norm(), at.key("direction"))?;
         if chain.count != 1 {
             let expected = "1: several chains cannot start at one place";
-            return Err(SceneError::new(at.key("count"), SceneErrorKind::value(chain.count, expected)));
+            return refuse(at.key("count"), chain.count, expected);
         }
         Ok(chain::straight(start, direction, chain.length, spacing))
     }
@@ -246,14 +249,10 @@ impl<'a> Placing<'a> {
         let Some(speed) = speed else { return Ok(()) };
         not_negative(speed, at.key("speed"))?;
         if temperature.is_some() {
-            let kind = SceneErrorKind::value("given as well", "either it or temperature");
-            return Err(SceneError::new(at.key("speed"), kind));
+            return refuse(at.key("speed"), "given as well", "either it or temperature");
         }
         match species.into_iter().find(|kind| self.species[kind.0 as usize].is_static()) {
-            Some(_) if speed > 0.0 => {
-                let kind = SceneErrorKind::value(speed, "none: a static species stays");
-                Err(SceneError::new(at.key("speed"), kind))
-            }
+            Some(_) if speed > 0.0 => refuse(at.key("speed"), speed, "none: a static species stays"),
             _ => Ok(()),
         }
     }

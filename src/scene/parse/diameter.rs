@@ -3,7 +3,7 @@
 use super::Keys;
 use crate::prepare::polydispersity::{Class, gaussian, lognormal, uniform};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, refuse};
 use crate::scene::file::DistributionFile;
 use crate::scene::limits::{finite, positive};
 
@@ -22,31 +22,21 @@ pub(crate) const DISTRIBUTIONS: [(&str, &[&str]); 4] = [
 
 /// The classes of a distribution, smallest first.
 pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
-    let given = [
-        ("lower", file.lower.is_some()),
-        ("upper", file.upper.is_some()),
-        ("mean", file.mean.is_some()),
-        ("deviation", file.deviation.is_some()),
-        ("diameters", file.diameters.is_some()),
-        ("shares", file.shares.is_some()),
-        ("classes", file.classes.is_some()),
-    ];
-    let (word, keys) = Keys::of_kind(&DISTRIBUTIONS, "distribution", &file.distribution, at, &given)?;
+    let (word, keys) = Keys::of_kind(&DISTRIBUTIONS, "distribution", &file.distribution, at, &file)?;
     if word == "list" {
         return listed(keys.need(file.diameters, "diameters")?, file.shares, at);
     }
     let classes = file.classes.unwrap_or(DEFAULT_CLASSES);
     if !(1..=MOST_CLASSES as u64).contains(&classes) {
         let expected = format!("a number of classes from 1 to {MOST_CLASSES}: each is a species");
-        return Err(SceneError::new(at.key("classes"), SceneErrorKind::value(classes, expected)));
+        return refuse(at.key("classes"), classes, expected);
     }
     let given = |value: Option<f64>, key| positive(keys.need(value, key)?, at.key(key));
     let diameters = match word {
         "uniform" => {
             let (lower, upper) = (given(file.lower, "lower")?, given(file.upper, "upper")?);
             if upper <= lower {
-                let kind = SceneErrorKind::value(upper, format!("more than the lower end, {lower}"));
-                return Err(SceneError::new(at.key("upper"), kind));
+                return refuse(at.key("upper"), upper, format!("more than the lower end, {lower}"));
             }
             uniform(lower, upper, classes)
         }
@@ -61,14 +51,12 @@ pub(super) fn parse_distribution(file: DistributionFile, at: &ConfigPath) -> Res
 fn listed(diameters: Vec<f64>, shares: Option<Vec<f64>>, at: &ConfigPath) -> Result<Vec<Class>, SceneError> {
     let count = diameters.len();
     if !(1..=MOST_CLASSES).contains(&count) {
-        let kind = SceneErrorKind::value(format!("a list of {count}"), format!("1 to {MOST_CLASSES} diameters"));
-        return Err(SceneError::new(at.key("diameters"), kind));
+        return refuse(at.key("diameters"), format!("a list of {count}"), format!("1 to {MOST_CLASSES} diameters"));
     }
     let shares = shares.unwrap_or_else(|| vec![1.0; count]);
     if shares.len() != count {
         let expected = format!("{count}, one for each diameter");
-        let kind = SceneErrorKind::value(format!("a list of {}", shares.len()), expected);
-        return Err(SceneError::new(at.key("shares"), kind));
+        return refuse(at.key("shares"), format!("a list of {}", shares.len()), expected);
     }
     for (index, (&diameter, &share)) in diameters.iter().zip(&shares).enumerate() {
         positive(diameter, at.key("diameters").index(index))?;

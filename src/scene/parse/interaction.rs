@@ -1,11 +1,11 @@
 //! Parses `[[interaction]]`: potentials by name or step by step.
 
-use super::{Keys, missing};
+use super::Keys;
 use crate::model::potential::Potential;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::SceneError;
+use crate::scene::diagnostic::{SceneError, missing};
 use crate::scene::file::InteractionFile;
-use crate::scene::unvalidated::{Model, UnvalidatedInteraction};
+use crate::scene::unvalidated::{InteractionDraft, Model};
 
 /// The shorthands, and the keys that each one takes.
 pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
@@ -19,21 +19,8 @@ pub(crate) const POTENTIALS: [(&str, &[&str]); 8] = [
     ("none", &[]),
 ];
 
-pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<UnvalidatedInteraction, SceneError> {
-    let given = [
-        ("diameter", file.diameter.is_some()),
-        ("lambda", file.lambda.is_some()),
-        ("well_depth", file.well_depth.is_some()),
-        ("height", file.height.is_some()),
-        ("shortest", file.shortest.is_some()),
-        ("longest", file.longest.is_some()),
-        ("radii", file.radii.is_some()),
-        ("energies", file.energies.is_some()),
-        ("cutoff", file.cutoff.is_some()),
-        ("steps", file.steps.is_some()),
-        ("core_energy", file.core_energy.is_some()),
-    ];
-    let (word, keys) = Keys::of_kind(&POTENTIALS, "potential", &file.potential, at, &given)?;
+pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Result<InteractionDraft, SceneError> {
+    let (word, keys) = Keys::of_kind(&POTENTIALS, "potential", &file.potential, at, &file)?;
     if file.species.is_none() && file.name.is_none() {
         return Err(missing(at, "species", "or a name, to use it in bonds"));
     }
@@ -62,7 +49,7 @@ pub(super) fn parse_interaction(file: InteractionFile, at: &ConfigPath) -> Resul
         _ => Model::None,
     };
     let restitution = file.restitution.unwrap_or(1.0);
-    Ok(UnvalidatedInteraction { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
+    Ok(InteractionDraft { name: file.name, species: file.species, model, diameter: file.diameter, restitution })
 }
 
 /// Which of the lists of a stepped potential an error is about.

@@ -1,11 +1,11 @@
 //! Parses the tables of particles: chains, fills and static-sphere surfaces.
 
-use super::{Keys, missing, variant, vector};
+use super::{Keys, variant, vector};
 use crate::model::Region;
 use crate::prepare::region::FillRegion;
 use crate::prepare::surface::{BoxSide, Surface};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::file::{ChainFile, FillFile, MeshFile, RegionFile};
 use crate::scene::unvalidated::{Amount, Arrangement, Chain, Fill, Lattice, SurfaceFill};
 
@@ -42,10 +42,8 @@ pub(crate) const ARRANGEMENTS: [(&str, Arrangement); 8] = [
 
 pub(super) fn parse_fill(file: FillFile, at: &ConfigPath, has_size: bool) -> Result<Fill, SceneError> {
     let arrangement = *variant(&ARRANGEMENTS, "arrangement", &file.arrangement, &at.key("arrangement"))?;
-    let contradiction = |key: &'static str, given: &str| {
-        let kind = SceneErrorKind::value("given as well", format!("either it or {given}"));
-        Err(SceneError::new(at.key(key), kind))
-    };
+    let contradiction =
+        |key: &'static str, given: &str| refuse(at.key(key), "given as well", format!("either it or {given}"));
     let composition = match (file.species, file.composition) {
         (Some(_), Some(_)) => return contradiction("composition", "species"),
         (Some(species), None) => vec![(species, 1.0)],
@@ -83,17 +81,7 @@ pub(crate) const REGIONS: [(&str, &[&str]); 4] = [
 ];
 
 fn parse_region(file: RegionFile, at: &ConfigPath) -> Result<FillRegion, SceneError> {
-    let given = [
-        ("lower", file.lower.is_some()),
-        ("upper", file.upper.is_some()),
-        ("base", file.base.is_some()),
-        ("axis", file.axis.is_some()),
-        ("length", file.length.is_some()),
-        ("radii", file.radii.is_some()),
-        ("radius", file.radius.is_some()),
-        ("centre", file.centre.is_some()),
-    ];
-    let (word, keys) = Keys::of_kind(&REGIONS, "shape", file.shape.as_deref().unwrap_or("box"), at, &given)?;
+    let (word, keys) = Keys::of_kind(&REGIONS, "shape", file.shape.as_deref().unwrap_or("box"), at, &file)?;
     Ok(match word {
         "box" => FillRegion::Box(Region {
             lower: vector(keys.need(file.lower, "lower")?),
@@ -136,8 +124,7 @@ pub(crate) const SURFACES: [(&str, &[&str]); 9] = [
 ];
 
 pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFill, SceneError> {
-    let given = keys_of(&file);
-    let (word, keys) = Keys::of_kind(&SURFACES, "surface", &file.surface, at, &given)?;
+    let (word, keys) = Keys::of_kind(&SURFACES, "surface", &file.surface, at, &file)?;
     let shape = match word {
         "plane" => Surface::Plane {
             corner: vector(keys.need(file.corner, "corner")?),
@@ -173,27 +160,6 @@ pub(super) fn parse_surface(file: MeshFile, at: &ConfigPath) -> Result<SurfaceFi
         _ => Surface::Points(keys.need(file.points, "points")?.into_iter().map(vector).collect()),
     };
     Ok(SurfaceFill { name: file.name, species: file.species, shape, spacing: file.spacing })
-}
-
-/// The keys of shapes, and which of them a surface has.
-fn keys_of(file: &MeshFile) -> [(&'static str, bool); 15] {
-    [
-        ("corner", file.corner.is_some()),
-        ("edge_1", file.edge_1.is_some()),
-        ("edge_2", file.edge_2.is_some()),
-        ("lower", file.lower.is_some()),
-        ("upper", file.upper.is_some()),
-        ("open", file.open.is_some()),
-        ("base", file.base.is_some()),
-        ("axis", file.axis.is_some()),
-        ("length", file.length.is_some()),
-        ("radii", file.radii.is_some()),
-        ("radius", file.radius.is_some()),
-        ("centre", file.centre.is_some()),
-        ("start", file.start.is_some()),
-        ("end", file.end.is_some()),
-        ("points", file.points.is_some()),
-    ]
 }
 
 fn parse_sides(words: &[String], at: &ConfigPath) -> Result<Vec<BoxSide>, SceneError> {

@@ -1,11 +1,11 @@
 //! Parses the tables `[run]`, `[[stage]]`, `[exchange]` and `[measure]` into plans.
 
-use super::{Keys, missing};
+use super::Keys;
 use crate::model::MeasurementPlan;
 use crate::model::space::AXES;
 use crate::model::{Equilibration, ExchangePlan, Growth, GrowthTarget, Limit, RunPlan, StagePlan, Thermostat};
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::file::{ExchangeFile, GrowthFile, MeasureFile, RunFile, StageFile, ThermostatFile};
 
 /// How long to run, and what to do first.
@@ -58,7 +58,7 @@ fn parse_stage(stage: StageFile, at: &ConfigPath) -> Result<StagePlan, SceneErro
         let key = given.iter().find(|(_, is_given)| *is_given).map_or("measure", |(key, _)| *key);
         let expected =
             "only in a stage with measure = true; a stage that is not measured has until_time or until_events";
-        return Err(SceneError::new(at.key(key), SceneErrorKind::value("given", expected)));
+        return refuse(at.key(key), "given", expected);
     }
     Ok(StagePlan {
         name: stage.name,
@@ -75,8 +75,7 @@ fn parse_growth(file: &GrowthFile, at: &ConfigPath) -> Result<Growth, SceneError
         (None, Some(factor)) => GrowthTarget::CompressibilityFactor(factor),
         (None, None) => return Err(missing(at, "packing_fraction", "or compressibility_factor, where it ends")),
         (Some(_), Some(_)) => {
-            let kind = SceneErrorKind::value("given as well", "either it or packing_fraction");
-            return Err(SceneError::new(at.key("compressibility_factor"), kind));
+            return refuse(at.key("compressibility_factor"), "given as well", "either it or packing_fraction");
         }
     };
     Ok(Growth { rate: file.rate, until })
@@ -87,8 +86,7 @@ pub(crate) const THERMOSTATS: [(&str, &[&str]); 2] =
     [("andersen", &["temperature", "rate", "axes"]), ("rescaling", &["temperature", "interval"])];
 
 fn parse_thermostat(file: ThermostatFile, at: &ConfigPath) -> Result<Thermostat, SceneError> {
-    let given = [("rate", file.rate.is_some()), ("axes", file.axes.is_some()), ("interval", file.interval.is_some())];
-    let (word, _) = Keys::of_kind(&THERMOSTATS, "kind", &file.kind, at, &given)?;
+    let (word, _) = Keys::of_kind(&THERMOSTATS, "kind", &file.kind, at, &file)?;
     match word {
         "andersen" => Ok(Thermostat::Andersen {
             temperature: file.temperature,

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
-use super::missing;
 use crate::model::input_file::is_checksum;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::file::{SceneFile, StartFile};
 use crate::scene::unvalidated::UnvalidatedStart;
 
@@ -26,21 +25,22 @@ pub(super) fn parse_start(
     if let Some((table, _)) = tables.iter().find(|(_, count)| *count > 0) {
         let expected = "none: particles and bonds are those of the run that [start] names, so leave out all [[particle]], [[file]], [[chain]], \
                         [[fill]], [[mesh]] and [[bond]]";
-        return Err(SceneError::new(ConfigPath::entry(table, 0), SceneErrorKind::value("given", expected)));
+        return refuse(ConfigPath::entry(table, 0), "given", expected);
     }
     if file.start_time.is_some() {
         let expected = "not given: time goes on from that of the run that [start] names";
-        return Err(SceneError::new(ConfigPath::root().key("start_time"), SceneErrorKind::value("given", expected)));
+        return refuse(ConfigPath::root().key("start_time"), "given", expected);
     }
     if file.interaction.is_empty() && !file.species.is_empty() {
-        let why =
-            "with species of its own, a scene says what they do to each other; leave out both for those of the run";
-        return Err(missing(&ConfigPath::root(), "interaction", why));
+        return Err(missing(
+            &ConfigPath::root(),
+            "interaction",
+            "with species of its own, a scene says what they do to each other; leave out both for those of the run",
+        ));
     }
     let at = ConfigPath::root().key("start");
     if let Some(checksum) = start.checksum.as_ref().filter(|checksum| !is_checksum(checksum)) {
-        let kind = SceneErrorKind::value(format!("{checksum:?}"), "`crc32:` and eight hexadecimal digits");
-        return Err(SceneError::new(at.key("checksum"), kind));
+        return refuse(at.key("checksum"), format!("{checksum:?}"), "`crc32:` and eight hexadecimal digits");
     }
     Ok(UnvalidatedStart {
         from: directory.join(&start.from),

@@ -6,12 +6,8 @@ use crate::model::space::{AXES, Boundary, Face};
 use crate::model::{ExchangePlan, Format, MeasurementPlan, Scene};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::limits::{affordable, positive};
-
-fn refuse<T>(at: ConfigPath, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
-    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
-}
 
 impl SceneBuilder {
     /// The plan of an exchange, and what it leaves no room for.
@@ -29,8 +25,11 @@ impl SceneBuilder {
     fn check_times(&self, plan: &ExchangePlan) -> Result<(), SceneError> {
         let (run, output) = (ConfigPath::root().key("run"), ConfigPath::root().key("output"));
         if self.run.limit.time.is_none() {
-            let why = "replicas are swapped at even times, so that an [exchange] ends at one".to_owned();
-            return Err(SceneError::new(run, SceneErrorKind::Missing { key: "until_time", why }));
+            return Err(missing(
+                &run,
+                "until_time",
+                "replicas are swapped at even times, so that an [exchange] ends at one",
+            ));
         }
         let events = [(self.run.limit.events, "until_events"), (self.run.equilibration.events, "equilibration_events")];
         for (count, key) in events {

@@ -3,7 +3,7 @@
 use crate::model::Scene;
 use crate::model::space::Boundary;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, refuse};
 
 /// Refuses instruments whose numbers have no meaning in the scene.
 pub(in crate::scene) fn check_measurable(scene: &Scene) -> Result<(), SceneError> {
@@ -13,7 +13,7 @@ pub(in crate::scene) fn check_measurable(scene: &Scene) -> Result<(), SceneError
     }
     let refuse = |key: &'static str, value: &str, expected: &str| {
         let at = ConfigPath::root().key("measure").key(key);
-        Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
+        refuse(at, value, expected)
     };
     if plan.pressure_tensor.is_some() && !scene.space.is_closed() {
         let expected = "no pressure_tensor, or a box that is periodic or has walls: an open one has no volume to divide by. thermo.csv has the number of events \

@@ -1,8 +1,5 @@
 //! Validates what is to be measured: numbers, names, boxes and species of instruments.
 
-use std::collections::HashMap;
-
-use super::plan::refuse;
 use crate::model::measurement_plan::{
     DIRECTIONS, MOST_BINS, MOST_CELLS, MOST_DIFFUSION_STEPS, MOST_TRANSPORT_LAGS, MOST_WINDOWS, Profile,
 };
@@ -10,8 +7,10 @@ use crate::model::space::{AXES, Boundary, Space};
 use crate::model::{MeasurementPlan, Species};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
-use crate::scene::limits::{finite, finite_vector, positive};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, refuse};
+use crate::scene::interactions::species_named;
+use crate::scene::limits::{finite, finite_vector, positive_if_given};
+use crate::scene::names::Taken;
 
 impl SceneBuilder {
     /// Intervals, bins, names and species of what is to be measured.
@@ -29,7 +28,7 @@ impl SceneBuilder {
             }
         }
         check_speeds(&self.measure, species, &at.key("speeds"))?;
-        let mut names: HashMap<&str, ConfigPath> = HashMap::new();
+        let mut names = Taken::default();
         let profiles =
             self.measure.profiles.iter().enumerate().map(|(index, it)| ("profile", index, &it.name, &it.species));
         let flows = self.measure.flows.iter().enumerate().map(|(index, it)| ("flow", index, &it.name, &it.species));
@@ -43,11 +42,9 @@ impl SceneBuilder {
                     "up to 50 letters, digits, - and _: it names a file",
                 );
             }
-            if let Some(first) = names.insert(name, at.clone()) {
-                return Err(SceneError::new(at.key("name"), SceneErrorKind::Duplicate { name: name.clone(), first }));
-            }
+            names.take(name, &at)?;
             if let Some(word) = of {
-                known_species(word, species, &at.key("species"))?;
+                species_named(species, word, &at.key("species"))?;
             }
         }
         for (index, profile) in self.measure.profiles.iter().enumerate() {
@@ -140,14 +137,6 @@ fn check_cells(profile: &Profile, space: &Space, at: &ConfigPath) -> Result<(), 
     Ok(())
 }
 
-/// The species with a name.
-fn known_species<'s>(name: &str, species: &'s [Species], at: &ConfigPath) -> Result<&'s Species, SceneError> {
-    species.iter().find(|species| species.name == name).ok_or_else(|| {
-        let known = species.iter().map(|species| species.name.as_str()).collect::<Vec<_>>();
-        SceneError::new(at.clone(), SceneErrorKind::unknown_word("species", name, known))
-    })
-}
-
 /// Windows that there can be, of a species that has speeds.
 fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) -> Result<(), SceneError> {
     let Some(plan) = &plan.speeds else { return Ok(()) };
@@ -156,7 +145,8 @@ fn check_speeds(plan: &MeasurementPlan, species: &[Species], at: &ConfigPath) ->
     }
     let Some(name) = &plan.species else { return Ok(()) };
     let at = at.key("species");
-    if known_species(name, species, &at)?.is_static() {
+    let id = species_named(species, name, &at)?;
+    if species[id.0 as usize].is_static() {
         return refuse(at, format!("`{name}`, which is static"), "a species that moves");
     }
     Ok(())
@@ -214,9 +204,7 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
         note("bond_order", &[("interval", it.interval), ("cutoff", it.cutoff)], it.bins);
     }
     for (value, at) in positives {
-        if let Some(value) = value {
-            positive(value, at)?;
-        }
+        positive_if_given(value, at)?;
     }
     for (count, at) in bins {
         if let Some(count) = count.filter(|count| !(1..=MOST_BINS).contains(count)) {
@@ -227,9 +215,7 @@ fn check_numbers(plan: &MeasurementPlan, at: &ConfigPath) -> Result<(), SceneErr
     let intervals = plan.profiles.iter().map(|it| ("profile", it.interval)).enumerate();
     let flows = plan.flows.iter().map(|it| ("flow", it.interval)).enumerate();
     for (index, (kind, interval)) in intervals.chain(flows) {
-        if let Some(interval) = interval {
-            positive(interval, at.key(kind).index(index).key("interval"))?;
-        }
+        positive_if_given(interval, at.key(kind).index(index).key("interval"))?;
     }
     Ok(())
 }

@@ -6,13 +6,12 @@ use crate::Vector;
 use crate::model::{Bond, Limit, Particle, ParticleId, Scene, SceneParts, Species, StaticSurface};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, SceneErrorKind, missing, refuse};
 use crate::scene::groups::Groups;
 use crate::scene::interactions::Interactions;
-use crate::scene::limits::{affordable, affordable_species, motion, on_flat_axes};
-use crate::scene::unvalidated::UnvalidatedSpecies;
-use crate::scene::validate::instruments::check_measurable;
-use crate::scene::validate::{plan, start};
+use crate::scene::limits::{affordable, motion, on_flat_axes};
+use crate::scene::unvalidated::SpeciesDraft;
+use crate::scene::validate::plan;
 
 impl Scene {
     /// Checks parts, such as those of another scene that were changed, and makes a scene of them.
@@ -57,25 +56,13 @@ impl Scene {
         check_surfaces(&scene.static_surfaces, &scene.particles, &species)?;
         let groups =
             Groups::given(std::mem::take(&mut scene.particles), bonds, std::mem::take(&mut scene.static_surfaces));
-        let present = groups.counts(species.len()).iter().filter(|count| **count > 0).count();
-        affordable_species(present)?;
-        start::check_ranges(&space, &species, &interactions, &groups)?;
-        builder.check_drive(&space, &species, &interactions, interactions.longest_range(|_, _| true))?;
-        builder.check_measure(&space, &species)?;
-        builder.check_displacement()?;
-        if !scene.allow_invalid_start {
-            start::check_walls(&groups, &species, &space)?;
-            start::check_bonds(&groups, &space, scene.displacement, &interactions)?;
-            start::check_overlaps(&groups, &interactions.contacts(), &space, scene.displacement)?;
-        }
+        builder.check_plan(&groups, &species, &space, &interactions)?;
+        builder.check_places(&groups, &species, &space, scene.displacement, &interactions)?;
         scene.interactions = interactions.finish().0;
         scene.particles = groups.particles;
         scene.bonds = groups.bonds.into_iter().map(|(bond, _)| bond).collect();
         scene.static_surfaces = groups.static_surfaces;
-        plan::check_growth_fits(&scene)?;
-        builder.check_equilibrium(&scene)?;
-        check_measurable(&scene)?;
-        Ok(scene)
+        builder.settled(scene)
     }
 
     /// Scene with another limit of the measurement.
@@ -105,7 +92,7 @@ fn header(scene: &Scene) -> SceneBuilder {
         shear_rate: scene.shear_rate,
         displacement: scene.displacement,
         contact_time: scene.contact_time,
-        species: scene.species.iter().map(UnvalidatedSpecies::of).collect(),
+        species: scene.species.iter().map(SpeciesDraft::of).collect(),
         audit: scene.audit,
         run: scene.run.clone(),
         output: scene.output.clone(),
@@ -115,16 +102,11 @@ fn header(scene: &Scene) -> SceneBuilder {
     }
 }
 
-fn refuse<T>(at: ConfigPath, value: impl std::fmt::Display, expected: impl Into<String>) -> Result<T, SceneError> {
-    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
-}
-
 /// Particles of species that exist, at places and with velocities that these can have; wraps them into the box.
 fn check_particles(scene: &mut Scene) -> Result<(), SceneError> {
     let at = ConfigPath::root().key("particle");
     if scene.particles.is_empty() {
-        let why = "a scene needs at least one particle".to_owned();
-        return Err(SceneError::new(ConfigPath::root(), SceneErrorKind::Missing { key: "particle", why }));
+        return Err(missing(&ConfigPath::root(), "particle", "a scene needs at least one particle"));
     }
     affordable(scene.particles.len() as u64, &at)?;
     let space = &scene.space;

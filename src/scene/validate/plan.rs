@@ -6,22 +6,12 @@ use crate::model::space::{Boundary, Space};
 use crate::model::{Growth, GrowthTarget, Limit, Scene, Species, SpeciesId, StagePlan, Thermostat};
 use crate::scene::builder::SceneBuilder;
 use crate::scene::config_path::ConfigPath;
-use crate::scene::diagnostic::{SceneError, SceneErrorKind};
+use crate::scene::diagnostic::{SceneError, missing, refuse};
 use crate::scene::interactions::Interactions;
-use crate::scene::limits::{finite, positive};
-
-pub(super) fn refuse<T>(
-    at: ConfigPath,
-    value: impl std::fmt::Display,
-    expected: impl Into<String>,
-) -> Result<T, SceneError> {
-    Err(SceneError::new(at, SceneErrorKind::value(value, expected)))
-}
+use crate::scene::limits::{finite, positive, positive_if_given};
 
 pub(super) fn check_limit(limit: Limit, time: ConfigPath, events: ConfigPath) -> Result<(), SceneError> {
-    if let Some(value) = limit.time {
-        positive(value, time)?;
-    }
+    positive_if_given(limit.time, time)?;
     if limit.events == Some(0) {
         return refuse(events, 0, "at least 1");
     }
@@ -45,10 +35,7 @@ impl SceneBuilder {
             let at = ConfigPath::entry("stage", index);
             if [EQUILIBRATION, MEASUREMENT].contains(&stage.name.as_str()) {
                 let expected = "another name: the run has a stage of its own with this one";
-                return Err(SceneError::new(
-                    at.key("name"),
-                    SceneErrorKind::value(format!("{:?}", stage.name), expected),
-                ));
+                return refuse(at.key("name"), format!("{:?}", stage.name), expected);
             }
             check_limit(stage.limit, at.key("until_time"), at.key("until_events"))?;
             check_thermostat(stage.thermostat.as_ref(), &at.key("thermostat"))?;
@@ -71,8 +58,7 @@ impl SceneBuilder {
             return refuse(at.key("grow"), "given in a measured stage", expected);
         }
         if stage.limit == Limit::default() {
-            let why = "or until_events, so that the stage ends".to_owned();
-            return Err(SceneError::new(at, SceneErrorKind::Missing { key: "until_time", why }));
+            return Err(missing(&at, "until_time", "or until_events, so that the stage ends"));
         }
         let name = &stage.name;
         if !is_file_name(name) {

@@ -7,7 +7,7 @@ pub(crate) use particle::Beside;
 use std::io::{BufRead, Read};
 
 use self::particle::{SpeciesTable, parse_image, parse_particle, read_scalars};
-use super::comment::Comment;
+use super::comment::{Columns, Comment};
 use super::error::shorten;
 use super::{LONGEST_LINE, ReadError};
 use crate::Vector;
@@ -41,9 +41,8 @@ pub struct FrameReader<R> {
     text: Vec<u8>,
     /// Where the frame read last begins.
     frame_line: usize,
-    has_velocities: bool,
-    has_species: bool,
-    has_radii: bool,
+    /// Of the frame read last.
+    columns: Columns,
     has_box: bool,
     is_finished: bool,
     beside: Beside,
@@ -62,9 +61,7 @@ impl<R: BufRead> FrameReader<R> {
             line: lines,
             text: Vec::new(),
             frame_line: 0,
-            has_velocities: false,
-            has_species: false,
-            has_radii: false,
+            columns: Columns::default(),
             has_box: false,
             is_finished: false,
             beside: Beside::default(),
@@ -74,19 +71,19 @@ impl<R: BufRead> FrameReader<R> {
     /// Whether the frame read last came with velocities.
     #[must_use]
     pub fn has_velocities(&self) -> bool {
-        self.has_velocities
+        self.columns.velocity.is_some()
     }
 
     /// Whether the frame read last came with the species of its particles.
     #[must_use]
     pub fn has_species(&self) -> bool {
-        self.has_species
+        self.columns.species.is_some()
     }
 
     /// Whether the frame read last came with the radii of its particles.
     #[must_use]
     pub fn has_radii(&self) -> bool {
-        self.has_radii
+        self.columns.radius.is_some()
     }
 
     /// Whether the frame read last came with its box.
@@ -227,9 +224,7 @@ impl<R: BufRead> FrameReader<R> {
         }
         self.beside = beside;
         scalars.retain(|scalar| scalar.values.len() == count);
-        self.has_velocities = comment.columns.velocity.is_some();
-        self.has_species = comment.columns.species.is_some();
-        self.has_radii = comment.columns.radius.is_some();
+        self.columns = comment.columns;
         self.has_box = comment.region.is_some();
         let (lower, size) = comment.region.unwrap_or_else(|| bounds(&particles));
         let Comment { time, periodic, displacement, bonds, bond_names, bond_kinds, .. } = comment;

@@ -8,8 +8,9 @@ use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
 use super::results::value;
 use super::{Page, scene_text, shell, verdict};
 use crate::analysis::observables::OBSERVABLES;
+use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, plural, unit};
-use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, Measured, TemperatureResult};
+use crate::exchange::{ExchangeFolder, ExchangeFolderError, ExchangeSummary, TemperatureResult};
 
 /// Rows of which replica paths are drawn at most, and from how many of all that are chosen: those of some round trips.
 const MOST_ROWS: u64 = 120;
@@ -83,7 +84,7 @@ fn quantities(summary: &ExchangeSummary) -> Vec<(&'static str, String)> {
     all.into_iter().map(|(name, of)| (name, unit(of, summary.dimensions))).collect()
 }
 
-fn measured(at: &TemperatureResult, name: &str) -> Option<Measured> {
+fn measured(at: &TemperatureResult, name: &str) -> Option<Estimate> {
     at.observables.get(name).copied()
 }
 
@@ -110,7 +111,7 @@ fn table(caption: &str, heads: &[String], rows: &[Vec<String>]) -> String {
 }
 
 /// A cell of a mean with its error; empty where there is none.
-fn mean(measured: Option<Measured>) -> String {
+fn mean(measured: Option<Estimate>) -> String {
     measured.map_or_else(String::new, |it| value(Some(it.mean), it.standard_error))
 }
 
@@ -167,7 +168,7 @@ fn plots(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)]) -> String {
     format!("<div class=\"plots\">\n{figures}</div>\n")
 }
 
-fn dot(x: f64, it: Measured) -> Option<Dot> {
+fn dot(x: f64, it: Estimate) -> Option<Dot> {
     it.mean.is_finite().then_some(Dot { x, y: it.mean, error: it.standard_error.unwrap_or(0.0) })
 }
 

@@ -1,0 +1,65 @@
+//! Ids that a builder gives.
+
+use super::*;
+use crate::scene::Lattice;
+
+/// A box with a species and bonds.
+fn begun() -> (SceneBuilder, SpeciesId) {
+    let mut scene = SceneBuilder::new("dimers").space(Space::periodic_cube(12.0));
+    let hard = InteractionDraft::new(Model::HardSphere).between("bead", "bead").restitution(0.9);
+    scene.insert_interaction(hard);
+    scene.insert_interaction(InteractionDraft::new(Potential::bond(1.0, 1.4).unwrap()).named("rope"));
+    let bead = scene.insert_species(SpeciesDraft::new("bead").mass(1.3).diameter(1.0));
+    (scene, bead)
+}
+
+#[test]
+fn ids_are_those_of_the_scene() {
+    let (mut scene, bead) = begun();
+    let wall = scene.insert_species(SpeciesDraft::new("wall").diameter(1.0).fixed());
+    scene.insert_interaction(InteractionDraft::new(Model::HardSphere).between("bead", "wall"));
+    let at = |x: f64| Vector::new(x, 1.0, 1.0);
+    let chain = Chain {
+        species: "bead".to_owned(),
+        length: 4,
+        count: 1,
+        bond: "rope".to_owned(),
+        spacing: Some(1.2),
+        straight: Some((Vector::new(1.0, 6.0, 6.0), Vector::x())),
+        temperature: None,
+        speed: None,
+    };
+    let first = scene.insert_particle("bead", at(1.0), Vector::zeros());
+    let beads = scene.insert_chain(chain);
+    let last = scene.insert_particle("bead", at(2.2), Vector::zeros());
+    let sphere = scene.insert_particle("wall", at(9.0), Vector::zeros());
+    scene.insert_bond([first, last], "rope");
+    let scene = scene.build().unwrap();
+    assert_eq!([first, beads, last, sphere].map(|id| id.0), [0, 1, 5, 6]);
+    assert_eq!((scene.species_of(last).mass, scene.species_of(sphere).is_static()), (1.3, true));
+    assert_eq!((scene.species()[bead.0 as usize].name.as_str(), scene.particles()[6].species), ("bead", wall));
+    assert!(scene.bonds().iter().any(|bond| bond.pair == [first, last]));
+    assert_eq!(scene.interactions()[0].restitution, 0.9);
+}
+
+#[test]
+fn an_id_that_cannot_be_known_is_refused_and_so_is_a_species_without_a_mass() {
+    let fill = || Fill::new(Lattice::SimpleCubic, "bead");
+    let insert = |fill: Fill| {
+        let (mut scene, _) = begun();
+        scene.insert_fill(fill.region(Vector::repeat(4.0), Vector::repeat(11.0)));
+        let id = scene.insert_particle("bead", Vector::repeat(1.0), Vector::zeros());
+        scene.build().map(|_| id.0)
+    };
+    assert_eq!(insert(fill().count(27)).unwrap(), 27);
+    let error = insert(fill().amount(Amount::NumberDensity(0.05))).unwrap_err().to_string();
+    assert!(error.starts_with("particle[0] is given behind a fill"), "{error}");
+    // Without its id, it may stand there.
+    let (mut scene, _) = begun();
+    let dense = fill().amount(Amount::NumberDensity(0.05)).region(Vector::repeat(4.0), Vector::repeat(11.0));
+    scene.insert_fill(dense);
+    assert!(scene.clone().particle("bead", Vector::repeat(1.0), Vector::zeros()).build().is_ok());
+    scene.insert_species(SpeciesDraft::new("dust").diameter(0.1));
+    let error = scene.build().unwrap_err().to_string();
+    assert!(error.starts_with("species[1]: `mass` is missing"), "{error}");
+}
