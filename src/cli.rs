@@ -149,7 +149,7 @@ fn refuse_exchange(scene: &Scene, help: &str) -> Result<(), Failure> {
         return Ok(());
     }
     let message = format!("the scene {} has [exchange], replicas at several temperatures", scene.name());
-    Err(Failure::bad_input(message, None, Some(help)))
+    Err(Failure::bad_input(message, Some(help)))
 }
 
 fn borrowed(pairs: &[(String, String)]) -> Vec<(&str, &str)> {
@@ -206,7 +206,7 @@ fn trajectory_of(run: &Path) -> Result<PathBuf, Failure> {
     if !trajectory.exists() {
         let help = "carom run writes the trajectory; the folder of an unfinished run has a trajectory.xyz.partial";
         let message = format!("{} has no trajectory.xyz", run.display());
-        return Err(Failure::bad_input(message, None, Some(help)));
+        return Err(Failure::bad_input(message, Some(help)));
     }
     Ok(trajectory)
 }
@@ -223,12 +223,25 @@ fn files_beside(trajectory: &Path) -> Vec<PathBuf> {
     files
 }
 
+/// Number of processors that this program may use.
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// Lines of a table, whose rows have as many cells each, flush right.
+fn columns(rows: &[Vec<String>]) -> Vec<String> {
+    let width = |row: &Vec<String>, column: usize| row.get(column).map_or(0, |cell| cell.chars().count());
+    let widest = |column: usize| rows.iter().map(|row| width(row, column)).max().unwrap_or(0);
+    let cell = |(column, cell): (usize, &String)| format!("{cell:>0$}", widest(column));
+    rows.iter().map(|row| format!("  {}", row.iter().enumerate().map(cell).collect::<Vec<_>>().join("   "))).collect()
+}
+
 /// Writes to standard output. A pipe that is closed early, as by `head`, is no error.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = io::stdout().lock();
     match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
-            Err(Failure::failed("cannot write to the standard output", Some(Box::new(error)), None))
+            Err(Failure::failed(format!("cannot write to the standard output: {error}"), None))
         }
         _ => Ok(()),
     }

@@ -29,6 +29,7 @@ mod state_point;
 mod steps;
 
 pub use comparison::{Allowance, Comparison, Source, Verdict};
+use state_point::Compared;
 pub use state_point::{StatePointError, Watch};
 
 /// Length of the runs of a comparison.
@@ -64,7 +65,7 @@ impl Effort {
 }
 
 /// A state point, or a single motion, with known results.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Point {
     /// Name, such as `hard_spheres/0.30`.
     pub name: String,
@@ -73,110 +74,78 @@ pub struct Point {
     /// Compared quantities.
     pub quantities: &'static [&'static str],
     effort: Effort,
-    experiment: Experiment,
+    /// Density, temperature or restitution that tells it from others of its kind.
+    parameter: f64,
+    compare: Compare,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Experiment {
-    Spheres { packing_fraction: f64 },
-    Crystal { number_density: f64 },
-    Disks { packing_fraction: f64 },
-    Rods { number_density: f64 },
-    SquareWell { temperature: f64 },
-    DiluteWells { temperature: f64 },
-    HeatFlux { packing_fraction: f64 },
-    LennardJones,
-    Cooling { restitution: f64 },
-    Ball { restitution: f64 },
-    ThreeSpheres,
-    Pendulum,
-}
+/// Runs a point of a parameter, an effort and a seed, and compares.
+type Compare = fn(f64, Effort, u64, Watch<'_>) -> Compared;
 
-impl Experiment {
-    fn point(self, effort: Effort) -> Point {
-        let n = effort.particles();
-        let (name, state, quantities) = match self {
-            Self::Spheres { packing_fraction: phi } => (
-                format!("hard_spheres/{phi:.2}"),
-                format!("phi = {phi:.2}, N = {n}"),
-                fluids::quantities_of_spheres(phi),
-            ),
-            Self::Crystal { number_density: rho } => {
-                (format!("fcc_crystal/{rho:.4}"), format!("rho = {rho:.4}, N = {n}"), fluids::CRYSTAL)
-            }
-            Self::Disks { packing_fraction: eta } => {
-                (format!("hard_disks/{eta:.2}"), format!("eta = {eta:.2}, N = {n}"), fluids::DISKS)
-            }
-            Self::Rods { number_density: rho } => {
-                (format!("hard_rods/{rho:.2}"), format!("rho = {rho:.2}, N = {}", rods::COUNT), rods::QUANTITIES)
-            }
-            Self::SquareWell { temperature: t } => {
-                (format!("square_well/{t:.1}"), format!("T = {t:.1} before melting, N = {n}"), steps::QUANTITIES)
-            }
-            Self::DiluteWells { temperature: t } => (
-                format!("square_well_gas/{t:.1}"),
-                format!("T = {t:.1}, rho = {}, N = {n}", dilute::NUMBER_DENSITY),
-                dilute::QUANTITIES,
-            ),
-            Self::HeatFlux { packing_fraction: phi } => (
-                format!("heat_flux/{phi:.2}"),
-                format!("phi = {phi:.2}, plates {} apart", heat_flux::distance(phi)),
-                heat_flux::QUANTITIES,
-            ),
-            Self::LennardJones => (
-                "lennard_jones".to_owned(),
-                format!("cut at 2.5 and shifted, rho = 0.75, T = 1, N = {}", lennard_jones::COUNT),
-                lennard_jones::QUANTITIES,
-            ),
-            Self::Cooling { restitution: e } => (
-                format!("granular_cooling/{e:.2}"),
-                format!("e = {e:.2}, phi = 0.10, N = {}", cooling::COUNT),
-                cooling::QUANTITIES,
-            ),
-            Self::Ball { restitution: e } => {
-                (format!("bouncing_ball/{e:.1}"), format!("e = {e:.1}, h = g = 1"), bodies::BALL)
-            }
-            Self::ThreeSpheres => {
-                ("three_spheres".to_owned(), "on a line, first pair overlapped".to_owned(), bodies::THREE_SPHERES)
-            }
-            Self::Pendulum => {
-                ("pendulum".to_owned(), format!("from 90 degrees, slack {:.0e}", bodies::SLACK), bodies::PENDULUM)
-            }
-        };
-        Point { name, state, quantities, effort, experiment: self }
-    }
-}
+/// State points of a kind: parameters of a brief, a usual and a long comparison.
+type Parameters = [&'static [f64]; 3];
 
 /// All state points of an effort, in the order of the table.
 #[must_use]
 pub fn points(effort: Effort) -> Vec<Point> {
-    let choose = |brief: &'static [f64], usual: &'static [f64], long: &'static [f64]| match effort {
-        Effort::Brief => brief,
-        Effort::Usual => usual,
-        Effort::Long => long,
+    const ONE: Parameters = [&[0.0]; 3];
+    let n = effort.particles();
+    let mut points = Vec::new();
+    let mut add = |parameters: Parameters, compare: Compare, describe: &dyn Fn(f64) -> Description| {
+        for &parameter in parameters[effort as usize] {
+            let Description(name, state, quantities) = describe(parameter);
+            points.push(Point { name, state, quantities, effort, parameter, compare });
+        }
     };
-    let spheres = choose(&[0.30], &[0.10, 0.30, 0.40, 0.49], &[0.10, 0.20, 0.30, 0.40, 0.45, 0.49]);
-    let crystals = choose(&[1.0376], &[1.0376], &[1.0376, 1.1, 1.2]);
-    let disks = choose(&[0.50], &[0.30, 0.50], &[0.30, 0.50, 0.60]);
-    let wells = choose(&[3.6], &[3.6], &[3.0, 3.6, 5.0]);
-    let mut all: Vec<Experiment> = Vec::new();
-    all.extend(spheres.iter().map(|&packing_fraction| Experiment::Spheres { packing_fraction }));
-    all.extend(crystals.iter().map(|&number_density| Experiment::Crystal { number_density }));
-    all.extend(disks.iter().map(|&packing_fraction| Experiment::Disks { packing_fraction }));
-    all.push(Experiment::Rods { number_density: 0.5 });
-    all.extend(wells.iter().map(|&temperature| Experiment::SquareWell { temperature }));
-    let gases = choose(&[1.5], &[1.5], &[1.5, 2.0, 5.0]);
-    all.extend(gases.iter().map(|&temperature| Experiment::DiluteWells { temperature }));
-    let conducting = choose(&[0.02], &[0.01, 0.02, 0.05], &[0.01, 0.02, 0.05]);
-    all.extend(conducting.iter().map(|&packing_fraction| Experiment::HeatFlux { packing_fraction }));
-    if effort == Effort::Long {
-        all.push(Experiment::LennardJones);
-    }
-    all.extend([0.98, 0.95].map(|restitution| Experiment::Cooling { restitution }));
-    all.extend([0.5, 0.9].map(|restitution| Experiment::Ball { restitution }));
-    all.extend([Experiment::ThreeSpheres, Experiment::Pendulum]);
-    all.into_iter().map(|experiment| experiment.point(effort)).collect()
+    let spheres: Parameters = [&[0.30], &[0.10, 0.30, 0.40, 0.49], &[0.10, 0.20, 0.30, 0.40, 0.45, 0.49]];
+    add(spheres, fluids::spheres, &|phi| {
+        let quantities = fluids::quantities_of_spheres(phi);
+        Description(format!("hard_spheres/{phi:.2}"), format!("phi = {phi:.2}, N = {n}"), quantities)
+    });
+    add([&[1.0376], &[1.0376], &[1.0376, 1.1, 1.2]], fluids::crystal, &|rho| {
+        Description(format!("fcc_crystal/{rho:.4}"), format!("rho = {rho:.4}, N = {n}"), fluids::CRYSTAL)
+    });
+    add([&[0.50], &[0.30, 0.50], &[0.30, 0.50, 0.60]], fluids::disks, &|eta| {
+        Description(format!("hard_disks/{eta:.2}"), format!("eta = {eta:.2}, N = {n}"), fluids::DISKS)
+    });
+    add([&[0.5]; 3], rods::compare, &|rho| {
+        Description(format!("hard_rods/{rho:.2}"), format!("rho = {rho:.2}, N = {}", rods::COUNT), rods::QUANTITIES)
+    });
+    add([&[3.6], &[3.6], &[3.0, 3.6, 5.0]], steps::compare, &|t| {
+        Description(format!("square_well/{t:.1}"), format!("T = {t:.1} before melting, N = {n}"), steps::QUANTITIES)
+    });
+    add([&[1.5], &[1.5], &[1.5, 2.0, 5.0]], dilute::compare, &|t| {
+        let state = format!("T = {t:.1}, rho = {}, N = {n}", dilute::NUMBER_DENSITY);
+        Description(format!("square_well_gas/{t:.1}"), state, dilute::QUANTITIES)
+    });
+    add([&[0.02], &[0.01, 0.02, 0.05], &[0.01, 0.02, 0.05]], heat_flux::compare, &|phi| {
+        let state = format!("phi = {phi:.2}, plates {} apart", heat_flux::distance(phi));
+        Description(format!("heat_flux/{phi:.2}"), state, heat_flux::QUANTITIES)
+    });
+    add([&[], &[], &[0.0]], lennard_jones::compare, &|_| {
+        let state = format!("cut at 2.5 and shifted, rho = 0.75, T = 1, N = {}", lennard_jones::COUNT);
+        Description("lennard_jones".to_owned(), state, lennard_jones::QUANTITIES)
+    });
+    add([&[0.98, 0.95]; 3], cooling::compare, &|e| {
+        let state = format!("e = {e:.2}, phi = 0.10, N = {}", cooling::COUNT);
+        Description(format!("granular_cooling/{e:.2}"), state, cooling::QUANTITIES)
+    });
+    add([&[0.5, 0.9]; 3], bodies::ball, &|e| {
+        Description(format!("bouncing_ball/{e:.1}"), format!("e = {e:.1}, h = g = 1"), bodies::BALL)
+    });
+    add(ONE, bodies::three_spheres, &|_| {
+        let state = "on a line, first pair overlapped".to_owned();
+        Description("three_spheres".to_owned(), state, bodies::THREE_SPHERES)
+    });
+    add(ONE, bodies::pendulum, &|_| {
+        let state = format!("from 90 degrees, slack {:.0e}", bodies::SLACK);
+        Description("pendulum".to_owned(), state, bodies::PENDULUM)
+    });
+    points
 }
+
+/// Name, state and quantities of a point.
+struct Description(String, String, &'static [&'static str]);
 
 impl Point {
     /// Runs the point and compares. `watch` is asked every few hundredths of a second whether to go on.
@@ -184,20 +153,7 @@ impl Point {
     /// # Errors
     /// [`StatePointError`] if the run was interrupted, could not go on, or did not pass its own audit.
     pub fn measure(&self, seed: u64, watch: Watch<'_>) -> Result<Vec<Comparison>, StatePointError> {
-        match self.experiment {
-            Experiment::Spheres { packing_fraction } => fluids::spheres(packing_fraction, self.effort, seed, watch),
-            Experiment::Crystal { number_density } => fluids::crystal(number_density, self.effort, seed, watch),
-            Experiment::Disks { packing_fraction } => fluids::disks(packing_fraction, self.effort, seed, watch),
-            Experiment::Rods { number_density } => rods::compare(number_density, seed, watch),
-            Experiment::SquareWell { temperature } => steps::compare(temperature, self.effort, seed, watch),
-            Experiment::DiluteWells { temperature } => dilute::compare(temperature, self.effort, seed, watch),
-            Experiment::HeatFlux { packing_fraction } => heat_flux::compare(packing_fraction, self.effort, seed, watch),
-            Experiment::LennardJones => lennard_jones::compare(seed, watch),
-            Experiment::Cooling { restitution } => cooling::compare(restitution, seed, watch),
-            Experiment::Ball { restitution } => bodies::ball(restitution),
-            Experiment::ThreeSpheres => bodies::three_spheres(),
-            Experiment::Pendulum => bodies::pendulum(watch),
-        }
+        (self.compare)(self.parameter, self.effort, seed, watch)
     }
 }
 
@@ -219,7 +175,7 @@ mod tests {
     #[test]
     fn single_motions_are_what_they_were_announced_to_be() {
         for point in points(Effort::Brief) {
-            if !matches!(point.experiment, Experiment::Ball { .. } | Experiment::ThreeSpheres) {
+            if !["bouncing_ball", "three_spheres"].iter().any(|kind| point.name.starts_with(kind)) {
                 continue;
             }
             let compared = point.measure(1, &mut || std::ops::ControlFlow::Continue(())).unwrap();

@@ -1,7 +1,6 @@
 //! `carom exchange`.
 
 use std::fs;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -13,10 +12,10 @@ use carom::io::{Existing, read_scene, refuse_input, refuse_link};
 use carom::model::Scene;
 use carom::view::{describe, report};
 use clap::Args;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::failure::Failure;
-use super::{Changes, borrowed, signals};
+use super::progress::bar;
+use super::{Changes, borrowed, columns, cores, signals};
 
 /// Runs replicas of a scene at several temperatures, which are swapped now and then
 #[derive(Debug, Args)]
@@ -88,7 +87,7 @@ impl ExchangeCommand {
         if scene.exchange().is_none() {
             let message = format!("{} has no [exchange]", self.path.display());
             let help = "add [exchange] with temperatures, interval and rate; `carom run` runs a scene without it";
-            return Err(Failure::bad_input(message, None, Some(help)));
+            return Err(Failure::bad_input(message, Some(help)));
         }
         let beside = || PathBuf::from("runs").join(format!("{}-exchange", scene.name()));
         let path = self.out.clone().unwrap_or_else(beside);
@@ -112,16 +111,15 @@ impl ExchangeCommand {
         let file = ExchangeFolder::scene_of(&self.path);
         if !ExchangeFolder::is_one(&self.path) || !file.exists() {
             let message = format!("{} is not the folder of a replica exchange", self.path.display());
-            return Err(Failure::bad_input(message, None, Some("begin one with a scene that has [exchange]")));
+            return Err(Failure::bad_input(message, Some("begin one with a scene that has [exchange]")));
         }
         if !self.changes.are_none() || self.out.is_some() {
             let help = format!("for another exchange of its scene: carom exchange {}, with --out", file.display());
             let message = "an exchange goes on as it was: --seed, --set, --from and --out are for scenes";
-            return Err(Failure::bad_input(message, None, Some(&help)));
+            return Err(Failure::bad_input(message, Some(&help)));
         }
-        let unreadable = |error: std::io::Error| {
-            Failure::bad_input(format!("cannot read {}", file.display()), Some(Box::new(error)), None)
-        };
+        let unreadable =
+            |error: std::io::Error| Failure::bad_input(format!("cannot read {}: {error}", file.display()), None);
         let kept = fs::read_to_string(&file).map_err(unreadable)?;
         let replaced = self.replaced();
         let scene = read_scene(&file, &borrowed(&replaced))?;
@@ -139,14 +137,16 @@ impl ExchangeCommand {
         allowed((ExchangeFolder::expected_bytes(scene) - there as f64).max(0.0), path).map(|_| ()).map_err(|too_large| {
             let help =
                 "choose a longer output.frame_interval or exchange.interval, or another disk with --out, or --force";
-            Failure::bad_input(format!("the exchange {too_large}"), None, Some(help))
+            Failure::bad_input(format!("the exchange {too_large}"), Some(help))
         })
     }
 
     fn run(&self, mut folder: ExchangeFolder, exchange: Exchange, path: &Path) -> Result<(), Failure> {
         signals::watch();
-        let bar = bar(exchange.attempts(), self.quiet);
-        let jobs = self.jobs.map_or_else(processors, usize::from);
+        let [before, total] = exchange.attempts();
+        let template = "{pos} of {len} attempts {wide_bar:.cyan/blue} {percent:>3} %, {eta} left";
+        let bar = bar(total, template, self.quiet).map(|bar| bar.with_position(before));
+        let jobs = self.jobs.map_or_else(cores, usize::from);
         let ran = exchange.execute(jobs, &mut folder, &mut |[attempts, _]| {
             if let Some(bar) = &bar {
                 bar.set_position(attempts);
@@ -159,24 +159,10 @@ impl ExchangeCommand {
         let exchange = ran?;
         if !exchange.is_over() {
             let help = format!("the same command goes on, or: carom exchange {}", path.display());
-            return Err(Failure::failed("interrupted; what was simulated is kept", None, Some(&help)));
+            return Err(Failure::failed("interrupted; what was simulated is kept", Some(&help)));
         }
         end(&folder.complete(&exchange)?, path, false)
     }
-}
-
-/// A bar on a terminal; nothing elsewhere.
-fn bar([attempts, total]: [u64; 2], is_quiet: bool) -> Option<ProgressBar> {
-    (!is_quiet && std::io::stderr().is_terminal()).then(|| {
-        let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr()).with_position(attempts);
-        let style =
-            ProgressStyle::with_template("{pos} of {len} attempts {wide_bar:.cyan/blue} {percent:>3} %, {eta} left");
-        bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-    })
-}
-
-fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
 /// Page, table and verdict.
@@ -194,8 +180,7 @@ fn end(summary: &ExchangeSummary, path: &Path, was_there: bool) -> Result<(), Fa
     if faults.is_empty() {
         return Ok(());
     }
-    let help = "the results cannot be trusted; carom should not do this: please report the scene";
-    Err(Failure::failed(format!("the audit failed: {}", faults.join("; ")), None, Some(help)))
+    Err(Failure::of_audit(faults))
 }
 
 /// Columns beside the temperature and the acceptance, as far as the scene has them.
@@ -219,13 +204,8 @@ fn text(summary: &ExchangeSummary) -> String {
         let cells = shown.iter().map(|(name, _)| cell(at.observables.get(*name).copied()));
         rows.push([digits(at.temperature), cell(acceptance)].into_iter().chain(cells).collect());
     }
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
     let mut lines = vec![format!("{}, {} attempts to swap", summary.scene, results.attempts)];
-    for row in &rows {
-        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
-        lines.push(format!("  {}", cells.join("   ")));
-    }
+    lines.extend(columns(&rows));
     let trips: Vec<String> = results.round_trips.iter().map(u64::to_string).collect();
     lines.push(format!("  round trips of the replicas: {}", trips.join(", ")));
     lines.join("\n") + "\n"

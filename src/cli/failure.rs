@@ -32,33 +32,25 @@ const BAD_INPUT: u8 = 2;
 
 impl Failure {
     /// Something went wrong with good input.
-    pub fn failed(
-        message: impl Into<String>,
-        source: Option<Box<dyn Error + Send + Sync>>,
-        help: Option<&str>,
-    ) -> Self {
-        Self::new(message, source, help, FAILED)
+    pub fn failed(message: impl Into<String>, help: Option<&str>) -> Self {
+        Self::new(message, help, FAILED)
     }
 
     /// The input is wrong.
-    pub fn bad_input(
-        message: impl Into<String>,
-        source: Option<Box<dyn Error + Send + Sync>>,
-        help: Option<&str>,
-    ) -> Self {
-        Self::new(message, source, help, BAD_INPUT)
+    pub fn bad_input(message: impl Into<String>, help: Option<&str>) -> Self {
+        Self::new(message, help, BAD_INPUT)
     }
 
-    fn new(
-        message: impl Into<String>,
-        source: Option<Box<dyn Error + Send + Sync>>,
-        help: Option<&str>,
-        code: u8,
-    ) -> Self {
+    /// The audit has faults.
+    pub fn of_audit(faults: &[String]) -> Self {
+        let help = "the results cannot be trusted; carom should not do this: please report the scene";
+        Self::failed(format!("the audit failed: {}", faults.join("; ")), Some(help))
+    }
+
+    fn new(message: impl Into<String>, help: Option<&str>, code: u8) -> Self {
         // What the user typed, and what files say, is part of them.
         let message = printable(&message.into()).into_owned();
-        let problem = Problem { message, source, help: help.map(str::to_owned) };
-        Self { report: Report::new(problem), code }
+        Self { report: Report::new(Problem { message, help: help.map(str::to_owned) }), code }
     }
 
     /// Says what is wrong on standard error, and returns the exit code.
@@ -108,7 +100,7 @@ impl From<OutputError> for Failure {
             _ => FAILED,
         };
         let help = error.cure();
-        Self::new(with_causes(&error), None, help, code)
+        Self::new(with_causes(&error), help, code)
     }
 }
 
@@ -117,7 +109,7 @@ impl From<SweepError> for Failure {
         match error {
             SweepError::Scene(error) => error.into(),
             SweepError::Output(error) => error.into(),
-            error => Self::new(with_causes(&error), None, error.cure(), BAD_INPUT),
+            error => Self::new(with_causes(&error), error.cure(), BAD_INPUT),
         }
     }
 }
@@ -127,14 +119,14 @@ impl From<ExchangeFolderError> for Failure {
         match error {
             ExchangeFolderError::Output(OutputError::Busy(path)) => {
                 let message = format!("another process is at the exchange in {}", path.display());
-                Self::bad_input(message, None, Some("wait for it, or choose another folder with --out"))
+                Self::bad_input(message, Some("wait for it, or choose another folder with --out"))
             }
             // What can be done about a checkpoint is not what it is of a run.
             error @ ExchangeFolderError::Output(OutputError::Checkpoint(_)) => {
-                Self::bad_input(with_causes(&error), None, error.cure())
+                Self::bad_input(with_causes(&error), error.cure())
             }
             ExchangeFolderError::Output(error) => error.into(),
-            error => Self::bad_input(with_causes(&error), None, error.cure()),
+            error => Self::bad_input(with_causes(&error), error.cure()),
         }
     }
 }
@@ -149,9 +141,9 @@ impl From<ExchangeError<OutputError>> for Failure {
                     EngineError::InvariantBroken(_) => Some(InvariantBroken::CURE),
                     _ => None,
                 };
-                Self::failed(error.to_string(), None, cure)
+                Self::failed(error.to_string(), cure)
             }
-            error => Self::failed(error.to_string(), None, None),
+            error => Self::failed(error.to_string(), None),
         }
     }
 }
@@ -162,7 +154,7 @@ impl From<RunError<OutputError>> for Failure {
             RunError::Recorder(error) => error.into(),
             error => {
                 let cure = "go on with the program that began the run, which has the instrument";
-                Self::bad_input(error.to_string(), None, Some(cure))
+                Self::bad_input(error.to_string(), Some(cure))
             }
         }
     }
@@ -171,7 +163,7 @@ impl From<RunError<OutputError>> for Failure {
 impl From<RenderError> for Failure {
     fn from(error: RenderError) -> Self {
         let code = if let RenderError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
-        Self::new(with_causes(&error), None, error.cure(), code)
+        Self::new(with_causes(&error), error.cure(), code)
     }
 }
 
@@ -182,14 +174,14 @@ impl From<MovieError> for Failure {
             MovieError::Ffmpeg(_) | MovieError::Threads | MovieError::Interrupted => FAILED,
             _ => BAD_INPUT,
         };
-        Self::new(with_causes(&error), None, error.cure(), code)
+        Self::new(with_causes(&error), error.cure(), code)
     }
 }
 
 impl From<ConvertError> for Failure {
     fn from(error: ConvertError) -> Self {
         let code = if let ConvertError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
-        Self::new(with_causes(&error), None, error.cure(), code)
+        Self::new(with_causes(&error), error.cure(), code)
     }
 }
 
@@ -197,15 +189,14 @@ impl From<ReportError> for Failure {
     fn from(error: ReportError) -> Self {
         let code = if let ReportError::Write { source, .. } = &error { code_of(source) } else { BAD_INPUT };
         let help = error.cure();
-        Self::new(with_causes(&error), None, Some(help), code)
+        Self::new(with_causes(&error), Some(help), code)
     }
 }
 
-/// A message with its cause and its cure.
+/// A message with its cure.
 #[derive(Debug)]
 struct Problem {
     message: String,
-    source: Option<Box<dyn Error + Send + Sync>>,
     help: Option<String>,
 }
 
@@ -215,11 +206,7 @@ impl fmt::Display for Problem {
     }
 }
 
-impl Error for Problem {
-    fn source(&self) -> Option<&(dyn Error + 'static)> {
-        self.source.as_ref().map(|source| source.as_ref() as &(dyn Error + 'static))
-    }
-}
+impl Error for Problem {}
 
 impl Diagnostic for Problem {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {

@@ -17,6 +17,14 @@ const BAR_INTERVAL: Duration = Duration::from_millis(100);
 /// Steps of the bar.
 const STEPS: u64 = 1000;
 
+/// A bar on a terminal; nothing elsewhere.
+pub fn bar(steps: u64, template: &str, is_quiet: bool) -> Option<ProgressBar> {
+    (!is_quiet && std::io::stderr().is_terminal()).then(|| {
+        let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr()).with_style(style)
+    })
+}
+
 /// Shows progress: a bar on a terminal, a line every few seconds elsewhere, always on standard error.
 pub struct Display {
     name: String,
@@ -79,11 +87,7 @@ impl Display {
 
     /// For work of a name.
     pub fn named(name: String, is_quiet: bool) -> Self {
-        let bar = (!is_quiet && std::io::stderr().is_terminal()).then(|| {
-            let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
-            let style = ProgressStyle::with_template("{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}");
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        });
+        let bar = bar(STEPS, "{prefix} {wide_bar:.cyan/blue} {percent:>3} %\n  {msg}", is_quiet);
         let rate = Rate { since: Instant::now(), events: 0, per_second: 0.0 };
         Self { name, bar, is_quiet, shown: None, stage: None, rate }
     }

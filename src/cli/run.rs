@@ -100,7 +100,7 @@ impl Run {
             (Some(path), _) => self.go_on(path),
             (None, Some(scene)) => self.begin(scene),
             // The command line does not let this through.
-            (None, None) => Err(Failure::bad_input("expected a scene, or --resume with a folder", None, None)),
+            (None, None) => Err(Failure::bad_input("expected a scene, or --resume with a folder", None)),
         }
     }
 
@@ -128,29 +128,17 @@ impl Run {
         for warning in warnings.concat() {
             super::warn(&format!("warning: {warning}"));
         }
-        signals::watch();
-        let mut display = Display::new(&scene, self.quiet);
-        let result = run::Run::without_start(scene).execute(&mut folder, &mut |progress| {
-            display.show(progress);
-            signals::flow()
-        });
-        display.clear();
-        end(&result?, folder)
+        let display = Display::new(&scene, self.quiet);
+        execute(run::Run::without_start(scene), folder, display)
     }
 
     /// A run from its last checkpoint.
     fn go_on(&self, path: &Path) -> Result<(), Failure> {
         let (folder, checkpoint) = Folder::resume(path, self.limit()).map_err(|error| not_a_run(path, error))?;
         let most = if self.force { f64::INFINITY } else { allowance(free_disk(path)) };
-        let mut folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
-        signals::watch();
-        let mut display = Display::new(checkpoint.simulation.scene(), self.quiet);
-        let result = run::Run::resume(checkpoint).execute(&mut folder, &mut |progress| {
-            display.show(progress);
-            signals::flow()
-        });
-        display.clear();
-        end(&result?, folder)
+        let folder = folder.checkpoint_every(self.checkpoint_every).at_most(most);
+        let display = Display::new(checkpoint.simulation.scene(), self.quiet);
+        execute(run::Run::resume(checkpoint), folder, display)
     }
 
     /// Largest size of the files; a run that will write more is begun with --force only.
@@ -160,7 +148,7 @@ impl Run {
         }
         allowed(SizeEstimate::of(scene, run::expected_rate(scene)).bytes, path).map_err(|too_large| {
             let help = "choose longer intervals in [output], or another disk with --out, or --force";
-            Failure::bad_input(format!("the run {too_large}"), None, Some(help))
+            Failure::bad_input(format!("the run {too_large}"), Some(help))
         })
     }
 
@@ -186,7 +174,18 @@ fn not_a_run(path: &Path, error: OutputError) -> Failure {
         ),
         _ => return error.into(),
     };
-    Failure::bad_input(format!("{folder} is the folder of {what}, not of a run"), None, Some(&cure))
+    Failure::bad_input(format!("{folder} is the folder of {what}, not of a run"), Some(&cure))
+}
+
+/// A run up to its end.
+fn execute(run: run::Run, mut folder: Folder, mut display: Display) -> Result<(), Failure> {
+    signals::watch();
+    let result = run.execute(&mut folder, &mut |progress| {
+        display.show(progress);
+        signals::flow()
+    });
+    display.clear();
+    end(&result?, folder)
 }
 
 /// Files, table and verdict.
@@ -208,7 +207,7 @@ fn end(finished: &Finished, folder: Folder) -> Result<(), Failure> {
         None => "the rest is complete; `carom convert` does it when nothing is in the way any more".to_owned(),
         Some(run) => format!("`carom run --resume {}` does it when nothing is in the way any more", run.display()),
     };
-    Err(Failure::failed(unconverted, None, Some(&cure)))
+    Err(Failure::failed(unconverted, Some(&cure)))
 }
 
 /// Message about a run that was to be replaced and was not.
@@ -228,20 +227,18 @@ fn stay(finished: &Finished, done: &Completed) -> String {
 fn verdict(finished: &Finished) -> Result<(), Failure> {
     let faults = finished.audit.faults();
     match finished.ending {
-        Ending::Jammed(jam) => Err(Failure::failed(jam.to_string(), None, Some(Jam::CURE))),
-        Ending::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(arrest.cure()))),
-        Ending::Broken(broken) => Err(Failure::failed(broken.to_string(), None, Some(InvariantBroken::CURE))),
+        Ending::Jammed(jam) => Err(Failure::failed(jam.to_string(), Some(Jam::CURE))),
+        Ending::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
+        Ending::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
         _ if !faults.is_empty() => {
             let faults: Vec<String> = faults.iter().map(ToString::to_string).collect();
-            let help = "the results cannot be trusted; carom should not do this: please report the scene";
-            Err(Failure::failed(format!("the audit failed: {}", faults.join("; ")), None, Some(help)))
+            Err(Failure::of_audit(&faults))
         }
         Ending::GaveUp => Err(Failure::failed(
             format!(
                 "gave up at time {}: nothing has happened for a million rows, or for very long",
                 finished.simulation.time()
             ),
-            None,
             Some("set run.until_time, or longer intervals in [output]"),
         )),
         Ending::Unsettled => Err(Failure::failed(
@@ -251,14 +248,12 @@ fn verdict(finished: &Finished) -> Result<(), Failure> {
                 finished.simulation.time(),
                 run::MOST_EVENTS_PER_PARTICLE
             ),
-            None,
             Some(
                 "set run.equilibration_time or run.equilibration_events; what loses energy needs something that supplies it",
             ),
         )),
         Ending::Interrupted => Err(Failure::failed(
             "interrupted; the files are complete up to there",
-            None,
             Some("go on with carom run --resume and the folder"),
         )),
         _ => Ok(()),

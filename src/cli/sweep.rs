@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use carom::analysis::statistics::Estimate;
 use carom::base::text::{digits, with_causes};
 use carom::io::estimate::{allowance, allowed, free_disk};
 use carom::io::{Existing, FolderState, refuse_link};
@@ -16,7 +17,7 @@ use clap::Args;
 
 use super::failure::Failure;
 use super::signals;
-use super::{Changes, borrowed};
+use super::{Changes, borrowed, columns, cores};
 use display::Display;
 
 /// Runs a scene for all combinations of values
@@ -79,7 +80,7 @@ impl SweepCommand {
         signals::watch();
         let display = Display::new(&sweep, self.share.unwrap_or(Share::ALL), self.quiet);
         let orders = Orders {
-            jobs: self.jobs.map_or_else(processors, usize::from),
+            jobs: self.jobs.map_or_else(cores, usize::from),
             share: self.share.unwrap_or(Share::ALL),
             checkpoint_every: self.checkpoint_every,
             most_bytes: if self.force { f64::INFINITY } else { allowance(free_disk(&path)) },
@@ -104,13 +105,13 @@ impl SweepCommand {
         }
         if !changes.is_empty() {
             let help = "give the axes with --vary, too, or write what is to be replaced into the file, as set = [\"KEY=VALUE\"]";
-            return Err(Failure::bad_input("--set, --seed and --from need --vary", None, Some(help)));
+            return Err(Failure::bad_input("--set, --seed and --from need --vary", Some(help)));
         }
         if self.path.is_dir() {
             let file = SweepFolder::file_in(&self.path);
             if !file.exists() {
                 let message = format!("{} is not the folder of a sweep: it has no sweep.toml", self.path.display());
-                return Err(Failure::bad_input(message, None, Some("begin one with a scene and --vary")));
+                return Err(Failure::bad_input(message, Some("begin one with a scene and --vary")));
             }
             let path = self.out.clone().unwrap_or_else(|| self.path.clone());
             return Ok((Sweep::from_file(file)?, path));
@@ -119,7 +120,7 @@ impl SweepCommand {
             SweepError::File { .. } => {
                 let help = "if it is a scene, give the keys that vary, such as --vary seed=1..3; the file of a sweep has the keys \
                      scene = \"fluid.toml\", vary = [\"seed=1..3\"] and, if wanted, set = [\"run.until_time=10\"]";
-                Failure::bad_input(with_causes(&error), None, Some(help))
+                Failure::bad_input(with_causes(&error), Some(help))
             }
             error => error.into(),
         })?;
@@ -141,7 +142,7 @@ impl SweepCommand {
         }
         allowed(sweep.expected_bytes(&scene), path).map(|_| ()).map_err(|too_large| {
             let help = "choose longer intervals in [output], or another disk with --out, or --force";
-            Failure::bad_input(format!("the sweep {too_large}"), None, Some(help))
+            Failure::bad_input(format!("the sweep {too_large}"), Some(help))
         })
     }
 
@@ -181,11 +182,11 @@ impl SweepCommand {
         if !failed.is_empty() {
             let message = format!("{} of {} runs failed:\n{}", failed.len(), fates.len(), failed.join("\n"));
             let help = "the others are complete; where a run has a folder, report.txt says more";
-            return Err(Failure::failed(message, None, Some(help)));
+            return Err(Failure::failed(message, Some(help)));
         }
         if is_interrupted {
             let help = format!("the same command goes on, or: carom sweep {}", folder.path().display());
-            return Err(Failure::failed("interrupted; what is complete stays", None, Some(&help)));
+            return Err(Failure::failed("interrupted; what is complete stays", Some(&help)));
         }
         Ok(())
     }
@@ -202,10 +203,6 @@ fn holds_runs(folder: &Path, sweep: &Sweep) -> bool {
 fn beside(file: &Path) -> PathBuf {
     let name = file.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
     PathBuf::from("runs").join(format!("{name}-sweep"))
-}
-
-fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
 /// Columns, and rows of them, that are printed.
@@ -246,23 +243,15 @@ fn text(sweep: &Sweep, results: &Results, kept: usize) -> String {
             None => String::new(),
             // What each run conserves may differ from run to run.
             Some(it) => match it.error.filter(|error| *error > 0.0).or(it.scatter) {
-                Some(error) if error > 0.0 => describe::estimate(&carom::analysis::statistics::Estimate {
-                    mean: it.mean,
-                    standard_error: Some(error),
-                }),
+                Some(error) if error > 0.0 => {
+                    describe::estimate(&Estimate { mean: it.mean, standard_error: Some(error) })
+                }
                 _ => digits(it.mean),
             },
         });
         rows.push(settings.chain(stage).chain([means.runs.to_string()]).chain(values).collect());
     }
-    let width = |column: usize| {
-        rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max().unwrap_or(0)
-    };
-    let widths: Vec<usize> = (0..rows[0].len()).map(width).collect();
-    for row in &rows {
-        let cells: Vec<String> = row.iter().zip(&widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
-        lines.push(format!("  {}", cells.join("   ")));
-    }
+    lines.extend(columns(&rows));
     let more = all().count().saturating_sub(MOST_ROWS);
     if more > 0 {
         lines.push(format!("  and {more} more in sweep-mean.csv"));

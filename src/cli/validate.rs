@@ -55,7 +55,7 @@ impl Validate {
                     let rows: String = compared.iter().map(|comparison| row(point, comparison, &mut notes)).collect();
                     super::print(&rows)?;
                 }
-                Err(StatePointError::Interrupted) => return Err(Failure::failed("interrupted", None, None)),
+                Err(StatePointError::Interrupted) => return Err(Failure::failed("interrupted", None)),
                 Err(fault) => {
                     count += point.quantities.len();
                     bad += point.quantities.len();
@@ -79,7 +79,7 @@ impl Validate {
         }
         if points.is_empty() {
             let message = format!("no point is named like {:?}", self.filter.as_deref().unwrap_or_default());
-            return Err(Failure::bad_input(message, None, Some("carom validate --list names them all")));
+            return Err(Failure::bad_input(message, Some("carom validate --list names them all")));
         }
         Ok(points)
     }
@@ -176,7 +176,7 @@ fn verdict(count: usize, bad: usize) -> Result<(), Failure> {
     if bad > 0 {
         let message = format!("{bad} of {count} comparisons not as published");
         let help = "another seed separates chance from error: one comparison in 16,000 fails by chance";
-        return Err(Failure::failed(message, None, Some(help)));
+        return Err(Failure::failed(message, Some(help)));
     }
     super::print(&format!("\nPASSED: {count} of {count}\n"))
 }

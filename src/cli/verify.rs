@@ -83,7 +83,7 @@ impl Verify {
             return Ok(());
         }
         let message = format!("the run has only {}", text::plural(events, "event"));
-        Err(Failure::bad_input(message, None, Some("choose a smaller --from-events")))
+        Err(Failure::bad_input(message, Some("choose a smaller --from-events")))
     }
 
     /// The scene; and of a folder what its run says of itself.
@@ -95,15 +95,11 @@ impl Verify {
         if !file.exists() {
             let message = format!("{} has no scene.toml", self.run.display());
             let help = "carom run writes the scene of a run into its folder when the run is complete";
-            return Err(Failure::bad_input(message, None, Some(help)));
+            return Err(Failure::bad_input(message, Some(help)));
         }
         if !self.changes.are_none() {
             let help = format!("prove a changed scene from its file: carom verify {}", file.display());
-            return Err(Failure::bad_input(
-                "a run is proven as it was: --seed and --set are for scenes",
-                None,
-                Some(&help),
-            ));
+            return Err(Failure::bad_input("a run is proven as it was: --seed and --set are for scenes", Some(&help)));
         }
         let recorded = Recorded::read(&self.run)?;
         let scene = self.changes.load(&file)?;
@@ -124,11 +120,11 @@ impl Recorded {
         let path = Folder::summary_of(run);
         let text = std::fs::read(&path).map_err(|source| {
             let help = "a run writes it last: one that was killed has none, and goes on with carom run --resume";
-            Failure::bad_input(format!("cannot read {}", path.display()), Some(Box::new(source)), Some(help))
+            Failure::bad_input(format!("cannot read {}: {source}", path.display()), Some(help))
         })?;
         let summary: Summary = serde_json::from_slice(&text).map_err(|source| {
-            let message = format!("{} is not the summary of a run", path.display());
-            Failure::bad_input(message, Some(Box::new(source)), Some("run the scene again, or restore the file"))
+            let message = format!("{} is not the summary of a run: {source}", path.display());
+            Failure::bad_input(message, Some("run the scene again, or restore the file"))
         })?;
         let events = summary.events.before.map(|before| before.saturating_add(summary.events.total));
         let end = RunEnd { events, time: summary.time };
@@ -148,7 +144,7 @@ impl Recorded {
         let message =
             format!("scene.toml is not the scene of this run: its {what} is {of_scene}, in summary.json {of_run}");
         let help = format!("restore {}, or run it again", self.path.with_file_name("scene.toml").display());
-        Err(Failure::bad_input(message, None, Some(&help)))
+        Err(Failure::bad_input(message, Some(&help)))
     }
 }
 
@@ -245,22 +241,20 @@ fn verdict(certificate: &Certificate, recorded: Option<&Recorded>) -> Result<(),
                     "the run is of Carom {version}, whose events may differ: prove it with that, or run it again"
                 ),
             };
-            Err(Failure::failed(message, None, Some(&help)))
+            Err(Failure::failed(message, Some(&help)))
         }
         End::Violated(violation @ Violation { fault: Fault::TooFast { .. } | Fault::WithoutDigits { .. }, .. }) => {
             let help = "a smaller box, shallower wells or slower particles leave more digits to the positions";
-            Err(Failure::failed(violation.to_string(), None, Some(help)))
+            Err(Failure::failed(violation.to_string(), Some(help)))
         }
         End::Violated(violation) => {
             let help = "carom should not do this: please report the scene and the command";
-            Err(Failure::failed(violation.to_string(), None, Some(help)))
+            Err(Failure::failed(violation.to_string(), Some(help)))
         }
-        End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), None, Some(arrest.cure()))),
-        End::Broken(broken) => Err(Failure::failed(broken.to_string(), None, Some(InvariantBroken::CURE))),
-        End::Driven => {
-            Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None, None))
-        }
-        End::Interrupted => Err(Failure::failed("interrupted; what is above is proven", None, None)),
+        End::Arrested(arrest) => Err(Failure::failed(arrest.to_string(), Some(arrest.cure()))),
+        End::Broken(broken) => Err(Failure::failed(broken.to_string(), Some(InvariantBroken::CURE))),
+        End::Driven => Err(Failure::bad_input("only runs on which nothing acts from outside can be proven", None)),
+        End::Interrupted => Err(Failure::failed("interrupted; what is above is proven", None)),
         _ => Ok(()),
     }
 }

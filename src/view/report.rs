@@ -98,11 +98,7 @@ fn document(inputs: &Inputs) -> String {
         sections.insert(1, ("stages", "Measured stages", stages));
     }
     let engine = escape(&summary.engine);
-    let verdict = if summary.faults.is_empty() {
-        "<span class=\"verdict sound\">✓ audit sound</span>"
-    } else {
-        "<span class=\"verdict failed\">✗ audit failed</span>"
-    };
+    let verdict = verdict(&summary.faults);
     let state = match summary.equilibrated.verdict {
         Answer::Yes => " <span class=\"verdict sound\">✓ equilibrated</span>",
         Answer::No => " <span class=\"verdict failed\">✗ not equilibrated</span>",
@@ -146,13 +142,27 @@ fn notes(notes: &[String]) -> String {
     )
 }
 
+/// Verdict of the audit, at the top of a page.
+fn verdict(faults: &[String]) -> &'static str {
+    if faults.is_empty() {
+        "<span class=\"verdict sound\">✓ audit sound</span>"
+    } else {
+        "<span class=\"verdict failed\">✗ audit failed</span>"
+    }
+}
+
 fn scene(inputs: &Inputs) -> String {
     match &inputs.scene_text {
-        Some(text) => format!(
-            "<p>From this text and seed the run can be made again, bit for bit.</p>\n\
-             <details>\n<summary>scene.toml</summary>\n<pre><code>{}</code></pre>\n</details>\n",
-            escape(text)
-        ),
+        Some(text) => scene_text("the run can be made again, bit for bit", text),
         None => "<p>The scene of this run was not kept.</p>\n".to_owned(),
     }
+}
+
+/// The text of a scene, and what can be done with it and the seed.
+fn scene_text(what: &str, text: &str) -> String {
+    format!(
+        "<p>From this text and seed {what}.</p>\n\
+         <details>\n<summary>scene.toml</summary>\n<pre><code>{}</code></pre>\n</details>\n",
+        escape(text)
+    )
 }

@@ -111,7 +111,7 @@ fn an_exchange_leaves_tables_trajectories_and_a_page() {
         assert_eq!(trajectory.matches("Properties").count(), 20);
     }
     let page = place.read(&format!("{folder}/exchange.html"));
-    for word in ["Populations", "Heat capacity per particle", "Ways of replicas", "Round trips", "audit sound"] {
+    for word in ["Populations", "Heat capacity per particle", "Replica paths", "Round trips", "audit sound"] {
         assert!(page.contains(word), "{word}");
     }
     // Each trajectory is one like any other.

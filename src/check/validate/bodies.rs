@@ -1,7 +1,7 @@
 //! Single motions with exact answers.
 
 use super::state_point::{Compared, StatePointError, Watch, advance, build};
-use super::{Comparison, Source};
+use super::{Comparison, Effort, Source};
 use crate::Vector;
 use crate::engine::{Simulation, Until};
 use crate::model::potential::Potential;
@@ -30,7 +30,7 @@ const CONTACT_TIME: f64 = 1e-9;
 const MOST_BOUNCES: u64 = 1000;
 
 /// When infinitely many bounces have come to an end.
-pub(super) fn ball(restitution: f64) -> Compared {
+pub(super) fn ball(restitution: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let floor = Boundary::Bounded { lower: Face::Wall { restitution }, upper: Face::Open };
     let space =
         Space { lower: Vector::zeros(), size: Vector::repeat(4.0), boundary: [Boundary::OPEN, Boundary::OPEN, floor] };
@@ -62,7 +62,7 @@ pub(super) fn ball(restitution: f64) -> Compared {
 }
 
 /// Three spheres on a line, of which the first two overlap at the start.
-pub(super) fn three_spheres() -> Compared {
+pub(super) fn three_spheres(_: f64, _: Effort, _: u64, _: Watch<'_>) -> Compared {
     let space = Space {
         lower: Vector::new(-1.0, 0.0, 0.0),
         size: Vector::new(4.0, 0.0, 0.0),
@@ -100,7 +100,7 @@ const CHUNK: u64 = 1000;
 const MOST_CHUNKS: usize = 10_000;
 
 /// Period of a bob on a bond, let go from the horizontal.
-pub(super) fn pendulum(watch: Watch<'_>) -> Compared {
+pub(super) fn pendulum(_: f64, _: Effort, _: u64, watch: Watch<'_>) -> Compared {
     let space = Space { lower: Vector::repeat(-2.0), size: Vector::repeat(4.0), boundary: [Boundary::OPEN; 3] };
     let scene = SceneBuilder::new("validate")
         .space(space)
@@ -167,14 +167,14 @@ mod tests {
 
     #[test]
     fn a_pendulum_swings_with_its_period() {
-        let compared = pendulum(&mut || ControlFlow::Continue(())).unwrap();
+        let compared = pendulum(0.0, Effort::Brief, 1, &mut || ControlFlow::Continue(())).unwrap();
         assert!(compared[0].verdict().is_pass(), "{compared:?}");
         assert!(compared[0].allowance.amount < 1e-3 * compared[0].published);
     }
 
     #[test]
     fn what_is_interrupted_is_not_compared() {
-        let interrupted = pendulum(&mut || ControlFlow::Break(()));
+        let interrupted = pendulum(0.0, Effort::Brief, 1, &mut || ControlFlow::Break(()));
         assert!(matches!(interrupted, Err(StatePointError::Interrupted)), "{interrupted:?}");
     }
 }

@@ -2,11 +2,11 @@
 //!
 //! The law takes the velocities of particles that are about to collide as uncorrelated, which holds for small `1 - e^2` and dilute gases only.
 
-use super::state_point::{Compared, Watch, advance, build, mean};
-use super::{Comparison, Source};
+use super::state_point::{Compared, Watch, advance, build, mean, one_species};
+use super::{Comparison, Effort, Source};
 use crate::engine::Simulation;
 use crate::model::potential::Potential;
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 4000;
 /// Contacts per particle before, in which the lattice scatters, and in the measurement, long before clusters form.
@@ -23,7 +23,7 @@ const SONINE: &str = "velocities are not Maxwell's: a_2 / 4 of van Noije and Ern
 /// Gases with seeds of their own.
 const GASES: u64 = 8;
 
-pub(super) fn compare(restitution: f64, seed: u64, watch: Watch<'_>) -> Compared {
+pub(super) fn compare(restitution: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let mut slopes = Vec::new();
     for gas in 0..GASES {
         // Far from the seeds that people type.
@@ -40,10 +40,7 @@ pub(super) fn compare(restitution: f64, seed: u64, watch: Watch<'_>) -> Compared
 
 /// How much the logarithm of a gas's temperature falls in each contact per particle.
 fn cool(restitution: f64, seed: u64, watch: Watch<'_>) -> Result<Vec<f64>, super::StatePointError> {
-    let scene = SceneBuilder::new("validate")
-        .seed(seed)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0)?, restitution)
+    let scene = one_species(seed, Potential::hard_sphere(1.0)?, restitution)
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::PackingFraction(0.10))
         .temperature(1.0);
     let mut simulation = Simulation::without_plan(build(&scene)?);

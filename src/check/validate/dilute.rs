@@ -1,12 +1,12 @@
 //! The pressure of a dilute gas of square wells, against its exact virial coefficients.
 
-use super::state_point::{Compared, Watch, build, equilibration, finish};
+use super::state_point::{Compared, Watch, build, finish, one_species, plan};
 use super::{Comparison, Effort, Source};
 use crate::analysis::published::{second_virial_of_square_well, third_virial_of_square_well};
 use crate::analysis::statistics::Estimate;
 use crate::model::potential::Potential;
 use crate::model::{Limit, RunPlan};
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Amount, Lattice};
 
 pub(super) const NUMBER_DENSITY: f64 = 0.01;
 const WELL_RATIO: f64 = 1.5;
@@ -22,17 +22,10 @@ const EXACT: Source = Source {
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     // The shortest run of other points leaves 4 to 8 % of the coefficient here, of which 5 are too many for a verdict.
     let events = effort.events() * if effort == Effort::Brief { 4 } else { 1 };
-    let scene = SceneBuilder::new("validate")
-        .seed(seed)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
+    let scene = one_species(seed, Potential::square_well(1.0, WELL_RATIO, DEPTH)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(NUMBER_DENSITY))
         .temperature(temperature)
-        .run(RunPlan {
-            equilibration: Limit::events(equilibration(effort)),
-            limit: Limit::events(events),
-            ..RunPlan::default()
-        });
+        .run(RunPlan { limit: Limit::events(events), ..plan(effort) });
     let finished = finish(build(&scene)?, watch)?;
     let z = finished.observable("compressibility_factor");
     let warmed = finished.observable("temperature").map_or(f64::NAN, |estimate| estimate.mean);

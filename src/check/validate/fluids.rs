@@ -1,16 +1,15 @@
 //! Hard spheres and disks in equilibrium, and their crystal.
 
 use super::finite_size::{FINITE, fewer_contacts, shift_of_contact_value};
-use super::state_point::{Compared, Watch, build, equilibration, finish, number};
+use super::state_point::{Compared, Watch, build, finish, number, one_species, plan};
 use super::{Comparison, Effort, Source};
 use crate::analysis::published::{self, HardSphereFluid};
 use crate::model::MeasurementPlan;
 use crate::model::measurement_plan::{Diffusion, RadialDistribution};
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
-use crate::model::{Limit, RunPlan};
 use crate::run::Finished;
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Amount, Lattice};
 
 const MKLM: Source = Source {
     short: "mKLM 2019",
@@ -53,26 +52,19 @@ pub(super) fn quantities_of_spheres(packing_fraction: f64) -> &'static [&'static
 fn run(
     lattice: Lattice,
     amount: Amount,
-    plan: MeasurementPlan,
+    measure: MeasurementPlan,
     effort: Effort,
     seed: u64,
     watch: Watch<'_>,
 ) -> Result<Finished, super::StatePointError> {
     let is_plane = lattice == Lattice::Hexagonal;
     let third = if is_plane { Boundary::Flat } else { Boundary::Periodic };
-    let scene = SceneBuilder::new("validate")
-        .seed(seed)
+    let scene = one_species(seed, Potential::hard_sphere(1.0)?, 1.0)
         .boundary([Boundary::Periodic, Boundary::Periodic, third])
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
         .fill(lattice, "A", effort.particles(), amount)
         .temperature(1.0)
-        .measure(plan)
-        .run(RunPlan {
-            equilibration: Limit::events(equilibration(effort)),
-            limit: Limit::events(effort.events()),
-            ..RunPlan::default()
-        });
+        .measure(measure)
+        .run(plan(effort));
     finish(build(&scene)?, watch)
 }
 

@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use super::state_point::{Compared, Watch, build, equilibration, finish};
+use super::state_point::{Compared, Watch, build, finish, one_species, plan};
 use super::{Comparison, Effort, Source};
 use crate::Vector;
 use crate::analysis::published::GasBetweenPlates;
 use crate::model::potential::Potential;
 use crate::model::space::{Boundary, Space};
 use crate::model::{Limit, RunPlan};
-use crate::scene::{Arrangement, Fill, SceneBuilder};
+use crate::scene::{Arrangement, Fill};
 
 pub(super) const QUANTITIES: &[&str] = &["heat flux in", "heat flux out"];
 
@@ -41,19 +41,12 @@ pub(super) fn compare(packing_fraction: f64, effort: Effort, seed: u64, watch: W
     let (distance, count) = (distance(packing_fraction), count(packing_fraction));
     let boundary = [Boundary::walls(1.0), Boundary::Periodic, Boundary::Periodic];
     let size = Vector::new(distance, WIDTH, WIDTH);
-    let scene = SceneBuilder::new("validate")
-        .seed(seed)
+    let scene = one_species(seed, Potential::hard_sphere(1.0)?, 1.0)
         .space(Space { lower: Vector::zeros(), size, boundary })
         .wall_temperatures(0, TEMPERATURES.map(Some))
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
         .add_fill(Fill::new(Arrangement::Random, "A").count(count))
         .temperature(START)
-        .run(RunPlan {
-            equilibration: Limit::events(equilibration(effort)),
-            limit: Limit::events(effort.events().max(FEWEST_EVENTS)),
-            ..RunPlan::default()
-        });
+        .run(RunPlan { limit: Limit::events(effort.events().max(FEWEST_EVENTS)), ..plan(effort) });
     let finished = finish(build(&scene)?, watch)?;
     let gas = GasBetweenPlates {
         distance: distance - 1.0,

@@ -2,13 +2,13 @@
 //!
 //! Averages of a stepped potential differ from those of the smooth one by the square of the width of its steps: two widths give the size of it.
 
-use super::state_point::{Compared, Watch, build, finish};
-use super::{Comparison, Source};
+use super::state_point::{Compared, Watch, build, finish, one_species};
+use super::{Comparison, Effort, Source};
 use crate::analysis::statistics::Estimate;
 use crate::model::error::PotentialError;
 use crate::model::potential::Potential;
 use crate::model::{Limit, RunPlan, Thermostat};
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 256;
 const NUMBER_DENSITY: f64 = 0.75;
@@ -32,7 +32,7 @@ const WIDTH: &str = "the width of the steps: what its extrapolation to zero chan
 /// As published, at a density of 0.75 and a temperature of 1.
 const PUBLISHED: [f64; 2] = [-2.9280, 0.9909];
 
-pub(super) fn compare(seed: u64, watch: Watch<'_>) -> Compared {
+pub(super) fn compare(_: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
     let [wide, narrow] = STEPS;
     let wide = liquid(wide, seed, watch)?;
     let narrow = liquid(narrow, seed, watch)?;
@@ -57,10 +57,7 @@ fn finest(quantity: &'static str, wide: Option<Estimate>, narrow: Option<Estimat
 /// Energy per particle, with its kinetic part, and pressure.
 fn liquid(steps: usize, seed: u64, watch: Watch<'_>) -> Result<[Option<Estimate>; 2], super::StatePointError> {
     let bath = Thermostat::Andersen { temperature: TEMPERATURE, rate: BATH_RATE, axes: [true; 3] };
-    let scene = SceneBuilder::new("validate")
-        .seed(seed)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", shifted(steps)?, 1.0)
+    let scene = one_species(seed, shifted(steps)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", COUNT, Amount::NumberDensity(NUMBER_DENSITY))
         .temperature(TEMPERATURE)
         .run(RunPlan {

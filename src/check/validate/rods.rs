@@ -4,13 +4,13 @@
 //! meet `|v_i - v_j| t / (L - N sigma)` times in a time `t`, rounded up or down, with the impulse `m |v_i - v_j|`: the count is known to
 //! one for each pair, and the mean over any time to the speed of one contact for each.
 
-use super::state_point::{Compared, Watch, advance, build};
-use super::{Comparison, Source};
+use super::state_point::{Compared, Watch, advance, build, one_species};
+use super::{Comparison, Effort, Source};
 use crate::analysis::published;
 use crate::engine::Simulation;
 use crate::model::potential::Potential;
 use crate::model::space::Boundary;
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Amount, Lattice};
 
 pub(super) const COUNT: u64 = 50;
 /// Contacts: two thousand for each pair of rods.
@@ -30,12 +30,9 @@ const EXCHANGE: Source = Source {
 };
 const ROUNDED: &str = "one contact for each pair of rods";
 
-pub(super) fn compare(number_density: f64, seed: u64, watch: Watch<'_>) -> Compared {
-    let scene = SceneBuilder::new("validate")
-        .seed(seed)
+pub(super) fn compare(number_density: f64, _: Effort, seed: u64, watch: Watch<'_>) -> Compared {
+    let scene = one_species(seed, Potential::hard_sphere(1.0)?, 1.0)
         .boundary([Boundary::Periodic, Boundary::Flat, Boundary::Flat])
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::hard_sphere(1.0)?, 1.0)
         .fill(Lattice::Line, "A", COUNT, Amount::NumberDensity(number_density))
         .temperature(1.0);
     let mut simulation = Simulation::without_plan(build(&scene)?);

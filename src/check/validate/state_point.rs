@@ -8,8 +8,8 @@ use super::{Comparison, Effort};
 use crate::analysis::instruments::Measured;
 use crate::analysis::statistics::Estimate;
 use crate::engine::{EngineError, Simulation, Until};
-use crate::model::Scene;
 use crate::model::error::PotentialError;
+use crate::model::{Limit, Potential, RunPlan, Scene};
 use crate::run::audit;
 use crate::run::{self, Ending, Finished};
 use crate::scene::{SceneBuilder, SceneError};
@@ -36,6 +36,18 @@ pub enum StatePointError {
     /// The caller wanted no more.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// A scene of one species `A` of mass and diameter 1.
+pub(super) fn one_species(seed: u64, potential: Potential, restitution: f64) -> SceneBuilder {
+    let builder = SceneBuilder::new("validate").seed(seed).species("A", 1.0, 1.0);
+    builder.interaction("A", "A", potential, restitution)
+}
+
+/// A run whose equilibration and measurement are those of an effort.
+pub(super) fn plan(effort: Effort) -> RunPlan {
+    let equilibration = Limit::events(equilibration(effort));
+    RunPlan { equilibration, limit: Limit::events(effort.events()), ..RunPlan::default() }
 }
 
 /// A scene that is known to be good.

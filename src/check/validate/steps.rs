@@ -1,6 +1,6 @@
 //! The exact law of events at the edge of a square well.
 
-use super::state_point::{Compared, Watch, advance, build, equilibration, mean};
+use super::state_point::{Compared, Watch, advance, build, equilibration, mean, one_species};
 use super::{Comparison, Effort, Source};
 use crate::analysis::published;
 use crate::analysis::statistics::Estimate;
@@ -8,7 +8,7 @@ use crate::engine::Simulation;
 use crate::engine::event::EventKind;
 use crate::model::potential::Potential;
 use crate::physics::response::Outcome;
-use crate::scene::{Amount, Lattice, SceneBuilder};
+use crate::scene::{Amount, Lattice};
 
 /// Blocks whose means give the standard errors. Wells empty and fill in some ten contacts per particle; a block has more.
 const BLOCKS: u64 = 40;
@@ -33,10 +33,7 @@ struct Block {
 }
 
 pub(super) fn compare(temperature: f64, effort: Effort, seed: u64, watch: Watch<'_>) -> Compared {
-    let scene = SceneBuilder::new("validate")
-        .seed(seed)
-        .species("A", 1.0, 1.0)
-        .interaction("A", "A", Potential::square_well(1.0, 1.5, DEPTH)?, 1.0)
+    let scene = one_species(seed, Potential::square_well(1.0, 1.5, DEPTH)?, 1.0)
         .fill(Lattice::FaceCentredCubic, "A", effort.particles(), Amount::NumberDensity(0.5))
         .temperature(temperature);
     let mut simulation = Simulation::without_plan(build(&scene)?);

@@ -1,12 +1,14 @@
 //! How far a sweep has come, on the terminal or in lines.
 
 use std::collections::BTreeMap;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use carom::sweep::{Fate, News, Share, Sweep};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
+
+use crate::cli::progress::bar;
 
 /// Between two states of the bar.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -33,12 +35,8 @@ struct State {
 impl Display {
     pub fn new(sweep: &Sweep, share: Share, is_quiet: bool) -> Self {
         let total = (0..sweep.points().len()).filter(|place| share.has(*place)).count();
-        let bar = (!is_quiet && std::io::stderr().is_terminal()).then(|| {
-            let bar = ProgressBar::with_draw_target(Some(total as u64 * STEPS), ProgressDrawTarget::stderr());
-            let style =
-                ProgressStyle::with_template("{prefix} {wide_bar:.cyan/blue} {percent:>3} %, {eta} left\n  {msg}");
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        });
+        let template = "{prefix} {wide_bar:.cyan/blue} {percent:>3} %, {eta} left\n  {msg}";
+        let bar = bar(total as u64 * STEPS, template, is_quiet);
         let state = State { over: 0, running: BTreeMap::new(), shown: Instant::now() };
         Self { bar, is_quiet, total, state: Mutex::new(state) }
     }

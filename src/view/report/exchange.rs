@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::figures::{Entry, capitalised, figure};
+use super::figures::{capitalised, curves_figure};
 use super::html::{brackets, cell, escape, symbols};
 use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
 use super::results::value;
-use super::{Page, shell};
+use super::{Page, scene_text, shell, verdict};
 use crate::analysis::observables::OBSERVABLES;
 use crate::analysis::statistics::Estimate;
 use crate::base::text::{digits, plural, unit};
@@ -41,11 +41,7 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
     let places = ExchangeFolder::read_places(folder, every, rows)?;
     let scene = std::fs::read_to_string(ExchangeFolder::scene_of(folder)).unwrap_or_default();
     let results = &summary.results;
-    let verdict = if results.faults.is_empty() {
-        "<span class=\"verdict sound\">✓ audit sound</span>"
-    } else {
-        "<span class=\"verdict failed\">✗ audit failed</span>"
-    };
+    let verdict = verdict(&results.faults);
     let heading = format!(
         "<h1>{} {verdict}</h1>\n<p class=\"subtitle\">Replica exchange of {} at {}</p>\n<p class=\"facts\">seed {} · {} · carom {}</p>\n",
         escape(&summary.scene),
@@ -55,13 +51,14 @@ pub fn exchange_page(folder: &Path) -> Result<Page, ExchangeFolderError> {
         escape(&summary.engine),
         escape(&summary.version),
     );
+    let again = "the exchange can be made again, bit for bit, on any number of threads";
     let sections = [
         ("temperatures", "Temperatures", temperatures(&summary)),
         ("plots", "Plots", plots(&summary, &places)),
         ("swaps", "Swaps", swaps(&summary)),
-        ("scene", "The scene", scene_section(&scene)),
+        ("scene", "The scene", scene_text(again, &scene)),
     ];
-    let notes: Vec<String> = results.faults.clone();
+    let notes = results.faults.clone();
     Ok(Page { html: shell(&summary.scene, &heading, &super::notes(&notes), &sections), notes })
 }
 
@@ -175,19 +172,6 @@ fn dot(x: f64, it: Estimate) -> Option<Dot> {
     it.mean.is_finite().then_some(Dot { x, y: it.mean, error: it.standard_error.unwrap_or(0.0) })
 }
 
-/// A figure of curves in the order of their legend.
-fn curves(
-    title: &str,
-    titles: [String; 2],
-    is_logarithmic: [bool; 2],
-    lines: Vec<Line>,
-    legend: &[Entry],
-    text: &str,
-) -> Option<String> {
-    let svg = Curves { label: title.to_owned(), titles, is_logarithmic, lines, level: None }.svg()?;
-    Some(figure(title, &svg, legend, text))
-}
-
 fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_logarithmic: bool) -> Option<String> {
     let means = || summary.results.temperatures.iter().map(|at| measured(at, name));
     // What is the same at all temperatures, as the energy of hard spheres, is in the table.
@@ -198,41 +182,45 @@ fn against_temperature(summary: &ExchangeSummary, name: &str, unit: &str, is_log
     }
     let temperatures = summary.results.temperatures.iter().map(|at| at.temperature);
     let points = temperatures.zip(means()).map(|(x, it)| dot(x, it?)).collect();
-    let lines = vec![Line { style: LineStyle::Measured, points }];
     let titles = ["temperature [energy]".to_owned(), format!("{}{}", symbols(&words(name)), brackets(unit))];
-    curves(&capitalised(&words(name)), titles, [is_logarithmic, false], lines, &[], "Error bars: standard errors.")
+    let curves = measured_curve(&capitalised(&words(name)), titles, is_logarithmic, points);
+    curves_figure(&curves.label, &curves, "Error bars: standard errors.")
+}
+
+/// A curve against temperature.
+fn measured_curve(label: &str, titles: [String; 2], is_logarithmic: bool, points: Vec<Option<Dot>>) -> Curves {
+    let lines = vec![Line { style: LineStyle::Measured, label: String::new(), points }];
+    Curves { label: label.to_owned(), titles, is_logarithmic: [is_logarithmic, false], lines, level: None }
 }
 
 fn acceptance(summary: &ExchangeSummary, is_logarithmic: bool) -> Option<String> {
     let middle = |[a, b]: [f64; 2]| (a * b).sqrt();
     let points = summary.results.neighbours.iter().map(|it| dot(middle(it.temperatures), it.acceptance?)).collect();
-    let lines = vec![Line { style: LineStyle::Measured, points }];
     let titles = ["temperature [energy]".to_owned(), "acceptance".to_owned()];
+    let curves = measured_curve("Acceptance", titles, is_logarithmic, points);
     let text = "Of swaps between two neighbours, at their geometric mean. Error bars: standard errors.";
-    curves("Acceptance", titles, [is_logarithmic, false], lines, &[], text)
+    curves_figure(&curves.label, &curves, text)
 }
 
 fn populations(summary: &ExchangeSummary) -> Option<String> {
     let temperatures = &summary.results.temperatures;
     // As even as there are colours for.
     let step = temperatures.len().div_ceil(MOST_CURVES);
-    let shown = || temperatures.iter().step_by(step);
     if temperatures.iter().all(|at| at.populations.len() < 2) {
         return None;
     }
     let line = |at: &TemperatureResult| Line {
         style: LineStyle::Measured,
+        label: format!("T = {}", digits(at.temperature)),
         points: at.populations.iter().map(|it| dot(it.energy, it.population)).collect(),
     };
-    let entry =
-        |(index, at): (usize, &TemperatureResult)| (format!("s{index}"), format!("T = {}", digits(at.temperature)));
-    let legend: Vec<Entry> = shown().enumerate().map(entry).collect();
     let is_binned = temperatures.iter().flat_map(|at| &at.populations).any(|it| it.width > 0.0);
     let what =
         if is_binned { "Of bins of the potential energy" } else { "Of the exact levels of the potential energy" };
     let text = format!("{what}, all particles together. Error bars: standard errors. From <code>energies.csv</code>.");
     let titles = ["potential energy [energy]".to_owned(), "population".to_owned()];
-    curves("Populations", titles, [false; 2], shown().map(line).collect(), &legend, &text)
+    let lines = temperatures.iter().step_by(step).map(line).collect();
+    curves_figure("Populations", &Curves { label: "Populations".to_owned(), titles, lines, ..Curves::default() }, &text)
 }
 
 fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic: bool) -> Option<String> {
@@ -240,6 +228,7 @@ fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic
     let shown: Vec<usize> = (0..temperatures.len()).step_by(temperatures.len().div_ceil(MOST_PATHS)).collect();
     let line = |replica: &usize| Line {
         style: LineStyle::TimeSeries,
+        label: format!("replica {}", replica + 1),
         points: places
             .iter()
             .map(|(time, replicas)| {
@@ -248,8 +237,6 @@ fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic
             })
             .collect(),
     };
-    let entry = |(index, replica): (usize, &usize)| (format!("s{index}"), format!("replica {}", replica + 1));
-    let legend: Vec<Entry> = shown.iter().enumerate().map(entry).collect();
     let titles = ["time".to_owned(), "temperature [energy]".to_owned()];
     let [every, rows] = drawn(summary);
     let which = match (every > 1, rows < summary.results.attempts) {
@@ -259,13 +246,7 @@ fn paths(summary: &ExchangeSummary, places: &[(f64, Vec<usize>)], is_logarithmic
         (false, false) => "all rows".to_owned(),
     };
     let text = format!("Where replicas are, from {which} of <code>exchange.csv</code>.");
-    curves("Ways of replicas", titles, [false, is_logarithmic], shown.iter().map(line).collect(), &legend, &text)
-}
-
-fn scene_section(text: &str) -> String {
-    format!(
-        "<p>From this text and seed the exchange can be made again, bit for bit, on any number of threads.</p>\n\
-         <details>\n<summary>scene.toml</summary>\n<pre><code>{}</code></pre>\n</details>\n",
-        escape(text)
-    )
+    let (label, lines) = ("Replica paths".to_owned(), shown.iter().map(line).collect());
+    let curves = Curves { label, titles, is_logarithmic: [false, is_logarithmic], lines, level: None };
+    curves_figure("Replica paths", &curves, &text)
 }

@@ -2,7 +2,7 @@
 
 use super::html::{brackets, escape, symbols, unit};
 use super::inputs::Results;
-use super::plot::{self, Curves, Level, Line, LineStyle, Map, Point};
+use super::plot::{self, Curves, Level, Line, LineStyle, Map, Point, extent};
 use super::table::Trace;
 use crate::analysis::instruments::{Curve, Series};
 
@@ -31,19 +31,24 @@ pub(super) fn section(results: &Results<'_>) -> String {
     section
 }
 
-/// A legend entry: colour class and words.
-pub(super) type Entry = (String, String);
+/// A figure of a plot with what there is to say of it.
+pub(super) fn figure(title: &str, svg: &str, text: &str) -> String {
+    format!("<figure>\n<h4>{}</h4>\n{svg}\n<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
+}
 
-pub(super) fn figure(title: &str, svg: &str, legend: &[Entry], text: &str) -> String {
-    let sample = |class: &str| {
-        format!(
-            "<svg class=\"sample\" viewBox=\"0 0 26 10\" aria-hidden=\"true\"><g class=\"{class}\"><path d=\"M1 5H25\"/></g></svg>"
-        )
+/// A figure of curves with their legend; `None` if there is no point to draw.
+pub(super) fn curves_figure(title: &str, curves: &Curves, text: &str) -> Option<String> {
+    let entry = |(class, words): &(String, &str)| {
+        let sample = format!("<g class=\"{class}\"><path d=\"M1 5H25\"/></g>");
+        let sample = format!("<svg class=\"sample\" viewBox=\"0 0 26 10\" aria-hidden=\"true\">{sample}</svg>");
+        format!("<li>{sample}{}</li>", escape(words))
     };
-    let entries: String =
-        legend.iter().map(|(class, words)| format!("<li>{}{}</li>", sample(class), escape(words))).collect();
-    let legend = if legend.len() > 1 { format!("<ul class=\"legend\">{entries}</ul>") } else { String::new() };
-    format!("<figure>\n<h4>{}</h4>\n{svg}\n{legend}<figcaption>{text}</figcaption>\n</figure>\n", escape(title))
+    let (mut plot, legend) = (curves.svg()?, curves.legend());
+    if legend.len() > 1 {
+        let entries: String = legend.iter().map(entry).collect();
+        plot.push_str(&format!("\n<ul class=\"legend\">{entries}</ul>"));
+    }
+    Some(figure(title, &plot, text))
 }
 
 /// The figures of a measured curve: one for all series of a unit, or a map for each.
@@ -93,21 +98,19 @@ fn by_unit(curve: &Curve) -> Vec<Curve> {
 fn line_figure(curve: &Curve, about: &str) -> Option<String> {
     let variable = curve.variables.first()?;
     let mut lines = Vec::new();
-    let mut legend = Vec::new();
-    for (index, series) in curve.series.iter().enumerate() {
+    for series in &curve.series {
         let points = variable.values.iter().zip(&series.values).zip(&series.standard_errors);
         let point = |((x, y), error): ((&f64, &Option<f64>), &Option<f64>)| {
             let error = error.filter(|error| error.is_finite()).unwrap_or(0.0).abs();
             y.map(|y| Point { x: *x, y, error })
         };
-        lines.push(Line { style: LineStyle::Measured, points: points.map(point).collect() });
-        legend.push((format!("s{}", index % plot::COLOURS), symbols(&series.name)));
+        let label = symbols(&series.name);
+        lines.push(Line { style: LineStyle::Measured, label, points: points.map(point).collect() });
     }
     let mut sources = String::new();
-    for (index, published) in curve.published.iter().enumerate() {
+    for published in &curve.published {
         let points = published.x.iter().zip(&published.y).map(|(x, y)| Some(Point { x: *x, y: *y, error: 0.0 }));
-        lines.push(Line { style: LineStyle::Published, points: points.collect() });
-        legend.push((format!("published p{}", index % plot::COLOURS), published.label.clone()));
+        lines.push(Line { style: LineStyle::Published, label: published.label.clone(), points: points.collect() });
         sources.push_str(&format!("Dashed: {}. {} ", escape(&published.label), escape(&published.source)));
     }
     let unit = curve.series.first().map_or("1", |series| series.unit.as_str());
@@ -120,8 +123,8 @@ fn line_figure(curve: &Curve, about: &str) -> Option<String> {
         format!("{}{}", symbols(name), brackets(unit)),
     ];
     let is_logarithmic = curve.is_logarithmic;
-    let svg = Curves { label: curve.title.clone(), titles, is_logarithmic, lines, level: None }.svg()?;
-    Some(figure(&curve.title, &svg, &legend, &format!("{about} {sources}")))
+    let curves = Curves { label: curve.title.clone(), titles, is_logarithmic, lines, level: None };
+    curves_figure(&curve.title, &curves, &format!("{about} {sources}"))
 }
 
 fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
@@ -143,8 +146,8 @@ fn map_figure(curve: &Curve, series: &Series, about: &str) -> String {
         format!("The largest standard error of a cell is {number}{}. ", escape(&brackets(&series.unit)))
     });
     match svg {
-        Some(svg) => figure(&title, &svg, &[], &format!("{error}{about}")),
-        None => figure(&title, "", &[], &format!("<em>Insufficient data.</em> {about}")),
+        Some(svg) => figure(&title, &svg, &format!("{error}{about}")),
+        None => figure(&title, "", &format!("<em>Insufficient data.</em> {about}")),
     }
 }
 
@@ -172,27 +175,25 @@ fn courses(results: &Results<'_>) -> Vec<String> {
 
 /// Whether a time series is one number but for rounding, which is nothing to look at.
 fn is_constant(trace: &Trace) -> bool {
-    let values = trace.points().into_iter().flatten().map(|[_, y]| y);
-    let [least, most] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], y| [a.min(y), b.max(y)]);
-    most - least <= SAME * least.abs().max(most.abs())
+    let extent = extent(trace.points().into_iter().flatten().map(|[_, y]| y));
+    extent.is_none_or(|[least, most]| most - least <= SAME * least.abs().max(most.abs()))
 }
 
 fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String> {
     if traces.iter().all(|trace| is_constant(trace)) {
         return None;
     }
-    let line = |trace: &&Trace| Line {
-        style: LineStyle::TimeSeries,
-        points: trace.points().into_iter().map(|point| point.map(|[x, y]| Point { x, y, error: 0.0 })).collect(),
-    };
     let sum = if traces.iter().any(|trace| trace.name == "supplied") {
         "kinetic + potential + dissipated - supplied"
     } else {
         "kinetic + potential + dissipated"
     };
     let words = |name: &str| name.replace("energy_and_dissipated", sum).replace('_', " ");
-    let entry = |(index, trace): (usize, &&Trace)| (format!("s{}", index % plot::COLOURS), words(&trace.name));
-    let legend: Vec<Entry> = traces.iter().enumerate().map(entry).collect();
+    let line = |trace: &&Trace| Line {
+        style: LineStyle::TimeSeries,
+        label: words(&trace.name),
+        points: trace.points().into_iter().map(|point| point.map(|[x, y]| Point { x, y, error: 0.0 })).collect(),
+    };
     let first = traces.first()?;
     let name = if let [one] = traces { words(&one.name) } else { title.to_owned() };
     let curves = Curves {
@@ -202,7 +203,6 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
         lines: traces.iter().map(line).collect(),
         level,
     };
-    let svg = curves.svg()?;
     let mut text = String::new();
     if level.is_some() {
         text.push_str("Line across: the mean over the measurement, with its standard error. ");
@@ -211,8 +211,7 @@ fn course(title: &str, traces: &[&Trace], level: Option<Level>) -> Option<String
         text.push_str("Many rows: of neighbouring ones the lowest and the highest are drawn. ");
     }
     text.push_str("From <code>thermo.csv</code>.");
-    let heading = unit(&capitalised(title));
-    Some(figure(&heading, &svg, &legend, &text))
+    curves_figure(&unit(&capitalised(title)), &curves, &text)
 }
 
 /// A text that begins with a capital letter.

@@ -9,7 +9,7 @@ mod map;
 use std::fmt::Write;
 
 pub(super) use axis::Axis;
-pub(super) use curve::{COLOURS, Curves, Level, Line, LineStyle, Point};
+pub(super) use curve::{COLOURS, Curves, Level, Line, LineStyle, Point, extent};
 pub(super) use map::{MOST_CELLS, Map};
 
 use super::html::escape;

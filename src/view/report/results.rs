@@ -11,32 +11,24 @@ use crate::io::rates::{Rate, told_apart};
 use crate::io::summary::Observable;
 use crate::view::describe;
 
-/// How the observables of every run are measured.
-const METHODS: [(&str, &str); 17] = [
-    ("temperature", "2 (K - P^2 / 2 M) / (D N - c), with the momentum P along the c axes on which it is conserved"),
-    (
-        "pressure",
-        "(N T + W / (D t)) / V, where W sums r_ij . J over the events of a time t; between walls the mean over their axes of <sum m v_x^2 / V> + (1 / t) sum x J / V, where V is what centres can reach",
-    ),
-    ("compressibility_factor", "Z = p / (rho T), of the mean pressure and temperature"),
-    (
-        "collision_rate",
-        "n / (N t), where n counts the core events that each particle takes part in: two do, or one and a static one",
-    ),
-    ("potential_energy_per_particle", "energy of all pairs over N"),
-    ("pressure_on_lower_x_wall", ON_WALL),
-    ("pressure_on_upper_x_wall", ON_WALL),
-    ("pressure_on_lower_y_wall", ON_WALL),
-    ("pressure_on_upper_y_wall", ON_WALL),
-    ("pressure_on_lower_z_wall", ON_WALL),
-    ("pressure_on_upper_z_wall", ON_WALL),
-    ("heat_flux_through_lower_x_wall", THROUGH_WALL),
-    ("heat_flux_through_upper_x_wall", THROUGH_WALL),
-    ("heat_flux_through_lower_y_wall", THROUGH_WALL),
-    ("heat_flux_through_upper_y_wall", THROUGH_WALL),
-    ("heat_flux_through_lower_z_wall", THROUGH_WALL),
-    ("heat_flux_through_upper_z_wall", THROUGH_WALL),
-];
+/// How an observable of every run is measured; empty for one that a later version may have added.
+fn method_of(observable: &str) -> &'static str {
+    match observable {
+        "temperature" => "2 (K - P^2 / 2 M) / (D N - c), with the momentum P along the c axes on which it is conserved",
+        "pressure" => PRESSURE,
+        "compressibility_factor" => "Z = p / (rho T), of the mean pressure and temperature",
+        "collision_rate" => {
+            "n / (N t), where n counts the core events that each particle takes part in: two do, or one and a static one"
+        }
+        "potential_energy_per_particle" => "energy of all pairs over N",
+        name if name.starts_with("pressure_on_") => ON_WALL,
+        name if name.starts_with("heat_flux_through_") => THROUGH_WALL,
+        _ => "",
+    }
+}
+
+const PRESSURE: &str = "(N T + W / (D t)) / V, where W sums r_ij . J over the events of a time t; between walls the mean over their axes of \
+    <sum m v_x^2 / V> + (1 / t) sum x J / V, where V is what centres can reach";
 const ON_WALL: &str = "momentum that the wall gives by time and by the area that centres can reach";
 const THROUGH_WALL: &str = "energy that the wall supplies, less what it takes, by time and by its area";
 
@@ -137,18 +129,16 @@ fn rows<'a>(results: &Results<'a>) -> Vec<Row<'a>> {
         .map(String::as_str)
         .filter(|name| OBSERVABLES.iter().all(|(known, _)| known != name));
     let observables = known.chain(others).filter_map(|name| results.observables.get_key_value(name));
-    let look_up = |table: &'static [(&str, &str)], name: &str| {
-        table.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| *text)
-    };
+    let unit = |name: &str| OBSERVABLES.iter().find(|(known, _)| *known == name).map_or("", |(_, unit)| *unit);
     let published = |name: &str| results.published.iter().filter(|value| value.quantity == name).collect::<Vec<_>>();
     let rows = observables.filter(|(name, _)| is_new(name)).map(|(name, observable)| Row {
         published: published(name),
         title: name.replace('_', " "),
-        unit: of_scene(look_up(&OBSERVABLES, name)),
+        unit: of_scene(unit(name)),
         mean: Some(observable.mean),
         standard_error: observable.standard_error,
         words: words(name, observable, results.events),
-        method: look_up(&METHODS, name),
+        method: method_of(name),
     });
     let measured = numbers.iter().map(|number| Row {
         published: published(&number.name),

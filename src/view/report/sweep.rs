@@ -3,9 +3,9 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use super::figures::{Entry, capitalised, figure};
+use super::figures::{capitalised, curves_figure};
 use super::html::{brackets, cell, escape, symbols};
-use super::plot::{self, Curves, Line, LineStyle, Point as Dot};
+use super::plot::{Curves, Line, LineStyle, Point as Dot, extent};
 use super::results::value;
 use super::{Page, shell};
 use crate::base::text::digits;
@@ -85,8 +85,7 @@ fn horizontal(sweep: &Sweep, results: &Results) -> Option<Horizontal> {
     (0..keys).find_map(|at| {
         let numbers: Option<Vec<f64>> =
             all.iter().map(|it| it[at].1.parse().ok().filter(|x: &f64| x.is_finite())).collect();
-        let numbers = numbers?;
-        let [least, most] = numbers.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(*x), b.max(*x)]);
+        let [least, most] = extent(numbers?.into_iter())?;
         let is_logarithmic = least > 0.0 && most / least > LONG;
         (most > least).then(|| Horizontal { at, name: all[0][at].0.clone(), is_logarithmic })
     })
@@ -142,35 +141,32 @@ fn plots(sweep: &Sweep, results: &Results) -> String {
 fn constant(results: &Results, at: usize) -> Option<f64> {
     let all = || results.groups.iter().flat_map(|group| &group.measurements);
     let means = || all().filter_map(|means| means.values[at].map(|value| value.mean));
-    let [least, most] = means().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+    let [least, most] = extent(means())?;
     (means().count() > 1 && most - least <= SAME * least.abs().max(most.abs())).then_some(least)
 }
 
 fn quantity_figure(quantity: &Quantity, at: usize, along: &Horizontal, series: &[Series<'_>]) -> Option<String> {
-    let (mut lines, mut legend, mut text) = (Vec::new(), Vec::<Entry>::new(), String::new());
-    for (index, one) in series.iter().enumerate() {
+    let (mut lines, mut text) = (Vec::new(), String::new());
+    for one in series {
         let dot = |(x, means): &(f64, &StageMeans)| {
             means.values[at].map(|it| Dot { x: *x, y: it.mean, error: it.error.or(it.scatter).unwrap_or(0.0) })
         };
-        lines.push(Line { style: LineStyle::Measured, points: one.points.iter().map(dot).collect() });
-        let words = if one.label.is_empty() { "measured".to_owned() } else { symbols(&one.label) };
-        legend.push((format!("s{}", index % plot::COLOURS), words));
+        let label = if one.label.is_empty() { "measured".to_owned() } else { symbols(&one.label) };
+        lines.push(Line { style: LineStyle::Measured, label, points: one.points.iter().map(dot).collect() });
     }
-    for (index, (label, source, points)) in published(quantity, series).into_iter().enumerate() {
-        lines.push(Line { style: LineStyle::Published, points });
-        legend.push((format!("published p{}", index % plot::COLOURS), label.clone()));
+    for (label, source, points) in published(quantity, series) {
         let _ = write!(text, "Dashed: {}. {}. ", escape(&label), escape(&source));
         if let Some((chi, count)) = chi_square(quantity, at, series, &label) {
             let _ = write!(text, "χ² per point {chi:.2} ({count} points). ");
         }
+        lines.push(Line { style: LineStyle::Published, label, points });
     }
     text.push_str("Error bars: standard errors of the runs, pooled over seeds. From <code>sweep-mean.csv</code>.");
     let title = capitalised(&quantity.title);
     let titles =
         [symbols(&along.name.replace('_', " ")), format!("{}{}", symbols(&quantity.title), brackets(&quantity.unit))];
     let is_logarithmic = [along.is_logarithmic, false];
-    let svg = Curves { label: title.clone(), titles, is_logarithmic, lines, level: None }.svg()?;
-    Some(figure(&title, &svg, &legend, &text))
+    curves_figure(&title, &Curves { label: title.clone(), titles, is_logarithmic, lines, level: None }, &text)
 }
 
 /// Published values of a quantity along the axis, by label: with their source and points, once where several series have the same.

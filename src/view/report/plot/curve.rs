@@ -34,6 +34,8 @@ pub(in crate::view::report) enum LineStyle {
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::view::report) struct Line {
     pub style: LineStyle,
+    /// Words in the legend.
+    pub label: String,
     /// `None` where there is a gap.
     pub points: Vec<Option<Point>>,
 }
@@ -46,7 +48,7 @@ pub(in crate::view::report) struct Level {
 }
 
 /// A plot of curves.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(in crate::view::report) struct Curves {
     /// Label for readers that cannot see the plot.
     pub label: String,
@@ -78,14 +80,30 @@ impl Curves {
             );
             let _ = write!(svg, "<path class=\"level\" d=\"M{LEFT} {}H{RIGHT}\"/>", px(y.place(level.mean)));
         }
-        let (mut measured, mut published) = (0, 0);
-        for line in &self.lines {
-            let number = if line.style == LineStyle::Published { &mut published } else { &mut measured };
-            draw(&mut svg, line, *number % COLOURS, &x, &y);
-            *number += 1;
+        for (class, line) in self.classes().into_iter().zip(&self.lines) {
+            draw(&mut svg, line, &class, &x, &y);
         }
         svg.push_str("</svg></svg>");
         Some(svg)
+    }
+
+    /// The legend: class in the style sheet and words of each line.
+    pub fn legend(&self) -> Vec<(String, &str)> {
+        self.classes().into_iter().zip(self.lines.iter().map(|line| line.label.as_str())).collect()
+    }
+
+    /// Class of each line in the style sheet, which has its colour.
+    fn classes(&self) -> Vec<String> {
+        let (mut measured, mut published) = (0, 0);
+        let class = |line: &Line| {
+            let (class, number) = match line.style {
+                LineStyle::Published => ("published p", &mut published),
+                LineStyle::Measured | LineStyle::TimeSeries => ("s", &mut measured),
+            };
+            *number += 1;
+            format!("{class}{}", (*number - 1) % COLOURS)
+        };
+        self.lines.iter().map(class).collect()
     }
 
     fn drawn(&self, is_drawn: impl Fn(LineStyle) -> bool) -> impl Iterator<Item = &Point> {
@@ -121,19 +139,19 @@ impl Curves {
 /// Colours of the style sheet.
 pub(in crate::view::report) const COLOURS: usize = 8;
 
-fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+/// The least and the largest of the values that are finite.
+pub(in crate::view::report) fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
     values.filter(|value| value.is_finite()).fold(None, |range, value| {
         let [low, high] = range.unwrap_or([value, value]);
         Some([low.min(value), high.max(value)])
     })
 }
 
-fn draw(svg: &mut String, line: &Line, colour: usize, x: &Axis, y: &Axis) {
+fn draw(svg: &mut String, line: &Line, class: &str, x: &Axis, y: &Axis) {
     let runs = runs(line, x, y);
     let number = runs.iter().map(Vec::len).sum::<usize>();
-    let class = if line.style == LineStyle::Published { "published p" } else { "s" };
     let has_bars = line.style == LineStyle::Measured && number <= MOST_BARS;
-    let _ = write!(svg, "<g class=\"{class}{colour}\">");
+    let _ = write!(svg, "<g class=\"{class}\">");
     let at = |point: &Point| format!("{} {}", px(x.place(point.x)), px(y.place(point.y)));
     if line.style == LineStyle::Measured && !has_bars {
         for run in &runs {

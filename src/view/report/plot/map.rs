@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use ordered_float::OrderedFloat;
+
 use super::{Axis, BOTTOM, LEFT, TOP, WIDTH, frame, open, px};
 use crate::base::numbers::trunc_to_usize;
 
@@ -36,7 +38,7 @@ impl Map {
         let can = |value: &f64| value.is_finite() && (!self.is_logarithmic || *value > 0.0);
         let values = || self.cells.iter().filter_map(|cell| cell.2).filter(can);
         let (low, high) = (values().reduce(f64::min)?, values().reduce(f64::max)?);
-        let ends = |edges: &BTreeMap<Key, [f64; 2]>| {
+        let ends = |edges: &BTreeMap<OrderedFloat<f64>, [f64; 2]>| {
             let first = edges.values().next().map_or(0.0, |edge| edge[0]);
             [first, edges.values().next_back().map_or(1.0, |edge| edge[1])]
         };
@@ -46,7 +48,7 @@ impl Map {
         let mut paths = vec![String::new(); LEVELS];
         for (column, row, value) in &self.cells {
             let (Some(value), Some(across), Some(up)) =
-                (value.filter(can), columns.get(&Key(*column + 0.0)), rows.get(&Key(*row + 0.0)))
+                (value.filter(can), columns.get(&OrderedFloat(*column)), rows.get(&OrderedFloat(*row)))
             else {
                 continue;
             };
@@ -92,34 +94,9 @@ impl Map {
     }
 }
 
-/// A coordinate of a grid.
-#[derive(Debug, Clone, Copy)]
-struct Key(f64);
-
-impl PartialEq for Key {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Key {}
-
-impl PartialOrd for Key {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Key {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
-    }
-}
-
 /// The coordinates of a grid in ascending order, each with the edges of its cells: half-way to its neighbours.
-fn edges(coordinates: impl Iterator<Item = f64>) -> Option<BTreeMap<Key, [f64; 2]>> {
-    // Negative zero is zero.
-    let mut all: Vec<f64> = coordinates.filter(|x| x.is_finite()).map(|x| x + 0.0).collect();
+fn edges(coordinates: impl Iterator<Item = f64>) -> Option<BTreeMap<OrderedFloat<f64>, [f64; 2]>> {
+    let mut all: Vec<f64> = coordinates.filter(|x| x.is_finite()).collect();
     all.sort_by(f64::total_cmp);
     all.dedup();
     let (first, last) = (*all.first()?, *all.last()?);
@@ -127,7 +104,7 @@ fn edges(coordinates: impl Iterator<Item = f64>) -> Option<BTreeMap<Key, [f64; 2
     let after = all.iter().rev().nth(1).map_or(last + 0.5, |previous| last + 0.5 * (last - previous));
     let middles = all.windows(2).map(|two| 0.5 * two[0] + 0.5 * two[1]);
     let bounds: Vec<f64> = [before].into_iter().chain(middles).chain([after]).collect();
-    Some(all.iter().zip(bounds.windows(2)).map(|(&x, two)| (Key(x), [two[0], two[1]])).collect())
+    Some(all.iter().zip(bounds.windows(2)).map(|(&x, two)| (OrderedFloat(x), [two[0], two[1]])).collect())
 }
 
 #[cfg(test)]
